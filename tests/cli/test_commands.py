@@ -130,18 +130,6 @@ def test_json_has_exactly_the_promised_keys():
     assert all(set(rate) == {"estimate", "low", "high"} for rate in summary["rates"].values())
 
 
-def test_json_counts_bits_and_declarations_by_robot():
-    changes = {"decision.strategy": "census", "decision.declare.rounds": 2, "run.steps": 200}
-    words = [word for path, value in changes.items() for word in ("--set", f"{path}={value}")]
-    summary = summary_of(*words, "--runs", 20, "--seed", 5)
-    record = simulate_record(Scenario().replace(changes), Runs(20, 5))
-    assert summary["bits_per_robot_and_step"] == record.bits_sent.sum() / (20 * 20 * 200)
-    assert set(summary) == KEYS | {"declared"}
-    assert summary["declared"]["feasible"] == record.declared_feasible.sum() / (20 * 20)
-    assert summary["declared"]["infeasible"] == record.declared_infeasible.sum() / (20 * 20)
-    assert record.declared_feasible.sum() > 200
-
-
 def test_json_has_declarations_only_if_robots_declare(tmp_path):
     scenario = declaring(tmp_path, quiet=20.0, tasks={"count": 20}, run={"steps": 150})
     (tmp_path / "quiet.toml").write_text(scenario.to_toml())
@@ -151,6 +139,7 @@ def test_json_has_declarations_only_if_robots_declare(tmp_path):
     right = int(((record.declared_feasible >= 19) & (record.declared_infeasible == 0)).sum())
     wrong = int((record.declared_infeasible > 0).sum())
     assert 0 < wrong < 40
+    assert summary["bits_per_robot_and_step"] == record.bits_sent.sum() / (40 * 20 * 150)
     assert summary["declared"] == {
         "feasible": record.declared_feasible.sum() / (40 * 20),
         "infeasible": record.declared_infeasible.sum() / (40 * 20),
@@ -314,13 +303,10 @@ def test_a_file_and_changes_to_it(tmp_path):
     [
         (["tasks.count"], [("tasks.count", "FIELD=VALUE")]),
         (["tasks.count=many"], [("tasks.count = 'many'", "20")]),
-        (["tasks.count=1.5"], [("tasks.count = 1.5", "20")]),
-        (["tasks.count=true"], [("tasks.count = True", "20")]),
         (["tasks.count="], [("tasks.count = ''", "20")]),
         (["tasks.cuont=5"], [("tasks.cuont = 5", "did you mean tasks.count?")]),
         (["task.count=5"], [("task", "did you mean tasks?")]),
         (["tasks=5"], [("tasks = 5", "tasks.count")]),
-        (["=5"], [("", "tasks.count")]),
         (["sensing.range=nan"], [("sensing.range = nan", "2.0")]),
         (["sensing.range=11"], [("sensing.range = 11", "arena.side")]),
         (["decision.listen=never"], [("decision.listen = 'never'", "always")]),
@@ -346,14 +332,6 @@ def test_bad_fields_are_refused_with_a_line_each(here, changes, expected):
 
 
 @pytest.mark.usefixtures("no_simulation")
-@pytest.mark.parametrize("value", ["1" * 5000, "0x" + "f" * 5000, "[" * 5000])
-def test_absurd_values_are_refused_in_a_short_line(value):
-    (line,) = refused("run", "--set", f"tasks.count={value}")
-    assert "tasks.count" in line
-    assert len(line) < 250
-
-
-@pytest.mark.usefixtures("no_simulation")
 def test_a_bad_file_is_refused_with_its_name(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("[tasks]\ncount = -1\ncuont = 1\n[robots]\ncount = 0\n")
@@ -371,16 +349,11 @@ def test_a_bad_file_is_refused_with_its_name(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        (["--seed", "-1"], "seed"),
         (["--seed", str(2**64)], "seed"),
-        (["--seed", "x"], "seed"),
         (["--runs", "0"], "runs"),
-        (["--runs", "-5"], "runs"),
         (["--runs", str(2**32 + 1)], "runs"),
-        (["--run", "-1"], "run"),
         (["--run", str(2**32)], "first_run"),
         (["--steps", "0"], "run.steps"),
-        (["--workers", "0"], "workers"),
         (["--out", "a.nc", "--runs", "100000000"], "curves"),
     ],
 )
@@ -437,13 +410,6 @@ def test_a_plot_is_of_the_kind_of_its_suffix(here, name):
     start = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}[name.lower().rpartition(".")[2]]
     assert (here / name).read_bytes().startswith(start)
     assert names(here) == [name]
-
-
-@pytest.mark.slow
-def test_the_same_command_writes_the_same_plot(here):
-    for name in ("a.png", "b.png"):
-        assert invoke("run", "--runs", 3, "--steps", 30, "--out", name).exit_code == 0
-    assert (here / "a.png").read_bytes() == (here / "b.png").read_bytes()
 
 
 @pytest.mark.usefixtures("no_simulation")

@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 from threading import Timer
 
@@ -75,6 +76,12 @@ def start(folder, *arguments, study=STUDY):
     return process
 
 
+def said(code, *arguments, **options):
+    """Run some code with arguments; return what it said."""
+    command = [sys.executable, "-c", code, *arguments]
+    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
+
+
 def interrupt(process):
     """Send Ctrl-C to all of its processes, as a terminal does."""
     os.killpg(process.pid, signal.SIGINT)
@@ -138,6 +145,14 @@ def test_a_second_interrupt_ends_at_once(tmp_path, crew):
     assert kept(tmp_path / "results") == 0
 
 
+def children(process, file):
+    """Yield the number of each process that another one has started, and the text of its file in /proc."""
+    for path in Path("/proc").glob("[0-9]*"):
+        with suppress(OSError):
+            if re.search(rf"^PPid:\t{process.pid}$", (path / "status").read_text(), re.MULTILINE):
+                yield path.name, (path / file).read_text()
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc").exists(), reason="no /proc here")
 def test_no_worker_ever_sees_an_interrupt(tmp_path):
@@ -146,22 +161,36 @@ def test_no_worker_ever_sees_an_interrupt(tmp_path):
     seen = set()
 
     def blocked():
-        for path in Path("/proc").glob("[0-9]*/status"):
-            try:
-                text = path.read_text()
-            except OSError:
-                continue
-            if re.search(rf"^PPid:\t{process.pid}$", text, re.MULTILINE):
-                mask, ignored = (
-                    int(re.search(rf"{name}:\t(\w+)", text)[1], 16) for name in ("SigBlk", "SigIgn")
-                )
-                assert (mask | ignored) >> (signal.SIGINT - 1) & 1, text
-                seen.add(path.parent.name)
+        for number, text in children(process, "status"):
+            masks = [int(re.search(rf"{name}:\t(\w+)", text)[1], 16) for name in ("SigBlk", "SigIgn")]
+            assert (masks[0] | masks[1]) >> (signal.SIGINT - 1) & 1, text
+            seen.add(number)
         return len(seen) >= 3  # the tracker of shared resources, and the workers
 
     until(blocked)
     interrupt(process)
     end(process)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc").exists(), reason="no /proc here")
+def test_no_worker_process_outlives_a_sweep_that_is_killed(tmp_path):
+    process = start(tmp_path, "sweep", "study.toml", "--workers", 2, "--processes", "--log", "log")
+    until(lambda: '"runs_new": 0' not in last_line(tmp_path / "log"))
+    workers = [Path("/proc", number) for number, _ in children(process, "status")]
+    assert len(workers) >= 2
+    process.kill()
+    _, errors = process.communicate(timeout=240)
+    assert process.returncode == -signal.SIGKILL
+    assert "Traceback" not in errors
+    until(lambda: not any(map(lives, workers)), 60)
+    assert kept(tmp_path / "results") > 0
+
+
+def lives(process):
+    with suppress(OSError):
+        return (process / "stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    return False
 
 
 @pytest.mark.slow
@@ -207,7 +236,7 @@ click.Group.invoke = invoke
 signal.signal(signal.SIGINT, signal.default_int_handler)
 main(prog_name="feasibee")
 """
-    told = subprocess.run([sys.executable, "-c", code, "truth"], capture_output=True, text=True, check=False)
+    told = said(code, "truth")
     assert (told.returncode, told.stdout) == (130, "")
     assert told.stderr == "feasibee: interrupted; no file was left half-written\n"
 
@@ -235,8 +264,7 @@ finally:
 
 def interrupted_in(module, *arguments):
     """Return the status and the errors of a command that gets Ctrl-C when it imports a module."""
-    code = [sys.executable, "-c", IMPORTED, module, *arguments]
-    done = subprocess.run(code, capture_output=True, text=True, check=False)
+    done = said(IMPORTED, module, *arguments)
     return done.returncode, done.stderr
 
 
@@ -274,9 +302,7 @@ def invoke(*arguments):
 click.Group.invoke = invoke
 main(prog_name="feasibee")
 """
-    told = subprocess.run(
-        [sys.executable, "-c", code, "truth"], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    told = said(code, "truth", cwd=tmp_path)
     line = f"feasibee: ended by {name}; no file was left half-written\n"
     assert (told.returncode, told.stdout, told.stderr) == (status, "", line)
     assert list(tmp_path.iterdir()) == []
@@ -286,18 +312,7 @@ main(prog_name="feasibee")
 def test_who_ignores_interrupts_goes_on():
     """As a command in the background of a shell."""
     process = subprocess.Popen(
-        [
-            "sh",
-            "-c",
-            'trap "" INT; exec "$@"',
-            "sh",
-            sys.executable,
-            "-m",
-            "feasibee",
-            "run",
-            "--runs",
-            "2000",
-        ],
+        ["sh", "-c", f'trap "" INT; exec "{sys.executable}" -m feasibee run --runs 2000'],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

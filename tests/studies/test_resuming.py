@@ -86,6 +86,8 @@ STUDIES = {
     "sensitivity": sensitivity_study,
 }
 each_study = pytest.mark.parametrize("study", STUDIES)
+each_kind = pytest.mark.parametrize("study", ["comparison", "sizing", "tuning"])
+"""Runs that are known beforehand, that go on until a rule is met, and that depend on those before."""
 
 
 @dataclass
@@ -138,7 +140,7 @@ def undisturbed():
 
 
 @pytest.mark.quick(1)
-@each_study
+@each_kind
 def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
     """To the same bytes, and no run is computed twice; an interrupt is an error as any other."""
     error = KeyboardInterrupt() if study == "comparison" else RuntimeError("crashed")
@@ -204,7 +206,7 @@ def shared_processes():
 
 
 @pytest.mark.slow
-@each_study
+@each_kind
 def test_processes_give_the_same_bytes(undisturbed, shared_processes, study):
     assert STUDIES[study](Execution(pool=shared_processes)) == undisturbed(study)[0]
 

@@ -68,20 +68,6 @@ def test_traces_that_go_in_come_out(folder, records):
         np.testing.assert_array_equal(getattr(results, each.name), getattr(records[1], each.name))
 
 
-def test_a_decision_is_judged_by_the_truth_of_its_step(folder, records):
-    """Run 0 decides after the change, and run 1 before it."""
-    record = records[1]
-    right = decided_right(record, CHANGING)
-    expected = [
-        decision >= 0 and decision == record.truth[run, step]
-        for run, (decision, step) in enumerate(zip(record.decision, record.decision_step, strict=True))
-    ]
-    assert right.tolist() == expected
-    assert (right != (record.decision == 1)).any()
-    with Journal(folder) as journal:
-        assert decided_right(journal.results(2), CHANGING).tolist() == expected
-
-
 def test_runs_without_their_traces_are_missing(folder):
     with closing(sqlite3.connect(folder / NAME, isolation_level=None)) as database:
         database.execute("DELETE FROM traces WHERE run = 3")

@@ -64,21 +64,6 @@ def filled(tmp_path):
 # --- Digests ---
 
 
-def test_the_digest_of_a_chunk_is_that_of_its_kind_point_runs_and_all_values():
-    """Also of where one value ends and the next begins, and of the order of rows."""
-    row = list(range(len(PLACES)))
-    runs = [row, *([*row[:place], 99, *row[place + 1 :]] for place in range(len(PLACES)))]
-    chunks = [(Kind.RUNS, 1, [row, each]) for each in runs] + [(Kind.RUNS, 2, [row, row])]
-    for kind in (Kind.CURVES, Kind.TRACES):
-        first, second = (0, b"ab", b"cd"), (1, b"ef", b"gh")
-        chunks += [(kind, point, [first, second]) for point in (1, 2)]
-        chunks += [(kind, 1, rows) for rows in ([second, first], [first, (2, *second[1:])])]
-        chunks += [
-            (kind, 1, [first, (1, *blobs)]) for blobs in ((b"ex", b"gh"), (b"ef", b"gx"), (b"e", b"fgh"))
-        ]
-    assert len({schema.digest_of_rows(*each) for each in chunks}) == len(chunks)
-
-
 def test_the_digest_of_a_point_is_that_of_all_its_fields_and_of_both_versions(monkeypatch):
     entry = Entry(1, "hash", "7", 1, "{}", "{}", None, None, None)
     others = Entry(2, "other", "8", 0, '{"a": 1}', '{"b": 2}', "{}", 1, "text")
@@ -89,18 +74,6 @@ def test_the_digest_of_a_point_is_that_of_all_its_fields_and_of_both_versions(mo
             patch.setattr(schema, name, 99)
             digests.append(schema.digest_of_entry(entry))
     assert len(set(digests)) == len(digests)
-
-
-def test_the_digest_of_what_a_journal_is_about_is_that_of_all_but_itself(filled):
-    with database(filled) as other:
-        about = dict(other.execute("SELECT key, value FROM about"))
-    assert schema.digest_of_about(about) == about.pop("digest")
-    found = {schema.digest_of_about(about)}
-    found |= {schema.digest_of_about({**about, name: "99"}) for name in about}
-    first, *others = about.values()
-    found.add(schema.digest_of_about(dict(zip(about, [*others, first], strict=True))))
-    assert len(found) == len(about) + 2
-    assert set(about) == {"format", "model_version", "version", "commits", "points", "chunks"}
 
 
 def test_a_seal_whose_digest_is_another_says_nothing(tmp_path):

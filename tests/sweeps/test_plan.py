@@ -275,13 +275,9 @@ def test_until(study, given, expected):
         "{}",
         "0.05",
         "{width = 0.1, decided = 0.5}",
-        "{width = 0}",
         "{width = 1.0}",
-        "{width = true}",
-        "{width = nan}",
         '{decided = "0.5"}',
         "{size = 0.1}",
-        "{most = 10}",
     ],
 )
 def test_other_forms_of_until_are_refused(refused, given):
@@ -328,18 +324,10 @@ def test_mistakes_of_a_study_say_where_and_what(refused, text, start, rule):
     "given",
     [
         "3",
-        "[]",
         '"10 to 20"',
-        "{}",
-        "{linspace = [1, 2]}",
-        "{linspace = 3}",
         "{linspace = [1, 2, true]}",
         "{linspace = [1, 2, 3], range = [1, 2, 1]}",
-        "{linspce = [1, 2, 3]}",
         "{range = [0, inf, 1]}",
-        "{linspace = [0, 10, nan]}",
-        "{linspace = [0, 10, inf]}",
-        "{logspace = [1, inf, 5]}",
     ],
 )
 def test_what_is_no_list_and_no_range(refused, given):
@@ -354,10 +342,7 @@ def test_what_is_no_list_and_no_range(refused, given):
         ("{range = [1, 5, 0]}", "step of a range can't be 0"),
         ("{range = [5, 1, 1]}", "is empty"),
         ("{logspace = [0, 5, 3]}", "must be > 0"),
-        ("{logspace = [5, -1, 3]}", "must be > 0"),
         ("{linspace = [0, 5, 2.5]}", "whole number of values"),
-        ("{linspace = [0, 5, 0]}", "whole number of values"),
-        ("{logspace = [1, 5, -1]}", "whole number of values"),
         (
             "{linspace = [0, 5, 1e9]}",
             "linspace = [0, 5, 1000000000.0]: must have a whole number of",

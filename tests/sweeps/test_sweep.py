@@ -7,11 +7,9 @@ import json
 import math
 import os
 import re
-import signal
 import sqlite3
 import subprocess
 import sys
-import time
 from collections import Counter
 from concurrent.futures import CancelledError, Executor, Future
 from concurrent.futures.process import BrokenProcessPool
@@ -136,11 +134,6 @@ def test_the_journal_holds_what_a_simulation_gives(whole):
             np.testing.assert_array_equal(infeasible, record.infeasible_count)
 
 
-def test_chunks_change_nothing(whole, tmp_path, small_chunks):
-    assert sweep(study(curves=True), tmp_path, executors.threads(2)).runs_new == 144
-    assert everything(tmp_path) == everything(whole)
-
-
 def test_nothing_is_computed_again(tmp_path):
     for runs, new in ((10, 60), (10, 0), (25, 90), (12, 0)):
         done = sweep(study(runs=runs), tmp_path, executors.threads(1))
@@ -164,23 +157,6 @@ def test_only_what_is_missing_is_asked_for(tmp_path, small_chunks, monkeypatch):
         (point, first + k) for pieces in here.asked for point, first, runs in pieces for k in range(runs)
     )
     assert asked == Counter([*((place, 5) for place in range(6)), (1, 1), (1, 2), (1, 4)])
-
-
-def test_curves_may_be_asked_for_later(whole, tmp_path):
-    sweep(study(), tmp_path, executors.threads(1))
-    assert sweep(study(curves=True), tmp_path, executors.threads(1)).runs_new == 144
-    assert everything(tmp_path) == everything(whole)
-
-
-def test_a_changed_scenario_or_seed_has_rows_of_its_own(tmp_path):
-    sweep(study(runs=4), tmp_path, executors.threads(1))
-    before = everything(tmp_path)
-    changed = study(runs=4, scenario={**SMALL, "run": {"steps": 41}})
-    assert sweep(changed, tmp_path, executors.threads(1)).runs_new == 24
-    assert sweep(study(runs=4, seed=6), tmp_path, executors.threads(1)).runs_new == 24
-    after = everything(tmp_path)
-    assert len(after) == 18
-    assert {key: after[key] for key in before} == before
 
 
 @pytest.mark.slow
@@ -667,45 +643,6 @@ main(prog_name="feasibee")
 """
 
 
-def begin(tmp_path, *arguments, runs=20_000):
-    """Start a sweep of which some chunks are done when this returns; it would take long."""
-    (tmp_path / "study.toml").write_text(TOML)
-    log = tmp_path / "log.jsonl"
-    process = subprocess.Popen(
-        [
-            *(sys.executable, "-c", CHUNKED, "sweep", "study.toml", "--out", "out", "--log", log),
-            *("--runs", str(runs), *arguments),
-        ],
-        cwd=tmp_path,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-    until = time.monotonic() + 240
-    while not log.exists() or len(set(re.findall(r'"runs_new": (\d+)', log.read_text()))) < 4:
-        assert process.poll() is None, process.stderr.read()
-        assert time.monotonic() < until
-        time.sleep(0.02)
-    return process
-
-
-def check_part(folder, whole):
-    """See that the runs in a folder are those of the whole, as far as both go; return how many there are."""
-    found, expected = everything(folder), everything(whole)
-    assert found.keys() == expected.keys()
-    total = 0
-    for key, (truth, runs, curves) in found.items():
-        known = {row[0]: row for row in expected[key][1]}
-        drawn = {row[0]: row for row in expected[key][2]}
-        assert truth == expected[key][0]
-        assert [row for row in runs if row[0] in known] == [known[row[0]] for row in runs if row[0] in known]
-        assert [row[0] for row in curves] == [row[0] for row in runs]
-        assert all(row == drawn[row[0]] for row in curves if row[0] in drawn)
-        total += len(runs)
-    return total
-
-
 def test_a_log_that_ends_within_a_line_goes_on_in_the_next(tmp_path):
     """As a sweep leaves it that is killed."""
     (tmp_path / "study.toml").write_text(TOML)
@@ -717,45 +654,6 @@ def test_a_log_that_ends_within_a_line_goes_on_in_the_next(tmp_path):
         told = list(map(json.loads, lines))
         assert {entry["runs"] for entry in told} == {144}
         assert all(set(entry) == {"time", *Progress.__dataclass_fields__} for entry in told)
-
-
-@pytest.mark.slow
-@unix
-def test_no_worker_process_outlives_a_sweep_that_is_killed(whole, tmp_path):
-    process = begin(tmp_path, "--processes", "--workers", "2")
-    workers = children(process.pid)
-    assert len(workers) >= 2
-    process.kill()
-    _, errors = process.communicate(timeout=240)
-    assert process.returncode == -signal.SIGKILL
-    assert "Traceback" not in errors
-    until = time.monotonic() + 60
-    while any(map(lives, workers)):
-        assert time.monotonic() < until
-        time.sleep(0.05)
-    assert check_part(tmp_path / "out", whole) > 0
-
-
-def children(pid):
-    """Return the processes that another one has started."""
-    found = []
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        try:
-            _, _, fields = path.read_text().rpartition(")")
-        except OSError:
-            continue
-        if int(fields.split()[1]) == pid:
-            found.append(int(path.parent.name))
-    if not found:
-        pytest.skip("no /proc here")
-    return found
-
-
-def lives(pid):
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
-    except OSError:
-        return False
 
 
 @pytest.mark.slow
@@ -785,13 +683,14 @@ def test_a_full_disk_is_told_and_the_sweep_goes_on(whole, tmp_path):
     assert told.returncode == 2, told.stderr
     (line,) = told.stderr.splitlines()
     assert "free some room, and run the same command again: the runs in the journal are kept" in line
-    there = check_part(tmp_path / "out", whole)
-    assert there > 100
+    assert sum(counts(tmp_path / "out")) > 100
     missing = sum(max(0, 100 - count) for count in counts(tmp_path / "out"))
     told = output_of("sweep", tmp_path / "study.toml", "--out", tmp_path / "out", "--runs", 100)
     assert f"{missing} runs in" in told
     assert min(counts(tmp_path / "out")) >= 100
-    check_part(tmp_path / "out", whole)
+    found = everything(tmp_path / "out")
+    for key, (truth, runs, curves) in everything(whole).items():
+        assert (found[key][0], found[key][1][:24], found[key][2][:24]) == (truth, runs, curves)
 
 
 def test_two_sweeps_at_once_into_one_folder(whole, tmp_path, small_chunks):
@@ -1029,15 +928,6 @@ def test_a_netcdf_file_has_a_dimension_per_field(results):
     shares = dataset["right"].mean("run")
     for each in json.loads(output_of("results", "status", results, "--json")):
         assert float(shares.sel(each["values"])) == pytest.approx(each["accuracy"]["estimate"])
-
-
-def test_points_that_form_no_grid_have_a_dimension_of_their_own(tmp_path):
-    plan = study(runs=2, sweep={"tasks.count": [2, 5], "radio.loss": [0.0, 0.1]}, combine="zip")
-    sweep(plan, tmp_path, executors.threads(1))
-    dataset = opened(tmp_path)
-    assert dataset["right"].dims == ("point", "run")
-    assert dataset["radio.loss"].dims == ("point",)
-    assert dataset["tasks.count"].values.tolist() == [2, 5]
 
 
 def test_a_run_that_a_point_lacks_is_missing_in_the_file(tmp_path):

@@ -5,22 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from feasibee.scenario.fields import fields
+from feasibee.sweeps.plan import KEYS
 
-SECTIONS = (
-    "arena",
-    "robots",
-    "tasks",
-    "walk",
-    "sensing",
-    "radio",
-    "decision",
-    "faults",
-    "run",
-    "response",
-    "units",
-    "preset",
-    "events",
-)
+SECTIONS = (*dict.fromkeys(path.partition(".")[0] for path in fields()), "preset", "events")
 NINES = "9" * 4000
 
 VALUES = {
@@ -175,7 +162,6 @@ RANGES = (
     "[1, 0, 1e-300]",
     "[1e15, -1e15, -1e-320]",
 )
-KEYS = ("runs", "seed", "curves", "combine", "file", "design", "until", "scenario", "sweep")
 FINE_KEYS = {"curves true", "scenario table", "sweep table"}
 
 STUDIES = {
