@@ -87,7 +87,7 @@ def test_results_of_a_world_that_stays_are_told():
 
 def test_contenders_are_drawn_over_time_with_the_truth_behind():
     shares = {"one": np.linspace(0, 1, 10), "other": np.full(10, 0.3)}
-    (ax,) = draw_right_over_time(shares, infeasible_share(TRUTH), seconds=0.5).axes
+    (ax,) = draw_right_over_time(shares, infeasible_share(TRUTH)).axes
     np.testing.assert_allclose(band(ax), [1.0] * 4 + [SHADE] * 6, atol=0.01)
     lines = [line for line in ax.lines if len(line.get_ydata()) == 10]
     np.testing.assert_allclose(lines[0].get_ydata(), 100 * shares["one"])

@@ -339,18 +339,8 @@ def _write_webp(path: Path, frames: Iterator[Image.Image], count: int, fps: int)
 def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
     """Write H.264 in a widely supported format, which needs even widths and heights."""
     first = next(frames)
-    given = [
-        "-f",
-        "rawvideo",
-        "-pix_fmt",
-        "rgb24",
-        "-s",
-        "{}x{}".format(*first.size),
-        "-r",
-        str(fps),
-        "-i",
-        "-",
-    ]
+    size = "{}x{}".format(*first.size)
+    given = f"-f rawvideo -pix_fmt rgb24 -s {size} -r {fps} -i -".split()
     wanted = ["-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "20", "-movflags", "+faststart"]
     command = [_ffmpeg(path), "-y", "-v", "error", *given, *wanted, "-fflags", "+bitexact", f"file:{path}"]
     with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as process:

@@ -40,7 +40,6 @@ def draw_against_ratio(
     label: str = "swarms that are right at the end (%)",
     wrong: Mapping[str, Sequence[Interval]] = MappingProxyType({}),
     *,
-    keep: Sequence[str] | None = None,
     before: Mapping[str, Look] | None = None,
 ) -> Figure:
     """Draw each contender's share of swarms at each ratio, evenly spaced, with intervals.
@@ -57,14 +56,12 @@ def draw_against_ratio(
         What the share is of.
     wrong : mapping of str to sequence of Interval
         Shares of swarms in which a robot declared wrongly; those above 0 are marked by a cross.
-    keep : sequence of str, optional
-        Contenders that are highlighted in any case; by default the first.
     before : mapping of str to Look, optional
         Looks of contenders in another figure.
     """
     known = {name: np.array(share) for name, share in shares.items() if share is not None}
     means = {name: float(share[:, 0].mean()) for name, share in known.items()}
-    found = looks(means, keep, before)
+    found = looks(means, before=before)
     beside = _beside(found)
     with figure(7.2, 3.6) as (drawn, ax):
         ends = {}
@@ -249,7 +246,6 @@ def draw_right_over_time(
     infeasible: NDArray[np.float64],
     *,
     before: Mapping[str, Look] | None = None,
-    seconds: float | None = None,
 ) -> Figure:
     """Draw each contender's share of right swarms at each step, with the truth as a band behind.
 
@@ -261,8 +257,6 @@ def draw_right_over_time(
         Share of the runs whose tasks are infeasible, by step.
     before : mapping of str to Look, optional
         Looks of contenders in another figure.
-    seconds : float, optional
-        Length of a step in seconds, for a second axis.
     """
     means = {name: float(share.mean()) for name, share in shares.items()}
     found = looks(means, None, before)
@@ -272,7 +266,6 @@ def draw_right_over_time(
             ax.plot(100 * share, **found[name].line)
         last = infeasible.size - 1
         over_time(ax, "swarms that are right (%)", last, LIMITS)
-        also_in_seconds(ax, seconds)
         name_others(drawn, found)
         ends = {
             name: (last, 100 * float(shares[name][-1])) for name, look in found.items() if look.highlighted

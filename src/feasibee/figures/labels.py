@@ -152,15 +152,13 @@ def label_points(ax: Axes, points: Sequence[Point]) -> None:
         label = ax.annotate(point.name, (point.x, point.y), **_text(point.look))
         label.set_in_layout(False)
         size = label.get_window_extent()
+        label.remove()
         middle = ax.transData.transform((point.x, point.y))
         directions = BETTER if point.look.highlighted else DIRECTIONS
         found = _room(middle, (size.width, size.height), directions, taken, inside, scale)
         if found is None and not point.look.highlighted:
-            label.remove()
             continue
-        offset = found or (DISTANCES[0], 0.0)
-        label.remove()
-        left, bottom = offset
+        left, bottom = offset = found or (DISTANCES[0], 0.0)
         placed = ax.annotate(
             point.name,
             (point.x, point.y),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from feasibee.errors import ScenarioError
@@ -104,7 +104,7 @@ class _Assessing:
             asked=asked_of(scenario, self.seed),
             sizing=None if scenario.dynamic else size_within(self.rounds, scenario, rule, self.seed),
             limits=_trials(changed, outcomes, base),
-            strategies=[_with_opposite(trial, opposite) for trial in strategies],
+            strategies=[replace(trial, opposite=opposite.get(trial.name)) for trial in strategies],
             opposite=opposite.get(AS_IT_IS),
             recommendation=recommendation,
             recommended=recommended,
@@ -142,10 +142,6 @@ class _Assessing:
         outcomes = self._outcomes(kinds)
         base = outcomes.pop(AS_IT_IS)
         return [Trial(name, each, difference(each, base)) for name, each in outcomes.items()]
-
-
-def _with_opposite(trial: Trial, opposite: Mapping[str, Outcome]) -> Trial:
-    return Trial(trial.name, trial.outcome, trial.difference, opposite.get(trial.name))
 
 
 def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:

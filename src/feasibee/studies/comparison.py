@@ -313,11 +313,6 @@ def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     return groups
 
 
-def declared_of(group: Sequence[Outcome]) -> list[Declarations]:
-    """Return the declarations of a contender by number of tasks; none if its strategy doesn't declare."""
-    return [each.declared for each in group if each.declared is not None]
-
-
 def overall(group: Sequence[Outcome]) -> Interval:
     """Return the share of right runs of a contender over all numbers of tasks."""
     return wilson(sum(int(each.right.sum()) for each in group), sum(each.runs for each in group))
@@ -437,7 +432,9 @@ def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
             totals, "swarms that are right at the end,\nover all ratios (%)", before=before
         ),
     }
-    declared = {name: declared_of(group) for name, group in groups.items()}
+    declared = {
+        name: [each.declared for each in group if each.declared is not None] for name, group in groups.items()
+    }
     if any(declared.values()):
         figures["compare_declared"] = draw_against_ratio(
             labels,

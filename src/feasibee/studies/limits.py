@@ -13,10 +13,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,7 @@ from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
 from feasibee.results.measures import columns, measured
-from feasibee.results.statistics import DeclareTimes, Interval, declare_times
+from feasibee.results.statistics import DeclareTimes, Interval, declare_times, plain
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
@@ -82,13 +82,8 @@ class Limits:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the limits as plain tables, for programs."""
-        tables = {name: times._asdict() for name, times in self.times.items()}
-        plain = {
-            name: {key: list(value) if isinstance(value, tuple) else value for key, value in table.items()}
-            for name, table in tables.items()
-        }
         return {
-            **plain,
+            **plain(self.times),
             "bounds": dict(BOUNDS),
             "cell": list(self.cell),
             "runs": self.runs,
@@ -314,8 +309,7 @@ CONTENDERS: Final = (
 """What is compared by default."""
 
 
-@dataclass(frozen=True)
-class Spoken:
+class Spoken(NamedTuple):
     """What the robots of a contender said by their own word at one number of tasks."""
 
     contender: str
@@ -338,8 +332,7 @@ class Spoken:
 
     def to_dict(self) -> dict[str, Any]:
         """Return what was said, for programs."""
-        steps = {"median": self.times.median, "p95": self.times.p95}
-        return {**asdict(self), "ok": self.ok._asdict(), "wrong": self.wrong._asdict(), "times": steps}
+        return {**plain(self), "times": {"median": self.times.median, "p95": self.times.p95}}
 
 
 def contenders_named(strategies: Sequence[str]) -> list[Contender]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -219,12 +220,12 @@ def ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return candidates in their order: by right swarms in whole percent, then by step, then by bits."""
     return sorted(
         candidates,
-        key=lambda each: (-round(100 * each.worst.right.estimate), _or_last(each.step), each.bits),
+        key=lambda each: (
+            -round(100 * each.worst.right.estimate),
+            math.inf if each.step is None else each.step,
+            each.bits,
+        ),
     )
-
-
-def _or_last(step: int | None) -> float:
-    return float("inf") if step is None else step
 
 
 def described(candidate: Candidate) -> str:
