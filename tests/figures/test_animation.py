@@ -186,17 +186,6 @@ def test_robots_that_are_not_counted_are_pale():
         assert full == counted
 
 
-def test_the_swarm_knows_when_it_decided():
-    scenario = WORLDS["torus"]
-    found = simulate(scenario, 1, seed=1)
-    swarm = Swarm(scenario, seed=1)
-    for _ in range(200):
-        swarm.advance()
-    decision, decision_step = swarm.first_decision
-    assert decision_step == found.decision_step[0]
-    assert decision == found.decision[0]
-
-
 # --- What files hold ---
 
 

@@ -106,18 +106,17 @@ def band(collection):
 # --- The arena ---
 
 
-def test_the_arena_shows_each_robot_once_with_number_range_and_opinion():
-    swarm = swarm_at([(5.0, 5.0), (10.0, 12.0), (17.0, 3.0)], opinions=[1, 0, 1], sensing={"range": 2.5})
+def test_the_arena_shows_each_task_and_each_robot_with_number_range_and_opinion():
+    places, targets = [(5.0, 5.0), (10.0, 12.0), (17.0, 3.0)], [(1.0, 2.0), (19.0, 0.5)]
+    swarm = swarm_at(places, targets, opinions=[1, 0, 1], sensing={"range": 2.5})
     ax = plot_arena(swarm)
-    assert [patch.center for patch in discs(ax, 0.5)] == [(5.0, 5.0), (10.0, 12.0), (17.0, 3.0)]
-    assert [patch.center for patch in discs(ax, 2.5)] == [(5.0, 5.0), (10.0, 12.0), (17.0, 3.0)]
+    (tasks,) = ax.collections
+    np.testing.assert_array_equal(tasks.get_offsets(), targets)
+    assert len(tasks.get_paths()[0].vertices) == 4  # a closed triangle
+    assert [[patch.center for patch in discs(ax, radius)] for radius in (0.5, 2.5)] == [places, places]
     colours = [to_hex(patch.get_facecolor()).upper() for patch in discs(ax, 0.5)]
     assert colours == [COLOURS["feasible"], COLOURS["infeasible"], COLOURS["feasible"]]
-    assert [(text.get_text(), text.xy) for text in ax.texts] == [
-        ("1", (5.0, 5.0)),
-        ("2", (10.0, 12.0)),
-        ("3", (17.0, 3.0)),
-    ]
+    assert [(text.get_text(), text.xy) for text in ax.texts] == list(zip("123", places, strict=True))
 
 
 def test_a_robot_that_has_declared_has_a_rim():
@@ -132,13 +131,6 @@ def test_the_legend_has_declarations_only_if_robots_can_declare(tmp_path):
     assert legend_labels(ax) == ["feasible", "infeasible", "declared", "task", "range"]
 
 
-def test_the_arena_shows_each_task_where_it_is():
-    swarm = swarm_at([(5.0, 5.0)], targets=[(1.0, 2.0), (3.0, 4.0), (19.0, 0.5)])
-    (tasks,) = plot_arena(swarm).collections
-    np.testing.assert_array_equal(tasks.get_offsets(), swarm.tasks)
-    assert len(tasks.get_paths()[0].vertices) == 4  # a closed triangle
-
-
 def test_a_range_that_reaches_over_the_edge_comes_in_on_the_other_side():
     ax = plot_arena(swarm_at([(19.5, 0.5)]))
     expected = sorted([(19.5, 0.5), (-0.5, 0.5), (19.5, 20.5), (-0.5, 20.5)])
@@ -146,19 +138,9 @@ def test_a_range_that_reaches_over_the_edge_comes_in_on_the_other_side():
     assert sorted(patch.center for patch in discs(ax, 0.5)) == expected
     ax = plot_arena(swarm_at([(10.0, 1.0)]))
     assert sorted(patch.center for patch in discs(ax, 2.0)) == [(10.0, 1.0), (10.0, 21.0)]
-
-
-def test_the_arena_of_a_real_swarm_is_whole():
-    swarm = Swarm(Scenario(tasks={"count": 50}), seed=3)
-    swarm.advance(30)
-    ax = plot_arena(swarm)
-    side = swarm.scenario.arena.side
-    inside = [patch for patch in discs(ax, 0.5) if min(patch.center) >= 0 and max(patch.center) < side]
-    np.testing.assert_allclose([patch.center for patch in inside], swarm.positions)
-    feasible = [to_hex(patch.get_facecolor()).upper() == COLOURS["feasible"] for patch in inside]
-    np.testing.assert_array_equal(feasible, swarm.opinions)
-    assert set(shown_numbers(ax)) == set(range(1, 21))
-    assert len(ax.collections[0].get_offsets()) == 50
+    ax = plot_arena(swarm_at([(0.5, 11.5)], arena={"side": [30.0, 12.0]}))
+    expected = [(0.5, -0.5), (0.5, 11.5), (30.5, -0.5), (30.5, 11.5)]
+    assert sorted(patch.center for patch in discs(ax, 2.0)) == expected
 
 
 @pytest.mark.parametrize("side", [20.0, 7.3, 13.37, 0.7, 1e-3, 1e6])
@@ -180,10 +162,7 @@ def test_the_axes_end_where_the_arena_ends(side):
 def test_the_arena_has_units_and_a_legend():
     ax = plot_arena(swarm_at([(5.0, 5.0)]))
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (units)", "y (units)")
-    labels = legend_labels(ax)
-    assert len(labels) == 4
-    for word, entry in zip(("feasible", "infeasible", "task", "range"), labels, strict=True):
-        assert word in entry
+    assert legend_labels(ax) == ["feasible", "infeasible", "task", "range"]
 
 
 SHAPES = [
@@ -221,12 +200,6 @@ def test_nothing_comes_in_through_a_wall(arena):
     ax = plot_arena(swarm_at(places, arena=arena))
     assert [patch.center for patch in discs(ax, 2.0)] == places
     assert ax.spines["left"].get_linewidth() > 2
-
-
-def test_on_a_rectangular_torus_copies_are_a_width_and_a_height_away():
-    ax = plot_arena(swarm_at([(0.5, 11.5)], arena={"side": [30.0, 12.0]}))
-    expected = [(0.5, -0.5), (0.5, 11.5), (30.5, -0.5), (30.5, 11.5)]
-    assert sorted(patch.center for patch in discs(ax, 2.0)) == expected
 
 
 def test_robots_are_as_large_as_they_are():
@@ -317,13 +290,10 @@ def test_several_results_are_several_lines_told_apart():
         assert to_hex(line.get_color()) == to_hex(filled.get_facecolor()[0])
 
 
-def test_the_time_shown_can_be_cut():
-    assert plot_opinions(RESULTS, until=3).get_xlim() == (0, 3)
-
-
 def test_bands_of_different_lengths_are_all_in_view():
     bands = {"short": np.full((3, 5), 50.0), "long": np.full((3, 9), 60.0), "middle": np.full((3, 7), 70.0)}
     assert draw_opinion_bands(bands).get_xlim() == (0, 8)
+    assert plot_opinions(RESULTS, until=3).get_xlim() == (0, 3)
 
 
 def test_a_run_that_stopped_at_its_decision_keeps_its_opinion_in_the_figure():
@@ -357,14 +327,8 @@ def test_decisions_are_the_rates_with_their_intervals():
         np.testing.assert_allclose(line.get_ydata(), [100 * interval.estimate for interval in intervals])
         ends = [[(x, 100 * i.low), (x, 100 * i.high)] for x, i in zip(RATIOS, intervals, strict=True)]
         np.testing.assert_allclose(bars.get_segments(), ends, atol=1e-9)
-
-
-def test_decisions_are_told_apart_by_colour_and_by_marker():
-    ax = plot_decisions(RATIOS, RATES)
-    lines = [container.lines[0] for container in ax.containers]
-    assert (
-        len({to_hex(line.get_color()) for line in lines}) == len({line.get_marker() for line in lines}) == 3
-    )
+    looks = [(to_hex(each.lines[0].get_color()), each.lines[0].get_marker()) for each in ax.containers]
+    assert [len(set(each)) for each in zip(*looks, strict=True)] == [3, 3]
 
 
 def test_the_ratio_is_on_a_logarithmic_axis_with_plain_numbers():

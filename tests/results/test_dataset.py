@@ -8,7 +8,6 @@ import json
 import os
 import subprocess
 import sys
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -47,15 +46,6 @@ def refuse_to_write(*arguments, **options):
 
 def test_a_record_gets_names_dimensions_and_coordinates():
     dataset = to_dataset(RECORD, SCENARIO, seed=7)
-    assert set(dataset.data_vars) == {
-        "decision",
-        "decision_step",
-        "feasible_count",
-        "infeasible_count",
-        "bits_sent",
-        "feasible_at_end",
-        "infeasible_at_end",
-    }
     assert dataset.decision.dims == dataset.decision_step.dims == ("run",)
     assert dataset.feasible_count.dims == ("run", "step")
     assert dataset.run.values.tolist() == [40, 41]
@@ -65,18 +55,6 @@ def test_a_record_gets_names_dimensions_and_coordinates():
     assert dataset.feasible_count.sel(run=41, step=2) == 3
     assert dataset.infeasible_count.sel(run=41, step=2) == 2
     assert dataset.bits_sent.values.tolist() == [70, 65]
-    dtypes = {name: str(variable.dtype) for name, variable in dataset.variables.items()}
-    assert dtypes == {
-        "decision": "int8",
-        "decision_step": "int32",
-        "feasible_count": "int32",
-        "infeasible_count": "int32",
-        "bits_sent": "int64",
-        "feasible_at_end": "int64",
-        "infeasible_at_end": "int64",
-        "run": "int64",
-        "step": "int64",
-    }
 
 
 @pytest.mark.parametrize("by_votes", [False, True])
@@ -92,20 +70,18 @@ def test_declarations_are_labelled_if_robots_declare(by_votes, tmp_path):
     assert "declare_step" not in to_dataset(RECORD, SCENARIO, seed=7)
 
 
-def test_labels_say_meaning_and_unit():
+def test_labels_say_meaning_type_and_unit():
     dataset = to_dataset(RECORD, SCENARIO, seed=7)
     assert all(variable.attrs["long_name"] for variable in dataset.variables.values())
-    units = {name: variable.attrs.get("units") for name, variable in dataset.variables.items()}
-    assert units == {
-        "decision": None,
-        "decision_step": "step",
-        "feasible_count": "robots",
-        "infeasible_count": "robots",
-        "bits_sent": "bit",
-        "feasible_at_end": "robots",
-        "infeasible_at_end": "robots",
-        "run": None,
-        "step": "step",
+    kinds = {name: (str(each.dtype), each.attrs.get("units")) for name, each in dataset.variables.items()}
+    assert kinds == {
+        "decision": ("int8", None),
+        "decision_step": ("int32", "step"),
+        **dict.fromkeys(("feasible_count", "infeasible_count"), ("int32", "robots")),
+        **dict.fromkeys(("feasible_at_end", "infeasible_at_end"), ("int64", "robots")),
+        "bits_sent": ("int64", "bit"),
+        "run": ("int64", None),
+        "step": ("int64", "step"),
     }
     meanings = dataset.decision.attrs["flag_meanings"].split()
     assert dict(zip(dataset.decision.attrs["flag_values"].tolist(), meanings, strict=True)) == {
@@ -149,19 +125,8 @@ def test_the_recipe_says_all_that_made_the_record():
     assert recipe["scenario_hash"] == SCENARIO.hash
     assert (recipe["seed"], recipe["first_run"], recipe["runs"]) == (2**64 - 1, 40, 2)
     assert recipe["truth"] == "infeasible"
+    assert recipe_of(to_dataset(RECORD, SCENARIO.replace({"tasks.count": 5}), 0))["truth"] == "feasible"
     assert {"numpy", "numba", "xarray"} <= set(recipe["libraries"])
-
-
-@pytest.mark.parametrize(
-    ("robots", "tasks", "truth"), [(5, 4, "feasible"), (5, 5, "feasible"), (5, 6, "infeasible")]
-)
-def test_the_recipe_tells_the_truth(robots, tasks, truth):
-    scenario = Scenario(robots={"count": robots}, tasks={"count": tasks})
-    assert recipe_of(to_dataset(RECORD, scenario, 0))["truth"] == truth
-
-
-def test_the_scenario_comes_back_from_the_results():
-    assert scenario_of(to_dataset(RECORD, SCENARIO, 0)) == SCENARIO
 
 
 # --- Computed again ---
@@ -201,14 +166,15 @@ def test_numpys_whole_numbers_are_whole_numbers():
 
 @pytest.mark.parametrize("curves", [False, True])
 def test_saved_results_are_identical_when_opened(tmp_path, curves):
-    dataset = simulate(Scenario(run={"steps": 30}), runs=4, seed=1, first_run=9, curves=curves)
+    scenario = Scenario(run={"steps": 30})
+    dataset = simulate(scenario, runs=4, seed=1, first_run=9, curves=curves)
     save_results(dataset, tmp_path / "a.nc")
     opened = open_results(str(tmp_path / "a.nc"))
     assert opened.identical(dataset)
     assert {name: v.dtype for name, v in opened.variables.items()} == {
         name: v.dtype for name, v in dataset.variables.items()
     }
-    assert scenario_of(opened) == scenario_of(dataset)
+    assert scenario_of(opened) == scenario_of(dataset) == scenario
     assert names(tmp_path) == ["a.nc"]
 
 
@@ -269,12 +235,6 @@ def test_a_full_disk_is_an_error_and_leaves_nothing(tmp_path, name, capfd):
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_missing_folder_is_told(tmp_path):
-    with pytest.raises(FeasibeeError, match="can't be written"):
-        save_results(to_dataset(RECORD, SCENARIO, 0), tmp_path / "missing" / "a.nc")
-    assert names(tmp_path) == []
-
-
 # --- What isn't ours ---
 
 
@@ -290,29 +250,6 @@ def test_what_is_not_netcdf_is_told(tmp_path, content):
     with pytest.raises(FeasibeeError, match=r"a\.nc: can't be read as NetCDF"):
         open_results(tmp_path / "a.nc")
     assert names(tmp_path) == ["a.nc"] * (content is not None)
-
-
-# h5netcdf stumbles as it closes what it could not open.
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_a_damaged_file_is_told(tmp_path):
-    """One byte is wrong, here and there: all is well, or it is an error of ours."""
-    dataset = to_dataset(RECORD, SCENARIO, 0)
-    save_results(dataset, tmp_path / "a.nc")
-    whole = (tmp_path / "a.nc").read_bytes()
-    told = 0
-    for place in range(0, len(whole), 211):
-        damaged = bytearray(whole)
-        damaged[place] ^= 0xFF
-        (tmp_path / "b.nc").write_bytes(damaged)
-        with suppress(FeasibeeError):
-            opened = open_results(tmp_path / "b.nc")
-            assert opened.equals(dataset), place
-            assert opened.attrs["recipe"] == dataset.attrs["recipe"], place
-            continue
-        told += 1
-    assert told > 3
-    gc.collect()
 
 
 # --- Saving as CSV, and kinds that aren't known ---

@@ -114,12 +114,6 @@ def test_an_alarm_is_false_if_the_truth_has_not_changed_since_the_swarm_was_righ
     assert counted(steps(truth), steps(held)).alarms.tolist() == [alarms], why
 
 
-def test_alarms_of_one_run_are_not_those_of_the_next():
-    truth = steps("FFF", "III")
-    assert counted(truth, steps("FFF", "FFI")).alarms.tolist() == [0, 0]
-    assert counted(truth, steps("FIF", "IFI")).alarms.tolist() == [1, 1]
-
-
 def test_a_warm_up_leaves_out_steps_changes_and_alarms():
     truth, held = steps("FFIIIII"), steps("FFFIFII")
     counts = {first: counted(truth, held, first) for first in (2, 3, 4, 5)}

@@ -83,9 +83,6 @@ def test_what_a_strategy_bears_is_measured(with_a_liar):
     assert [each.strategy for each in with_a_liar.ranking] == ["quiet-census"]
     assert with_a_liar.excluded["census"] == "with 1 Byzantine robot right in 0 of 100"
     assert with_a_liar.scenario.faulty == (0, 1, 0)
-
-
-def test_a_strategy_that_tolerates_liars_gets_their_number(with_a_liar):
     assert with_a_liar.ranking[0].scenario.decision.parameters["tolerates"] == 1
 
 

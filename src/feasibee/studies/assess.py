@@ -18,6 +18,7 @@ from feasibee.studies.recommend import (
     Candidate,
     Constraints,
     Recommendation,
+    numbered,
     opposite_of,
     recommend_within,
     world_of,
@@ -190,10 +191,10 @@ def faults_of(scenario: Scenario) -> dict[str, Scenario]:
     """Return the scenario with each single fault that may happen in addition to its own."""
     stopped, byzantine, _ = scenario.faulty
     lying = {"faults.byzantine": {"count": byzantine + 1}}
-    liars = _numbered(byzantine + 1, "Byzantine robot")
+    liars = numbered(byzantine + 1, "Byzantine robot")
     tried: dict[str, dict[str, Any]] = {
         f"with {liars}": lying,
-        f"with {_numbered(stopped + 1, 'broken robot')}": {"faults.stopped": {"count": stopped + 1}},
+        f"with {numbered(stopped + 1, 'broken robot')}": {"faults.stopped": {"count": stopped + 1}},
         "with a fifth of the messages lost": {"radio.loss": 1 - (1 - LOST) * (1 - scenario.radio.loss)},
     }
     parameters = scenario.decision.parameters
@@ -201,10 +202,6 @@ def faults_of(scenario: Scenario) -> dict[str, Scenario]:
         bearing = {"decision.parameters": {**parameters, TOLERATES: byzantine + 1}}
         tried[f"with {liars} and {TOLERATES} = {byzantine + 1}"] = {**lying, **bearing}
     return _valid(scenario, tried)
-
-
-def _numbered(number: int, name: str) -> str:
-    return f"{number} {name}" if number == 1 else f"{number} {name}s"
 
 
 def _valid(scenario: Scenario, tried: Mapping[str, Mapping[str, Any]]) -> dict[str, Scenario]:

@@ -53,12 +53,13 @@ class Constraints:
     @property
     def faults(self) -> str:
         """The faulty robots, in words; empty without any."""
-        kinds = (_robots(self.liars, "Byzantine"), _robots(self.stopped, "stopped"))
-        return " and ".join(each for each in kinds if each)
+        kinds = {"Byzantine robot": self.liars, "stopped robot": self.stopped}
+        return " and ".join(numbered(number, name) for name, number in kinds.items() if number)
 
 
-def _robots(number: int, kind: str) -> str:
-    return "" if number == 0 else f"1 {kind} robot" if number == 1 else f"{number} {kind} robots"
+def numbered(number: int, name: str) -> str:
+    """Return a number with a name, such as ``3 robots``."""
+    return f"{number} {name}" if number == 1 else f"{number} {name}s"
 
 
 @dataclass(frozen=True)
