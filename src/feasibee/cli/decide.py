@@ -32,8 +32,8 @@ from feasibee.files import FIGURES
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
-    from feasibee.studies.assess import Assessment
     from feasibee.studies.recommend import Recommendation
+    from feasibee.studies.report import Assessment
     from feasibee.studies.size import Sizing
 
 

@@ -294,8 +294,8 @@ def _print_service(outcomes: Sequence[Outcome]) -> None:
             *percents(judged.own.feasible_share),
             f"{judged.own.idle.estimate:.1f}",
             f"{judged.own.calls.estimate:.1f}",
-            f"{judged.own.too_many:.1f}",
-            f"{judged.own.too_few:.1f}",
+            f"{judged.own.too_many_per_call:.1f}",
+            f"{judged.own.too_few_per_call:.1f}",
             f"{judged.robots} ({judged.as_often.idle.estimate:.1f})",
             f"{100 * judged.oracle.feasible_share.estimate:.1f} ({judged.oracle.idle.estimate:.1f})",
         ]
