@@ -39,20 +39,6 @@ def test_the_strategy_on_the_page_is_the_example(name):
     ]
 
 
-@pytest.mark.slow
-def test_the_roll_call_on_the_page_is_the_census():
-    path = str(ROOT / "examples" / "roll_call.py")
-    mine = Scenario().replace({"decision.strategy": path, "tasks.count": 21})
-    census = mine.replace({"decision.strategy": "census"})
-    one, other = (simulate(scenario, runs=20, seed=1, curves=True) for scenario in (mine, census))
-    assert one.equals(other)
-    plain, compiled = (
-        simulate(mine.replace({"run.steps": 60}), runs=1, seed=1, curves=True, backend=backend)
-        for backend in ("reference", "engine")
-    )
-    assert plain.equals(compiled)
-
-
 def test_the_robots_on_the_page_declare_rightly_in_both_implementations():
     path = str(ROOT / "examples" / "quiet_census.py")
     short = {"arena.side": 8.0, "run.steps": 160, "robots.know_count": True, "decision.strategy": path}

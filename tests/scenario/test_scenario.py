@@ -12,6 +12,7 @@ import tomllib
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from jsonschema import Draft202012Validator
 from pydantic import ValidationError
 
 from feasibee import FeasibeeError, Scenario, ScenarioError
@@ -586,6 +587,14 @@ def told(tables):
 
 
 BEYOND_WRONG = [
+    ({"decision": {"declare": {"quorum": 1.5}}}, ["decision.declare.quorum = 1.5: must be ≤ 1"]),
+    ({"decision": {"declare": {"quorum": 0.1234567891}}}, ["decision.declare.quorum = 0.12345"]),
+    ({"decision": {"declare": {"rounds": 0}}}, ["decision.declare.rounds = 0: must be ≥ 1"]),
+    ({"decision": {"declare": {"heard": 0}}}, ["decision.declare.heard = 0: must be ≥ 1"]),
+    ({"preset": "valentini"}, ["preset = 'valentini': must be 'valentini-2016', 'minimize-surprise' or"]),
+    ({"preset": "subcdm-2025", "decision": 5}, ["decision = 5: must be a table; write [decision]"]),
+    ({"decision": {"parameters": {"k": "x"}}}, ["decision.parameters.k = 'x': must be a number"]),
+    ({"decision": {"strategy": "census", "quality_floor": -1}}, ["decision.quality_floor = -1: must be ≥ 0"]),
     (
         {"tasks": {"classes": [{**HEAPS, "needs": {"lift": 0}}]}},
         ["tasks.classes.0.needs.lift = 0: must be ≥ 1"],
@@ -797,11 +806,6 @@ REFUSED = [
         "choose sketch or average, or fewer robots",
     ),
     (
-        {"decision": {"strategy": "tally"}, "robots": {"count": 30_000}},
-        "decision.strategy = 'tally': what 30000 robots know would take 13 GiB, over 4; "
-        "choose sketch or average, or fewer robots",
-    ),
-    (
         {"decision": {"parameters": {"k": 2.0}}},
         "decision.parameters.k = 2.0: dmmd has no such parameter; it has none",
     ),
@@ -810,47 +814,9 @@ REFUSED = [
         "decision.parameters.k = 2.0: bayes has no such parameter; it has credence, positive_feedback",
     ),
     (
-        {"decision": {"strategy": "bayes", "parameters": {"credence": "high"}}},
-        "decision.parameters.credence = 'high': must be a number; leave it out for the default",
-    ),
-    (
-        {"decision": {"declare": {"quorum": 1.5}}},
-        "decision.declare.quorum = 1.5: must be ≤ 1; leave it out for the default",
-    ),
-    (
-        {"decision": {"declare": {"quorum": 0.1234567891}}},
-        "decision.declare.quorum = 0.1234567891: must have at most 9 decimals; leave it out for the default",
-    ),
-    (
-        {"decision": {"declare": {"rounds": 0}}},
-        "decision.declare.rounds = 0: must be ≥ 1; leave it out for the default",
-    ),
-    (
-        {"decision": {"declare": {"heard": 0}}},
-        "decision.declare.heard = 0: must be ≥ 1; leave it out for the default",
-    ),
-    (
         {"preset": "subcdm-2025", "decision": {"strategy": "census"}},
         "decision.quality_floor = 1: census rates what the swarm knows, not the counts of one exploration; "
         "leave it out",
-    ),
-    (
-        {"preset": "valentini-2016", "decision": {"inbox": "every-message"}},
-        'decision.inbox_size = 2: limits the number of robots, but inbox = "every-message" keeps no robots '
-        'apart; leave it out, or set inbox = "latest-per-robot"',
-    ),
-    (
-        {"preset": "valentini"},
-        "preset = 'valentini': must be 'valentini-2016', 'minimize-surprise' or 'subcdm-2025'; "
-        "leave it out for the default",
-    ),
-    (
-        {"preset": "subcdm-2025", "decision": 5},
-        "decision = 5: must be a table; write [decision] and its fields below",
-    ),
-    (
-        {"decision": {"strategy": "census", "quality_floor": -1}},
-        "decision.quality_floor = -1: must be ≥ 0; the paper uses 0",
     ),
     (
         {"decision": {"strategy": "census"}, "radio": {"id_bits": 0}, "robots": CLASSES},
@@ -982,36 +948,24 @@ def test_replace_makes_the_tables_on_its_way():
 
 
 @pytest.mark.parametrize(
-    ("path", "line"),
+    ("path", "rule"),
     [
-        (
-            "robots.classes.7.count",
-            "robots.classes.7.count = 3: can't be set: robots.classes.7 is missing or has no such field",
-        ),
-        (
-            "robots.classes.x.count",
-            "robots.classes.x.count = 3: can't be set: robots.classes.x is missing or has no such field",
-        ),
-        (
-            "robots.classes.7",
-            "robots.classes.7 = 3: can't be set: robots.classes is missing or has no such field",
-        ),
-        (
-            "arena.boundary.x",
-            "arena.boundary.x = 3: can't be set: arena.boundary is missing or has no such field",
-        ),
-        ("robots..count", "robots..count = 3: isn't the path of a field; write section.field"),
-        ("robots.classes.", "robots.classes. = 3: isn't the path of a field; write section.field"),
-        ("robots.classes.0.cuont", "robots.classes.0.cuont = 3: unknown key; "),
-        ("robots.classes.0.name", "robots.classes.0.name = 3: must be a string; "),
-        ("decision.declare.quorm", "decision.declare.quorm = 3: unknown key; "),
-        ("decision.declare.quorum", "decision.declare.quorum = 3: must be ≤ 1; "),
+        ("robots.classes.7.count", "can't be set: robots.classes.7 is missing or has no such field"),
+        ("robots.classes.x.count", "can't be set: robots.classes.x is missing or has no such field"),
+        ("robots.classes.7", "can't be set: robots.classes is missing or has no such field"),
+        ("arena.boundary.x", "can't be set: arena.boundary is missing or has no such field"),
+        ("robots..count", "isn't the path of a field; write section.field"),
+        ("robots.classes.", "isn't the path of a field; write section.field"),
+        ("robots.classes.0.cuont", "unknown key; "),
+        ("robots.classes.0.name", "must be a string; "),
+        ("decision.declare.quorm", "unknown key; "),
+        ("decision.declare.quorum", "must be ≤ 1; "),
     ],
 )
-def test_replace_tells_of_paths_that_lead_nowhere(path, line):
+def test_replace_tells_of_paths_that_lead_nowhere(path, rule):
     with pytest.raises(ScenarioError) as caught:
         Scenario(**MIXED).replace({path: 3})
-    assert str(caught.value).startswith(line)
+    assert str(caught.value).startswith(f"{path} = 3: {rule}")
     assert len(caught.value.problems) == 1
 
 
@@ -1056,54 +1010,10 @@ def test_problems_of_a_file_name_the_file(tmp_path):
 
 # --- The JSON Schema ---
 
-NUMBER = (int, float)
-TYPES = {
-    "object": dict,
-    "array": (list, tuple),
-    "string": str,
-    "boolean": bool,
-    "integer": int,
-    "number": NUMBER,
-    "null": type(None),
-}
 
-
-def accepts(schema, value, root):
-    """Validate with what our schema uses of JSON Schema; an unknown keyword is a KeyError."""
-    number = isinstance(value, NUMBER) and not isinstance(value, bool)
-    table = value if isinstance(value, dict) else {}
-    others = set(table) - set(schema.get("properties", {}))
-    rules = {
-        "$ref": lambda ref: accepts(root["$defs"][ref.rpartition("/")[2]], value, root),
-        "anyOf": lambda options: any(accepts(option, value, root) for option in options),
-        "type": lambda name: (
-            isinstance(value, TYPES[name]) and (name == "boolean") == isinstance(value, bool)
-        ),
-        "properties": lambda fields: all(
-            accepts(field, table[key], root) for key, field in fields.items() if key in table
-        ),
-        "additionalProperties": lambda allowed: all(
-            accepts(allowed, table[key], root) if isinstance(allowed, dict) else allowed for key in others
-        ),
-        "propertyNames": lambda names: all(accepts({**names, "type": "string"}, key, root) for key in table),
-        "required": lambda keys: set(keys) <= set(table),
-        "minProperties": lambda bound: len(table) >= bound,
-        "minLength": lambda bound: isinstance(value, str) and len(value) >= bound,
-        "maxLength": lambda bound: isinstance(value, str) and len(value) <= bound,
-        "const": lambda only: value == only,
-        "enum": lambda several: value in several,
-        "minimum": lambda bound: number and value >= bound,
-        "maximum": lambda bound: number and value <= bound,
-        "exclusiveMinimum": lambda bound: number and value > bound,
-        "exclusiveMaximum": lambda bound: number and value < bound,
-        "items": lambda each: isinstance(value, (list, tuple)) and all(accepts(each, v, root) for v in value),
-        "minItems": lambda bound: isinstance(value, (list, tuple)) and len(value) >= bound,
-        "maxItems": lambda bound: isinstance(value, (list, tuple)) and len(value) <= bound,
-        **dict.fromkeys(
-            ("title", "description", "default", "examples", "$defs", "$schema", "$id"), lambda _: True
-        ),
-    }
-    return all(rules[keyword](given_) for keyword, given_ in schema.items())
+def accepts(schema, value, root=None):
+    whole = {**schema, "$defs": (root or schema)["$defs"]}
+    return Draft202012Validator(whole).is_valid(json.loads(json.dumps(value)))
 
 
 def field_schemas():
@@ -1127,8 +1037,8 @@ def test_the_schema_lists_every_field_with_its_default_and_meaning():
 def test_the_schema_accepts_the_complete_form_and_an_empty_one():
     schema = Scenario.model_json_schema()
     json.dumps(schema)
-    assert accepts(schema, Scenario().to_dict(), schema)
-    assert accepts(schema, {}, schema)
+    assert accepts(schema, Scenario().to_dict())
+    assert accepts(schema, {})
 
 
 def test_the_schema_accepts_its_own_defaults():
@@ -1143,11 +1053,11 @@ def test_the_schema_accepts_its_own_defaults():
 def test_the_schema_refuses_what_a_single_field_must_not_be():
     schema = Scenario.model_json_schema()
     for path, value, *_ in WRONG:
-        # Strategies are found among files and packages.
-        takes_more_to_see = path == "decision.strategy" and value != 5
-        assert accepts(schema, table_of(path, value), schema) == takes_more_to_see, (path, value)
+        # Strategies are found among files and packages, and JSON has one kind of number.
+        takes_more_to_see = (path == "decision.strategy" and value != 5) or value == 20.0
+        assert accepts(schema, table_of(path, value)) == takes_more_to_see, (path, value)
     for path, value in OTHER_VALUES.items():
-        assert accepts(schema, table_of(path, value), schema), (path, value)
+        assert accepts(schema, table_of(path, value)), (path, value)
 
 
 def test_a_change_within_what_another_change_made_no_table_is_told():

@@ -23,6 +23,7 @@ from feasibee.field.plan import (
     parse_length,
     schedule,
 )
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
@@ -102,7 +103,6 @@ def launch(
     """
     from feasibee.field.connections import is_loopback
     from feasibee.field.supervisor import Field, Network
-    from feasibee.scenario.runs import Runs
 
     if not hasattr(os, "fork"):
         raise FeasibeeError("feasibee launch: needs a system with fork; use Linux, macOS or WSL")

@@ -25,6 +25,7 @@ from feasibee.cli.options import (
     print_json,
 )
 from feasibee.errors import FeasibeeError, one_line
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
@@ -98,7 +99,6 @@ def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: 
     from feasibee.field.logs import LineLog
     from feasibee.field.node import Node
     from feasibee.field.senses import drive, open_senses
-    from feasibee.scenario.runs import Runs
 
     one = Runs.single(random.SystemRandom().getrandbits(64) if seed is None else seed, 0)
     bodies = Bodies(scenario, one.seed, one.first)

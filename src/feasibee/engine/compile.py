@@ -40,8 +40,8 @@ from numba.core.registry import CPUDispatcher, cpu_target
 from numba.core.typeinfer import register_dispatcher
 
 from feasibee.errors import FeasibeeError
+from feasibee.files import named
 from feasibee.files.cache import cache_root, check_cache, own_folder, read_sealed, write_sealed
-from feasibee.files.reading import named
 
 llvm: Any = binding
 JITCodeLibrary: Any = codegen.JITCodeLibrary

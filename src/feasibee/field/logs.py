@@ -11,9 +11,8 @@ from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Final
 
 from feasibee.errors import FeasibeeError
+from feasibee.files import make_folder, named, read_text, why_not
 from feasibee.files.locking import lock
-from feasibee.files.reading import named, read_text, why_not
-from feasibee.files.writing import make_folder
 
 if TYPE_CHECKING:
     from feasibee.field.plan import Plan

@@ -22,10 +22,10 @@ from feasibee.field.checks import (
 )
 from feasibee.field.logs import check_line, damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node, Words
-from feasibee.files.reading import named
+from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
-from feasibee.scenario.fields import Duration, Faults, Length, Section, Share, Speed
+from feasibee.scenario.fields import Duration, Faults, Length, ManyTasks, Million, Section, Share, Some, Speed
 from feasibee.scenario.setting import WORDS_LIMIT, excess
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting, Strategy
@@ -35,9 +35,6 @@ _UNFIT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 _CLASSES: Final = 16
 """Largest number of classes of robots, and of tasks."""
 
-Million = Annotated[int, Field(ge=0, le=10**6)]
-Robots = Annotated[int, Field(ge=1, le=10**6)]
-Tasks = Annotated[int, Field(ge=0, le=10**7)]
 Things = Annotated[int, Field(ge=0, le=2**25)]
 Classes = Annotated[int, Field(ge=1, le=_CLASSES)]
 Steps = Annotated[int, Field(ge=0, le=2**53)]
@@ -51,9 +48,9 @@ Weights = Annotated[list[Steps], Field(min_length=1, max_length=_CLASSES)]
 class _Setting(Section):
     """`Setting` with the ranges of its numbers."""
 
-    robots: Robots
-    count: Robots
-    tasks: Tasks
+    robots: Some
+    count: Some
+    tasks: ManyTasks
     robot_ids: Things
     task_ids: Things
     robot_classes: Classes
@@ -77,8 +74,8 @@ class _Declare(Section):
     """`Declare` with the ranges of its numbers."""
 
     quorum: Annotated[str, Field(pattern=r"^([01]|[0-9]{1,9}/[1-9][0-9]{0,9})$")]
-    rounds: Robots
-    heard: Robots
+    rounds: Some
+    heard: Some
 
 
 class _Settings(Section):
@@ -94,7 +91,7 @@ class _Settings(Section):
     own_vote: bool
     listens_for: Million | None
     every_message: bool
-    inbox_size: Robots | None
+    inbox_size: Some | None
     parameters: list[float]
     declare: _Declare | None
     switching: Share | None

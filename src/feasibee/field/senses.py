@@ -13,7 +13,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.checks import is_heard, is_list, is_place, is_sighting, is_whole
 from feasibee.field.connections import split_address
 from feasibee.field.node import HEARD_LIMIT, Node
-from feasibee.files.reading import named, why_not
+from feasibee.files import named, why_not
 
 SENSES_LIMIT = 65_507
 """Largest object of a driver, in bytes: what a datagram holds."""

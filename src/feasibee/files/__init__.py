@@ -1,39 +1,208 @@
-"""Files that people name: read with a limit, written whole or not at all; and the cache of compiled code."""
+"""Files that a user names: read with a limit, written whole or not at all, with errors in one line."""
 
-from feasibee.files.reading import (
-    TABLE_LIMIT,
-    TEXT_LIMIT,
-    UnreadableError,
-    is_file,
-    lines_of,
-    named,
-    read_text,
-    why_not,
-)
-from feasibee.files.writing import (
-    FIGURES,
-    RESULTS,
-    atomic_write,
-    check_output,
-    make_folder,
-    write_csv,
-    write_table,
-)
+from __future__ import annotations
 
-__all__ = [
-    "FIGURES",
-    "RESULTS",
-    "TABLE_LIMIT",
-    "TEXT_LIMIT",
-    "UnreadableError",
-    "atomic_write",
-    "check_output",
-    "is_file",
-    "lines_of",
-    "make_folder",
-    "named",
-    "read_text",
-    "why_not",
-    "write_csv",
-    "write_table",
-]
+import csv
+import os
+import stat
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from feasibee.errors import LINE_LIMIT, FeasibeeError, one_line
+
+TEXT_LIMIT = 2**20
+"""Largest scenario, study or strategy file that is read, in bytes: about a thousand times a usual one."""
+TABLE_LIMIT = 32 * 2**20
+"""Largest table of points or design table that is read, in bytes."""
+
+FIGURES = (".png", ".pdf", ".svg")
+"""File suffixes of figures."""
+RESULTS = (".nc", ".csv")
+"""File suffixes of saved results."""
+
+
+class UnreadableError(FeasibeeError):
+    """A file that can't be read as text; ``why`` gives the reason in a few words."""
+
+    why = ""
+
+
+def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT) -> str:
+    """Return the text of a plain UTF-8 file, with newlines as line endings.
+
+    Pipes, devices and folders are never opened: reading a pipe could wait forever, and a device has no end.
+
+    Parameters
+    ----------
+    path : path
+        The file to read.
+    what : str
+        What the file should hold, for the error's remedy, such as ``"a scenario in TOML"``.
+    limit : int
+        Largest size that is read, in bytes.
+
+    Raises
+    ------
+    UnreadableError
+        If the file is missing, isn't a plain file, is larger than ``limit``, or isn't UTF-8 text.
+    """
+    text, why = _text_of(Path(path), limit)
+    if why:
+        error = UnreadableError(f"{named(path)}: can't be read: {why}; name {what}")
+        error.why = why
+        raise error
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _text_of(path: Path, limit: int) -> tuple[str, str]:
+    """Return a file's text and an empty string, or an empty text and the reason why it can't be read."""
+    try:
+        found = path.stat()
+        if not stat.S_ISREG(found.st_mode):
+            return "", "it is a directory" if stat.S_ISDIR(found.st_mode) else "it isn't a plain file"
+        with path.open("rb") as file:
+            data = file.read(min(found.st_size, limit) + 1)  # memory for as many bytes is taken at once
+    except (OSError, ValueError) as error:
+        return "", why_not(error)
+    if len(data) > limit:
+        return "", f"it is larger than {limit // 2**20} MiB"
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return "", "it isn't UTF-8 text"
+    return text, "it contains a NUL character, so it isn't text" if "\0" in text else ""
+
+
+def lines_of(text: str) -> Iterator[str]:
+    """Yield the lines of a text one by one; a list would take several times the text's memory."""
+    start = 0
+    while start < len(text):
+        end = text.find("\n", start) + 1 or len(text)
+        yield text[start:end]
+        start = end
+
+
+def why_not(error: OSError | ValueError) -> str:
+    """Return why the system rejects a path; a ValueError is about a character in it, such as NUL."""
+    return (error.strerror or str(error)) if isinstance(error, OSError) else "it can't be a file's name"
+
+
+def is_file(path: str | Path) -> bool:
+    """Return whether a path is a plain file; False for an invalid or overlong name."""
+    try:
+        return Path(path).is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def named(path: str | Path) -> str:
+    """Return a path as one printable line, shortened if it is long, for an error."""
+    return one_line(str(path), LINE_LIMIT // 2)
+
+
+@contextmanager
+def atomic_write(path: str | Path) -> Iterator[Path]:
+    """Yield a temporary path in the folder of ``path``, and rename it to ``path`` at the end.
+
+    After an error or an interruption, the previous file is unchanged. If ``path`` is a symbolic link, the
+    file that it points to is replaced.
+
+    Raises
+    ------
+    FeasibeeError
+        If ``path`` is a folder or device, or its folder is missing or can't be written to.
+    """
+    target, temporary = _beside(path)
+    try:
+        yield temporary
+        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else _usual_permissions())
+        temporary.replace(target)
+    except OSError as error:
+        raise FeasibeeError(f"{named(target)}: can't be written: {why_not(error)}; free disk space") from None
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a table as CSV with `atomic_write`."""
+    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(header)
+        writer.writerows(rows)
+
+
+def write_table(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
+    """Write rows, which have the same columns, as CSV; None is an empty cell."""
+    write_csv(path, list(rows[0]), [list(row.values()) for row in rows])
+
+
+def check_output(path: str | Path, suffixes: Sequence[str], option: str = "") -> str:
+    """Validate an output path before a long computation; return its suffix in lower case.
+
+    Parameters
+    ----------
+    path : str or Path
+        The output file, whose suffix chooses the format.
+    suffixes : sequence of str
+        The supported suffixes, such as ``".csv"``.
+    option : str
+        The command-line option that named the file, for the error.
+
+    Raises
+    ------
+    FeasibeeError
+        If the suffix isn't supported, or the file can't be written.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in suffixes:
+        known = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}" if len(suffixes) > 1 else suffixes[0]
+        raise FeasibeeError(
+            f"{option} {named(path)}: unknown file format; end the name with {known}".lstrip()
+        )
+    _beside(path)[1].unlink()
+    return suffix
+
+
+def _beside(path: str | Path) -> tuple[Path, Path]:
+    """Return the file that a path points to, and an empty temporary file in the same folder."""
+    # The suffix is that of the link, if any: writers choose the format by the name that the user gave.
+    target, suffix = Path(path), Path(path).suffix[-20:]
+    try:
+        if _is_something_else(target):
+            raise FeasibeeError(f"{named(target)}: isn't a plain file; name a new or a plain file")
+        target = target.resolve() if target.is_symlink() else target
+        handle, name = tempfile.mkstemp(suffix, f".{target.stem[:20]}-", target.parent)
+    except (OSError, ValueError) as error:
+        remedy = "name a file in a folder that you may write to"
+        raise FeasibeeError(f"{named(target)}: can't be written: {why_not(error)}; {remedy}") from None
+    os.close(handle)
+    return target, Path(name)
+
+
+def _is_something_else(target: Path) -> bool:
+    """Return whether a path exists and isn't a plain file; raise an OSError for an invalid name."""
+    try:
+        return not stat.S_ISREG(target.stat().st_mode)
+    except FileNotFoundError:
+        return False
+
+
+def make_folder(path: str | Path) -> Path:
+    """Create a folder for output, with its parents, unless it exists."""
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (OSError, ValueError) as error:
+        raise FeasibeeError(
+            f"{named(folder)}: can't be created: {why_not(error)}; name a folder in one that you may write to"
+        ) from None
+    return folder
+
+
+def _usual_permissions() -> int:
+    """Return the permissions of a new file under the user's umask; mkstemp's own are more restrictive."""
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from feasibee.errors import FeasibeeError
-from feasibee.files.reading import named
+from feasibee.files import named
 
 SEAL: Final = hashlib.sha256().digest_size
 """Length in bytes of the SHA-256 checksum at the start of a sealed file."""

@@ -8,7 +8,7 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 from feasibee.errors import FeasibeeError
-from feasibee.files.reading import named
+from feasibee.files import named
 
 
 def lock(folder: Path, name: str) -> sqlite3.Connection:

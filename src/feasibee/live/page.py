@@ -12,7 +12,7 @@ from string import Template
 from typing import Any, Final
 from urllib.parse import quote
 
-from feasibee.files.writing import atomic_write
+from feasibee.files import atomic_write
 from feasibee.live.world.lowering import (
     NUMBERS,
     PAGE_STRATEGIES,

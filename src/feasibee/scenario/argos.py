@@ -91,24 +91,23 @@ def _decision_problems(scenario: Scenario) -> Iterator[Problem]:
         rule = "can't be exported to ARGoS: the example has built-in strategies that pass on opinions"
         yield Problem("decision.strategy", decision.strategy, rule, 'such as decision.strategy = "dmmd"')
     for key in ("dissemination_floor", "quality_floor"):
-        if getattr(decision, key) > LARGEST:
-            rule = f"must be ≤ {LARGEST} in ARGoS"
-            yield Problem(f"decision.{key}", getattr(decision, key), rule, f"use 0 to {LARGEST}")
+        yield from _too_large(f"decision.{key}", getattr(decision, key), 0)
     if _listens_for(scenario) > LARGEST:
         rule = f"last must be ≤ {LARGEST} in ARGoS"
         yield Problem("decision.listen", _plain(decision.listen), rule, 'use "dissemination"')
     if decision.declare is None:
         return
     for key in ("rounds", "heard"):
-        if getattr(decision.declare, key) > LARGEST:
-            rule = f"must be ≤ {LARGEST} in ARGoS"
-            yield Problem(
-                f"decision.declare.{key}", getattr(decision.declare, key), rule, f"use 1 to {LARGEST}"
-            )
+        yield from _too_large(f"decision.declare.{key}", getattr(decision.declare, key), 1)
     if 10_000 % exact(decision.declare.quorum).denominator:
         rule = "must have at most 4 decimals in ARGoS"
         nearest = f"use {round(decision.declare.quorum, 4)}"
         yield Problem("decision.declare.quorum", decision.declare.quorum, rule, nearest)
+
+
+def _too_large(path: str, value: int, least: int) -> Iterator[Problem]:
+    if value > LARGEST:
+        yield Problem(path, value, f"must be ≤ {LARGEST} in ARGoS", f"use {least} to {LARGEST}")
 
 
 def _experiment(scenario: Scenario, unit: float) -> dict[str, Any]:

@@ -6,7 +6,7 @@ A rule reads the typed sections. If a field that it reads is wrong itself, the r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from typing import Any, Final, NamedTuple
 
@@ -16,6 +16,7 @@ from feasibee.scenario.fields import Response
 from feasibee.scenario.paths import value_at
 from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
+from feasibee.scenario.tables import FilePoints
 from feasibee.strategies.contract import Manifest, Strategy
 
 TASKS_LIMIT = 10_000_000
@@ -37,12 +38,9 @@ class Conflict(NamedTuple):
 
 
 Rule = Callable[[Sections], Iterator[Conflict]]
-Places = Mapping[str, tuple[str, Sequence[int]]]
 
 
-def conflicts(
-    scenario: Sections, given: Mapping[str, Any], places: Places, partly: bool
-) -> Iterator[Problem]:
+def conflicts(scenario: Sections, given: Mapping[str, Any], partly: bool) -> Iterator[Problem]:
     """Yield a problem for each rule about several fields that a scenario breaks.
 
     Parameters
@@ -51,12 +49,10 @@ def conflicts(
         The sections, without the fields that are wrong themselves.
     given : mapping
         The user's values, as which problems show them.
-    places : mapping
-        For each section whose points are from a file: the file, and the line of each point.
     partly : bool
         Whether fields are missing; rules that read one are skipped.
     """
-    for rule in (*RULES, *_both(partial(_points, given=given, places=places))):
+    for rule in (*RULES, *_both(partial(_points, given=given))):
         try:
             for found in rule(scenario):
                 value = _value(found.path, given, scenario) if found.value is AS_GIVEN else found.value
@@ -336,19 +332,19 @@ def _spread(scenario: Sections, name: str) -> Iterator[Conflict]:
         yield Conflict(f"{name}.spread", rule, f'lower it, or set {name}.placement = "uniform"')
 
 
-def _points(scenario: Sections, name: str, given: Mapping[str, Any], places: Places) -> Iterator[Conflict]:
+def _points(scenario: Sections, name: str, given: Mapping[str, Any]) -> Iterator[Conflict]:
     placed, arena, diameter = getattr(scenario, name), scenario.arena, scenario.robots.diameter
     if placed.placement != "points" or not placed.points:
         return
     (width, height), walled = arena.size, arena.boundary == "walls"
     margin = diameter / 2 if walled and name == "robots" else 0.0
     points: Any = _value(f"{name}.points", given, scenario)
-    file, lines = places.get(name, ("", ()))
     for number, (x, y) in enumerate(points, start=1):
         inside = margin <= x <= width - margin and margin <= y <= height - margin
         if not inside or (not walled and (x == width or y == height)):
             place = f"inside the arena, {margin:g} units from its walls" if margin else "inside the arena"
-            where = f"{file}, line {lines[number - 1]}" if lines else f"point {number}"
+            in_file = isinstance(points, FilePoints)
+            where = f"{points.path}, line {points.lines[number - 1]}" if in_file else f"point {number}"
             remedy = "move the point, or enlarge arena.side"
             yield Conflict(f"{name}.points", f"{where}: must be {place}", remedy, (x, y))
     if name == "robots" and scenario.robots.avoid_collisions:
@@ -504,4 +500,4 @@ RULES: Final[tuple[Rule, ...]] = (
     _unique_memory,
     _knowledge_memory,
 )
-"""All rules between fields but that about points, which needs the lines of their file."""
+"""All rules between fields but that about points, which shows them as they were given."""

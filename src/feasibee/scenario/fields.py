@@ -52,6 +52,12 @@ def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
+Million = Annotated[int, Field(ge=0, le=1_000_000)]
+Some = Annotated[int, Field(ge=1, le=1_000_000)]
+ManyTasks = Annotated[int, Field(ge=0, le=10_000_000)]
+Step = Annotated[int, Field(ge=0, le=1_000_000_000)]
+Steps = Annotated[int, Field(ge=1, le=1_000_000_000)]
+Bits = Annotated[int, Field(ge=1, le=32)]
 Length = Annotated[float, Field(gt=0, le=1e6)]
 Duration = Annotated[float, Field(gt=0, le=1e6)]
 
@@ -205,7 +211,7 @@ class NewRadio(Section):
 class Event(Section):
     """A change of the world at the beginning of a step (model.md 6.17)."""
 
-    step: int = Field(ge=0, le=1_000_000_000, description="Step at whose beginning the world changes.")
+    step: Step = Field(description="Step at whose beginning the world changes.")
     tasks: int = Field(
         0,
         ge=-10_000_000,
@@ -263,7 +269,7 @@ class RobotClass(Section):
     """A class of robots with the same skills (model.md 6.7)."""
 
     name: Word = Field(description="Name of the class of robots, unique among them.")
-    count: int = Field(ge=0, le=1_000_000, description="Number of robots of this class.")
+    count: Million = Field(description="Number of robots of this class.")
     skills: Annotated[tuple[Word, ...], Strict(False)] = Field(
         (), description="Skills that each robot of this class has."
     )
@@ -273,7 +279,7 @@ class TaskClass(Section):
     """A class of tasks that need the same skills (model.md 6.7)."""
 
     name: Word = Field(description="Name of the class of tasks, unique among them.")
-    count: int = Field(ge=0, le=10_000_000, description="Number of tasks of this class.")
+    count: ManyTasks = Field(description="Number of tasks of this class.")
     needs: dict[Word, Annotated[int, Field(ge=1, le=1000)]] = Field(
         min_length=1, description="Number of robots with each skill that one task of this class needs."
     )
@@ -282,7 +288,7 @@ class TaskClass(Section):
 class Robots(Placed):
     """The robots of the swarm (model.md 1.2, 6.2, 6.7)."""
 
-    count: int = Field(20, ge=1, le=1_000_000, description="Number of robots, n.")
+    count: Some = Field(20, description="Number of robots, n.")
     speed: Speed = Field(1.0, description="Speed of a moving robot, in units per step.")
     diameter: Length = Field(1.0, description="Diameter of a robot's disc, in units.")
     avoid_collisions: bool = Field(
@@ -307,10 +313,8 @@ class Robots(Placed):
         description="Rate per step at which each robot fails and leaves for good; by default none fails.",
         examples=[0.001],
     )
-    most: int | None = Field(
+    most: Some | None = Field(
         None,
-        ge=1,
-        le=1_000_000,
         description="Most robots at a time, beyond which none joins; by default as many as events bring, or "
         "twice as many as at the start.",
         examples=[40],
@@ -320,11 +324,8 @@ class Robots(Placed):
 class Tasks(Placed):
     """The tasks that the swarm must judge (model.md 1.3, 6.7)."""
 
-    count: int = Field(
-        20,
-        ge=0,
-        le=10_000_000,
-        description="Number of tasks, m; each needs one robot, and any robot can do it.",
+    count: ManyTasks = Field(
+        20, description="Number of tasks, m; each needs one robot, and any robot can do it."
     )
     classes: Annotated[tuple[TaskClass, ...], Strict(False), Field(max_length=16)] = Field(
         (),
@@ -385,10 +386,8 @@ class Radio(Section):
         json_schema_extra=without_default,
     )
     loss: Share = Field(0.0, description="Probability that a robot in range misses a message.")
-    id_bits: int | None = Field(
+    id_bits: Bits | None = Field(
         None,
-        ge=1,
-        le=32,
         description="Length in bits of robots' random ids, which may collide; by default each id is unique.",
         examples=[8],
     )
@@ -400,12 +399,8 @@ class Declare(Section):
     quorum: Annotated[Share, AfterValidator(few_decimals)] = Field(
         0.9, description="Least share of a robot's inbox that must agree with its decision."
     )
-    rounds: int = Field(
-        3, ge=1, le=1_000_000, description="Number of consecutive decisions that must reach the quorum."
-    )
-    heard: int = Field(
-        3, ge=1, le=1_000_000, description="Least number of messages in the inbox at each of these decisions."
-    )
+    rounds: Some = Field(3, description="Number of consecutive decisions that must reach the quorum.")
+    heard: Some = Field(3, description="Least number of messages in the inbox at each of these decisions.")
 
 
 class Decision(Section):
@@ -429,14 +424,11 @@ class Decision(Section):
         description="Mean duration of a dissemination of quality 1, in steps, before it is rounded up: g. "
         "With 10, quality 0.9 lasts 6.0 times as long as 0.1, not 9 times.",
     )
-    dissemination_floor: int = Field(
-        0, ge=0, le=1_000_000, description="Number of steps added to the duration of each dissemination."
+    dissemination_floor: Million = Field(
+        0, description="Number of steps added to the duration of each dissemination."
     )
-    quality_floor: int = Field(
-        0,
-        ge=0,
-        le=1_000_000,
-        description="Least value of each of the two counts when a robot rates the quality.",
+    quality_floor: Million = Field(
+        0, description="Least value of each of the two counts when a robot rates the quality."
     )
     listen: Listen = Field(
         "always",
@@ -447,10 +439,8 @@ class Decision(Section):
         "latest-per-robot",
         description="Whether the inbox keeps only the latest message of each robot, or every message.",
     )
-    inbox_size: int | None = Field(
+    inbox_size: Some | None = Field(
         None,
-        ge=1,
-        le=1_000_000,
         description="Number of robots whose messages the inbox keeps, the newest; by default all.",
         examples=[8],
     )
@@ -482,9 +472,7 @@ class Faults(Section):
         0.0,
         description="Share of robots that stop moving, observing and sending, or {count = 1} for one robot.",
     )
-    stop_step: int = Field(
-        0, ge=0, le=1_000_000_000, description="First step at which the stopped robots are stopped."
-    )
+    stop_step: Step = Field(0, description="First step at which the stopped robots are stopped.")
     byzantine: Faulty = Field(
         0.0,
         description="Share of robots that broadcast false opinions, or {count = 1} for one robot.",
@@ -503,11 +491,8 @@ class Faults(Section):
 class Run(Section):
     """The length of a run (model.md 4.7)."""
 
-    steps: int = Field(
-        1000,
-        ge=1,
-        le=1_000_000_000,
-        description="Number of steps of a run; a swarm that has not decided by then is undecided.",
+    steps: Steps = Field(
+        1000, description="Number of steps of a run; a swarm that has not decided by then is undecided."
     )
     stop_at_decision: bool = Field(False, description="Whether a run ends at the swarm's first decision.")
 
@@ -515,22 +500,15 @@ class Run(Section):
 class Response(Section):
     """Robots that are called or released because of what the swarm holds (model.md 6.19)."""
 
-    patience: int | None = Field(
+    patience: Steps | None = Field(
         None,
-        ge=1,
-        le=1_000_000_000,
         description="Steps in a row for which the swarm must hold an opinion before robots are called or "
         "released; by default nobody responds.",
         examples=[100],
     )
-    delay: int = Field(
-        100, ge=0, le=1_000_000_000, description="Steps from a call until the called robots arrive."
-    )
-    margin: int = Field(
-        2,
-        ge=0,
-        le=1_000_000,
-        description="Robots to spare that a call adds, and that stay when others are released.",
+    delay: Step = Field(100, description="Steps from a call until the called robots arrive.")
+    margin: Million = Field(
+        2, description="Robots to spare that a call adds, and that stay when others are released."
     )
 
 

@@ -179,7 +179,7 @@ class Scenario(Sections):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "run `feasibee scenario` to see all")]
             )
-        given, places, problems = with_points(given_tables(given))
+        given, problems = with_points(given_tables(given))
         wrong: set[tuple[Any, ...]] = {tuple(problem.path.split(".")) for problem in problems}
         try:
             scenario = handler(given)
@@ -189,7 +189,7 @@ class Scenario(Sections):
             wrong |= {details["loc"][:2] for details in found}
             scenario = handler(without(given, wrong))
         scenario.resolve(wrong, partial(manifest_of, **(info.context or {})))
-        problems += islice(conflicts(scenario, given, places, partly=bool(wrong)), PROBLEMS_LIMIT)
+        problems += islice(conflicts(scenario, given, partly=bool(wrong)), PROBLEMS_LIMIT)
         if problems:
             raise ScenarioError(problems)
         return scenario

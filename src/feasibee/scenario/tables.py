@@ -17,8 +17,17 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.scenario.fields import SECTIONS, Point, plain
 
 
-def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int], list[Problem]]:
-    """Read a CSV file of points; return the points, the line of each, and the problems.
+class FilePoints(tuple[Point, ...]):
+    """Points of a CSV file."""
+
+    path: str
+    """The file."""
+    lines: Sequence[int]
+    """The line of each point."""
+
+
+def read_points(path: str, field: str) -> tuple[FilePoints, list[Problem]]:
+    """Read a CSV file of points; return the points and the problems.
 
     Parameters
     ----------
@@ -30,7 +39,9 @@ def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int]
     try:
         text = read_text(path, "a CSV file of x and y", TABLE_LIMIT)
     except UnreadableError as error:
-        return (), (), [Problem(field, path, f"can't be read: {error.why}", "name a CSV file of x and y")]
+        return FilePoints(), [
+            Problem(field, path, f"can't be read: {error.why}", "name a CSV file of x and y")
+        ]
     points: list[Point] = []
     lines = array("L")
     problems: list[Problem] = []
@@ -45,17 +56,15 @@ def read_points(path: str, field: str) -> tuple[tuple[Point, ...], Sequence[int]
                 points.append(point)
                 lines.append(line)
                 continue
-            rule = f"line {line} must be two numbers, x and y"
-            problems.append(
-                Problem(
-                    field, path, f"{rule}, not {quoted(','.join(row))}", "write two numbers, such as 1.5,2.0"
-                )
-            )
+            rule = f"line {line} must be two numbers, x and y, not {quoted(','.join(row))}"
+            problems.append(Problem(field, path, rule, "write two numbers, such as 1.5,2.0"))
             if len(problems) >= PROBLEMS_LIMIT:
                 break
     except csv.Error as error:
         problems.append(Problem(field, path, f"isn't a CSV file: {error}", "name a CSV file of x and y"))
-    return tuple(points), lines, problems
+    found = FilePoints(points)
+    found.path, found.lines = path, lines
+    return found, problems
 
 
 def _point(cells: list[str]) -> Point | None:
@@ -104,29 +113,16 @@ def given_tables(given: Mapping[str, Any]) -> dict[str, Any]:
     return tables
 
 
-def with_points(
-    given: Mapping[str, Any],
-) -> tuple[dict[str, Any], dict[str, tuple[str, Sequence[int]]], list[Problem]]:
-    """Replace names of files of points by the points, so that the complete form contains them.
-
-    Returns
-    -------
-    dict
-        The tables with points.
-    dict
-        For each section whose points are from a file: the file, and the line of each point.
-    list of Problem
-        The problems of these files.
-    """
-    tables, places, problems = dict(given), {}, []
+def with_points(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Replace names of files by their points, which the complete form contains; return the problems, too."""
+    tables, problems = dict(given), []
     for name in ("robots", "tasks"):
         table = tables.get(name)
         if isinstance(table, Mapping) and isinstance(table.get("points"), str):
-            points, lines, found = read_points(table["points"], f"{name}.points")
-            places[name] = (table["points"], lines)
+            points, found = read_points(table["points"], f"{name}.points")
             problems += found
             tables[name] = {**table, "points": points}
-    return tables, places, problems
+    return tables, problems
 
 
 def without(tables: Mapping[str, Any], wrong: Iterable[tuple[Any, ...]]) -> dict[str, Any]:
