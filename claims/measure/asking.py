@@ -93,7 +93,7 @@ def short(service: Any) -> dict[str, float]:
         "enough": 100 * service.feasible_share.estimate,
         "idle": service.idle.estimate,
         "calls": service.calls.estimate,
-        "too_many": service.too_many,
+        "too_many": service.too_many_per_call,
     }
 
 

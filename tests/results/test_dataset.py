@@ -21,7 +21,7 @@ from declaring import declaring
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate
 from feasibee.model.record import Record
 from feasibee.results.dataset import recipe_of, to_dataset
-from feasibee.strategies import dmvd
+from feasibee.strategies import dmmd
 
 SCENARIO = Scenario(robots={"count": 5}, tasks={"count": 9}, run={"steps": 3})
 RECORD = replace(
@@ -124,7 +124,7 @@ def test_without_curves_there_is_no_step():
 
 def test_the_recipe_holds_the_text_of_a_users_strategy(tmp_path):
     path = tmp_path / "mine.py"
-    path.write_text(Path(dmvd.__file__).read_text())
+    path.write_text(Path(dmmd.__file__).read_text())
     mine = SCENARIO.replace({"decision.strategy": str(path)})
     assert json.loads(to_dataset(RECORD, mine, 0).attrs["recipe"])["strategy_source"] == path.read_text()
     assert "strategy_source" not in json.loads(to_dataset(RECORD, SCENARIO, 0).attrs["recipe"])

@@ -17,7 +17,7 @@ def test_a_fixed_number_is_idle_or_missing():
     found = fixed_service(TASKS, 4)
     assert found.feasible_share.estimate == pytest.approx((3 / 7 + 7 / 7) / 2)
     assert found.idle.estimate == pytest.approx((1 + 2 + 2) / 7 / 2)
-    assert (found.calls.estimate, found.too_many, found.too_few) == (0, 0, 0)
+    assert (found.calls.estimate, found.too_many_per_call, found.too_few_per_call) == (0, 0, 0)
 
 
 @pytest.mark.parametrize(("share", "number"), [(0.0, 2), (0.6, 4), (10 / 14, 4), (0.72, 5), (1.0, 6)])
@@ -36,7 +36,7 @@ def test_the_oracle_keeps_one_robot_and_calls_no_more_than_there_may_be():
     """Of the first 50 tasks 47 are missing; 7 come at step 4, so that 40 are. Two of three robots may go."""
     scenario = SCENARIO.replace({"robots.most": 10, "response.margin": 0, "run.steps": 4})
     found = oracle_service(np.array([[3, 50, 50, 50, 50]]), scenario)
-    assert (found.calls.estimate, found.too_many, found.too_few) == (1, 0, 40)
+    assert (found.calls.estimate, found.too_many_per_call, found.too_few_per_call) == (1, 0, 40)
     assert oracle_service(np.array([[3, 0, 0, 0, 0]]), scenario).idle.estimate == (3 + 1 + 1 + 1) / 4
 
 
@@ -51,7 +51,7 @@ def test_the_oracle_calls_what_is_missing_and_the_margin():
     assert found.feasible_share.estimate == pytest.approx((spare >= 0).mean())
     assert found.idle.estimate == pytest.approx(np.maximum(spare, 0).mean())
     assert found.calls.estimate == 1
-    assert (found.too_many, found.too_few) == (0, 0)
+    assert (found.too_many_per_call, found.too_few_per_call) == (0, 0)
 
 
 def test_a_swarm_is_compared_with_the_number_that_has_enough_as_often():
@@ -66,8 +66,8 @@ def test_a_swarm_is_compared_with_the_number_that_has_enough_as_often():
     found = judgement(record, SCENARIO)
     assert found.own.feasible_share.estimate == pytest.approx((6 / 7 + 2 / 7) / 2)
     assert found.own.calls.estimate == 1.5
-    assert found.own.too_many == pytest.approx(1 / 3)
-    assert found.own.too_few == pytest.approx(1 / 3)
+    assert found.own.too_many_per_call == pytest.approx(1 / 3)
+    assert found.own.too_few_per_call == pytest.approx(1 / 3)
     assert found.robots == 4
     assert found.as_often.feasible_share.estimate >= found.own.feasible_share.estimate
     assert list(found.fixed) == [3, 4, 6]

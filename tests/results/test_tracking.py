@@ -12,11 +12,8 @@ from scipy.stats import norm
 from feasibee import Scenario, decision_times, wilson
 from feasibee.results.measures import (
     changes_of,
-    false_alarms_of,
+    counts_of,
     measures_of_runs,
-    right_shares,
-    right_steps_of,
-    steps_of,
     tracking,
     truth_intervals,
 )
@@ -42,6 +39,11 @@ def steps(*runs):
 def changing(**arrays):
     """Return a scenario that changes, and these arrays as its results."""
     return SimpleNamespace(**arrays), SimpleNamespace(dynamic=True)
+
+
+def counted(truth, held, first_step=1):
+    """Return what is counted of runs."""
+    return counts_of(SimpleNamespace(truth=truth, held=held), first_step)
 
 
 # --- Changes, by hand ---
@@ -81,11 +83,10 @@ def test_a_run_that_ends_early_is_watched_until_its_end():
         [-1, 3, 0],
         [1, 3, 1],
     ]
-    assert steps_of(truth).tolist() == [3, 5, 3]
-    assert right_steps_of(truth, held).tolist() == [1, 2, 3]
     results, scenario = changing(truth=truth, held=held)
+    assert [each.tolist() for each in counts_of(results)[:2]] == [[3, 5, 3], [1, 2, 3]]
     assert tracking(results, scenario, 5).right_share.estimate == 1  # of the one run that lasts so long
-    assert right_shares(results, 3).tolist() == [0, 1 / 3, 1]
+    assert counts_of(results, 3).shares.tolist() == [0, 1 / 3, 1]
 
 
 # --- False alarms, by hand ---
@@ -110,23 +111,20 @@ def test_a_run_that_ends_early_is_watched_until_its_end():
     ],
 )
 def test_an_alarm_is_false_if_the_truth_has_not_changed_since_the_swarm_was_right(truth, held, alarms, why):
-    assert false_alarms_of(steps(truth), steps(held)).tolist() == [alarms], why
+    assert counted(steps(truth), steps(held)).alarms.tolist() == [alarms], why
 
 
 def test_alarms_of_one_run_are_not_those_of_the_next():
     truth = steps("FFF", "III")
-    assert false_alarms_of(truth, steps("FFF", "FFI")).tolist() == [0, 0]
-    assert false_alarms_of(truth, steps("FIF", "IFI")).tolist() == [1, 1]
+    assert counted(truth, steps("FFF", "FFI")).alarms.tolist() == [0, 0]
+    assert counted(truth, steps("FIF", "IFI")).alarms.tolist() == [1, 1]
 
 
 def test_a_warm_up_leaves_out_steps_changes_and_alarms():
     truth, held = steps("FFIIIII"), steps("FFFIFII")
-    assert right_steps_of(truth, held, 3).tolist() == [3]
-    assert steps_of(truth, 3).tolist() == [4]
-    assert false_alarms_of(truth, held, 4).tolist() == [1]
-    assert false_alarms_of(truth, held, 5).tolist() == [0]
-    assert changes_of(truth, held, 2).delay.tolist() == [1]
-    assert changes_of(truth, held, 3).delay.tolist() == []
+    counts = {first: counted(truth, held, first) for first in (2, 3, 4, 5)}
+    assert (counts[3].right, counts[3].steps, counts[4].alarms, counts[5].alarms) == (3, 4, 1, 0)
+    assert [counts[first].changes.delay.tolist() for first in (2, 3)] == [[1], []]
 
 
 # --- All of them, by a plain definition ---
@@ -155,10 +153,11 @@ def test_the_measures_are_those_of_a_plain_definition():
         truth = (np.cumsum(draw.random((50, length)) < 0.15, axis=1) % 2).astype(np.int8)
         held = np.where(draw.random(truth.shape) < 0.2, -1, truth ^ (draw.random(truth.shape) < 0.3))
         expected = [plain(*each) for each in zip(truth.tolist(), held.tolist(), strict=True)]
-        assert right_steps_of(truth, held).tolist() == [each[0] for each in expected]
-        assert false_alarms_of(truth, held).tolist() == [each[1] for each in expected]
+        counts = counted(truth, held)
+        assert counts.right.tolist() == [each[0] for each in expected]
+        assert counts.alarms.tolist() == [each[1] for each in expected]
         changes = [(run, *each) for run, (*_, delays) in enumerate(expected) for each in delays]
-        assert list(zip(*(each.tolist() for each in changes_of(truth, held)), strict=True)) == changes
+        assert list(zip(*(each.tolist() for each in counts.changes), strict=True)) == changes
 
 
 def test_a_world_that_does_not_change_has_no_measures():

@@ -20,9 +20,8 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare, percent, wait_for
-from feasibee.studies.findings import Trial
 from feasibee.studies.needs import asked_of, suitable
-from feasibee.studies.report import _declared, bias_in_words, sections, write_report
+from feasibee.studies.report import Trial, _declared, bias_in_words, sections, write_report
 from feasibee.studies.size import Rule, band_within
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.tuning import (
@@ -184,8 +183,8 @@ def test_the_command_takes_short_options():
         main, ["assess", "--robots", "5", "--tasks", "6", "--arena", "8", "--steps", "20", "--runs", "3"]
     )
     assert done.exit_code == 0, done.output
-    assert done.output.startswith("Verdict\n  ")
-    assert "The tasks are infeasible: they need 6 robots, and there are 5." in done.output
+    assert done.stdout.startswith("Verdict\n  ")
+    assert "The tasks are infeasible: they need 6 robots, and there are 5." in done.stdout
 
 
 def test_ranges_are_read_and_checked():

@@ -19,7 +19,6 @@ from feasibee.studies.size import (
     Finding,
     Rule,
     Sizing,
-    Swarms,
     band_sentence,
     edge_sentence,
     size,
@@ -130,10 +129,10 @@ def test_a_band_that_may_be_empty_is_one_whose_ends_may_be_in_the_other_order(be
 def exact(monkeypatch):
     """Swarms that are always right from 10 robots on and else never; more than 9 tasks aren't valid."""
 
-    def right(swarms, design, runs):
+    def right(rounds, design, runs, seed):
         return runs if design.scenario.robots.count >= 10 and design.scenario.tasks.count <= 6 else 0
 
-    monkeypatch.setattr(Swarms, "_right", right)
+    monkeypatch.setattr(size_module, "_right", right)
     monkeypatch.setattr(size_module, "valid_values", lambda scenario, path, values: 4)
 
 

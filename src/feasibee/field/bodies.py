@@ -103,6 +103,8 @@ class Bodies(Swarm):
         Seed and number of the run.
     """
 
+    robot_type = Body
+
     def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
         self.everyone: list[Body] = []
         """All robots that have ever come, by the numbers of their processes."""
@@ -134,10 +136,7 @@ class Bodies(Swarm):
 
     def new_robot(self, number: int, place: Place, fault: str = HONEST, before: Robot | None = None) -> Robot:
         """Return the body of a robot that begins at this step."""
-        kind = self.robot_kinds[number]
-        body = Body(
-            self.scenario, *self._run, number, self.world, place, kind, fault, self.names, before, self.time
-        )
+        body = cast(Body, super().new_robot(number, place, fault, before))
         body.process = len(self.everyone)
         self.everyone.append(body)
         return body

@@ -28,11 +28,11 @@ class Outcome(NamedTuple):
     """Name in records, datasets, journals and exports."""
     words: str
     """What it is, as a phrase that stands alone."""
-    unit: str
+    unit: str = "robots"
     """Unit of the values; empty for codes."""
-    dtype: str
+    dtype: str = "int64"
     """Type of the values in records and datasets."""
-    fill: int
+    fill: int = 0
     """Value before a run, and of a run without such an outcome."""
     missing: str = ""
     """What the fill value means at the end of a run; empty if it is a number like any other."""
@@ -76,28 +76,18 @@ OUTCOMES: Final = (
     Outcome(
         "declared_feasible",
         "honest working robots that had declared feasible by the end of the run",
-        *("robots", "int64", 0),
         needs=DECLARES,
     ),
     Outcome(
         "declared_infeasible",
         "honest working robots that had declared infeasible by the end of the run",
-        *("robots", "int64", 0),
         needs=DECLARES,
     ),
-    Outcome(
-        "feasible_at_end",
-        "honest working robots with opinion feasible at the end of the run",
-        *("robots", "int64", 0),
-    ),
-    Outcome(
-        "infeasible_at_end",
-        "honest working robots with opinion infeasible at the end of the run",
-        *("robots", "int64", 0),
-    ),
+    Outcome("feasible_at_end", "honest working robots with opinion feasible at the end of the run"),
+    Outcome("infeasible_at_end", "honest working robots with opinion infeasible at the end of the run"),
     Outcome("calls", "calls of the swarm for more robots", *("calls", "int64", 0), needs=RESPONDS),
-    Outcome("robots_called", "robots that the swarm has called", *("robots", "int64", 0), needs=RESPONDS),
-    Outcome("robots_released", "robots that the swarm has released", *("robots", "int64", 0), needs=RESPONDS),
+    Outcome("robots_called", "robots that the swarm has called", needs=RESPONDS),
+    Outcome("robots_released", "robots that the swarm has released", needs=RESPONDS),
 )
 """Outcomes per run, in the order of a journal's columns: append only."""
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
 from feasibee.model.codes import COS_EIGHTH, exact
 from feasibee.model.purposes import FAILURE, WALK
-from feasibee.reference.draws import cos_sin, duration, happens, philox
+from feasibee.reference.draws import cos_sin, duration, happens
 from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot import controller
@@ -24,20 +23,18 @@ class Robot:
 
     Parameters
     ----------
-    scenario : Scenario
-        What is simulated.
-    seed, run, number : int
-        Which robot of which run.
     world : World
         Where it lives.
+    names : Names
+        What it and the others are called.
+    number : int
+        Which robot it is.
     place : pair of int
         Where it starts.
     kind : int
         Number of its class.
     fault : str
         Its fault (model.md 6.6).
-    names : Names
-        What it and the others are called.
     before : Robot, optional
         The last robot of this number, whose draws go on (model.md 6.17.6).
     step : int
@@ -46,15 +43,12 @@ class Robot:
 
     def __init__(
         self,
-        scenario: Scenario,
-        seed: int,
-        run: int,
-        number: int,
         world: World,
+        names: Names,
+        number: int,
         place: Place,
         kind: int,
         fault: str,
-        names: Names,
         before: Robot | None = None,
         step: int = 0,
     ) -> None:
@@ -62,15 +56,14 @@ class Robot:
         self.place = place
         self.kind = kind
         self.fault = fault
-        self._scenario = scenario
+        self._scenario = world.scenario
         self._world = world
-        self._coordinates = (seed, run, number)
-        self._reach = float(exact(scenario.robots.speed) / world.unit)
+        self._reach = float(exact(self._scenario.robots.speed) / world.unit)
         self.joined: int = before.joined + 1 if before else 0
         self._walks: int = before._walks if before else 0
         self._turn()
         self._names = names
-        rate = scenario.robots.failure_rate
+        rate = self._scenario.robots.failure_rate
         self.leaves_at = step + duration(self.draw(self.joined, FAILURE), 1 / rate) if rate else None
         phases = before.mind.phases if before else 0
         self.mind: Mind = self.mind_of(self._settings(phases, step))
@@ -109,7 +102,7 @@ class Robot:
 
     def draws(self, counter: int, purpose: int) -> tuple[int, int, int, int]:
         """Return the random words of a coordinate of this robot."""
-        return philox(*self._coordinates, counter, purpose)
+        return self._world.draw(self.number, counter, purpose)
 
     def _turn(self) -> None:
         """Draw a heading and how long it lasts (model.md 2.1)."""
@@ -121,15 +114,14 @@ class Robot:
 
     def _settings(self, phases: int, step: int) -> Settings:
         """Return the settings of the robot's mind."""
-        own = replace(
-            settings_of(self._scenario),
-            me=self._names.me(self.number, self.kind),
-            place=self._world.in_units(self.place),
-            step=max(0, step - 1),
-        )
+        own = {
+            "me": self._names.me(self.number, self.kind),
+            "place": self._world.in_units(self.place),
+            "step": max(0, step - 1),
+        }
         return Settings(
-            **vars(own),
-            coordinates=self._coordinates,
+            **vars(settings_of(self._scenario)) | own,
+            coordinates=(*self._world.run, self.number),
             joined=self.joined,
             phases=phases,
             switching=self._scenario.decision.switching,

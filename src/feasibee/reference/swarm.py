@@ -26,7 +26,7 @@ from feasibee.model.purposes import (
     VANISH,
 )
 from feasibee.model.record import Record
-from feasibee.reference.draws import choose, duration, philox, poisson, rounded, shuffle
+from feasibee.reference.draws import choose, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.reference.robot import Robot, steps_of
 from feasibee.reference.world import Names, Place, World
@@ -84,15 +84,16 @@ def play(scenario: Scenario, seed: int, run: int) -> Iterator[Swarm]:
 class Swarm:
     """The robots and tasks of one run."""
 
+    robot_type: type[Robot] = Robot
+
     def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
         self.scenario = scenario
         self.time = 0
         self.world = World(scenario, seed, run)
-        self._run = (seed, run)
-        self.robot_kinds = _kinds(scenario.robots, scenario.most.robots, JOINING_CLASS, self._run)
-        self.task_kinds = _kinds(scenario.tasks, scenario.most.tasks, APPEARING_CLASS, self._run)
-        faults = _faults(scenario, lambda k: philox(seed, run, 0, k, FAULT)[0])
-        self.names = Names(scenario, seed, run)
+        self.robot_kinds = _kinds(scenario.robots, scenario.most.robots, JOINING_CLASS, self.world)
+        self.task_kinds = _kinds(scenario.tasks, scenario.most.tasks, APPEARING_CLASS, self.world)
+        faults = _faults(scenario, lambda k: self.world.draw(0, k, FAULT)[0])
+        self.names = Names(self.world)
         self.bits_sent = 0
         self.miss, self.loss = scenario.sensing.miss, scenario.radio.loss
         self.tasks = {i: self.world.task_place(i) for i in range(scenario.tasks.count)}
@@ -101,7 +102,7 @@ class Swarm:
         ]
         self._sight = self.world.squared(scenario.sensing.range)
         self._radio = self.world.squared(scenario.radio.range)
-        self._dynamics = Dynamics(self, seed, run) if scenario.dynamic else None
+        self._dynamics = Dynamics(self) if scenario.dynamic else None
         self._look_up_truth()
 
     @property
@@ -112,9 +113,7 @@ class Swarm:
     def new_robot(self, number: int, place: Place, fault: str = HONEST, before: Robot | None = None) -> Robot:
         """Return a robot that begins at this step; ``before`` was the last one of this number."""
         kind = self.robot_kinds[number]
-        return Robot(
-            self.scenario, *self._run, number, self.world, place, kind, fault, self.names, before, self.time
-        )
+        return self.robot_type(self.world, self.names, number, place, kind, fault, before, self.time)
 
     def _look_up_truth(self) -> None:
         """Store the truth of this step (model.md 6.17.3); Byzantine robots know it."""
@@ -239,13 +238,10 @@ class Dynamics:
     ----------
     swarm : Swarm
         The swarm at step 0; events of that step happen at once.
-    seed, run : int
-        Seed and number of the run.
     """
 
-    def __init__(self, swarm: Swarm, seed: int, run: int) -> None:
+    def __init__(self, swarm: Swarm) -> None:
         self._swarm = swarm
-        self._run = (seed, run)
         self._appeared = 0
         self._vanishes_at: dict[int, int] = {}
         self._gone: dict[int, Robot] = {}
@@ -314,7 +310,7 @@ class Dynamics:
     def _begin_lifetime(self) -> None:
         mean = self._swarm.scenario.tasks.lifetime
         if mean is not None:
-            word = philox(*self._run, self._appeared, 0, LIFETIME)[0]
+            word = self._swarm.world.draw(self._appeared, 0, LIFETIME)[0]
             self._vanishes_at[self._appeared] = self._swarm.time + duration(word, mean)
         self._appeared += 1
 
@@ -347,7 +343,7 @@ class Dynamics:
         return choose(self._draw(before, purpose)[0], count)
 
     def _draw(self, which: int, purpose: int) -> tuple[int, int, int, int]:
-        return philox(*self._run, which, self._swarm.time, purpose)
+        return self._swarm.world.draw(which, self._swarm.time, purpose)
 
 
 class Operator:
@@ -406,10 +402,10 @@ class Operator:
         return gaps[(len(gaps) - 1) // 2]
 
 
-def _kinds(section: Robots | Tasks, most: int, purpose: int, run: tuple[int, int]) -> list[int]:
+def _kinds(section: Robots | Tasks, most: int, purpose: int, world: World) -> list[int]:
     """Return the class of each number; beyond those of the start, that of one drawn from them."""
     kinds = [i for i, count in enumerate(_counts(section)) for _ in range(count)]
-    drawn = (philox(*run, number, 0, purpose)[0] for number in range(len(kinds), most))
+    drawn = (world.draw(number, 0, purpose)[0] for number in range(len(kinds), most))
     return kinds + [kinds[choose(word, len(kinds))] if kinds else 0 for word in drawn]
 
 

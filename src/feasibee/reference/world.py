@@ -42,7 +42,11 @@ class World:
         self.size = (math.floor(width / self.unit), math.floor(height / self.unit))
         self.radius = math.ceil(exact(scenario.robots.diameter) / self.unit / 2)
         self.scenario = scenario
-        self._seed, self._run = seed, run
+        self.run = (seed, run)
+
+    def draw(self, number: int, counter: int, purpose: int) -> tuple[int, int, int, int]:
+        """Return the random words of a coordinate of this run."""
+        return philox(*self.run, number, counter, purpose)
 
     def in_units(self, place: Place) -> tuple[float, float]:
         """Return a place in units."""
@@ -132,26 +136,24 @@ class World:
         first = ATTEMPTS * joined
         for attempt in range(ATTEMPTS):
             if section.placement == "points":
-                word = philox(self._seed, self._run, i, first + attempt, uniform)[0]
+                word = self.draw(i, first + attempt, uniform)[0]
                 yield self._held(self._given(section.points[choose(word, len(section.points))]), margin)
                 continue
             if section.placement == "uniform":
                 yield self._uniform(i, first + attempt, margin, uniform)
                 continue
-            word = philox(self._seed, self._run, i, joined, cluster)[0]
+            word = self.draw(i, joined, cluster)[0]
             middle = self._uniform(choose(word, section.clusters), 0, margin, centre)
             # The more attempts have failed, the wider it spreads.
             spread = math.floor(exact(section.spread) / self.unit) * (1 + attempt // 32)
             words = [
-                word
-                for part in range(6)
-                for word in philox(self._seed, self._run, i, 6 * (first + attempt) + part, scatter)
+                word for part in range(6) for word in self.draw(i, 6 * (first + attempt) + part, scatter)
             ]
             dx, dy = normal(words[:12], spread), normal(words[12:], spread)
             yield self._held((middle[0] + dx, middle[1] + dy), margin)
 
     def _uniform(self, i: int, attempt: int, margin: int, purpose: int) -> Place:
-        x, y, _, _ = philox(self._seed, self._run, i, attempt, purpose)
+        x, y, _, _ = self.draw(i, attempt, purpose)
         low = 0 if self.is_torus else margin
         width, height = (side - 2 * low for side in self.size)
         return low + choose(x, width), low + choose(y, height)
@@ -170,7 +172,7 @@ class World:
         """Return places on a square lattice over the whole arena, in random order."""
         step = 2 * self.radius
         columns, rows = self.size[0] // step, self.size[1] // step
-        order = shuffle(count, lambda k: philox(self._seed, self._run, 0, k, SITE)[0])
+        order = shuffle(count, lambda k: self.draw(0, k, SITE)[0])
         sites = (place * (columns * rows) // count for place in order)
         return [(self.radius + site % columns * step, self.radius + site // columns * step) for site in sites]
 
@@ -182,8 +184,8 @@ class Names:
     robots). Each task has a wrong name, too, with the highest ids.
     """
 
-    def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
-        self._seed, self._run = seed, run
+    def __init__(self, world: World) -> None:
+        scenario, self._draw = world.scenario, world.draw
         self._robots, self._tasks = scenario.most
         self._wrong = scenario.setting.task_ids - self._tasks
         self._width = scenario.arena.size[0]
@@ -204,7 +206,7 @@ class Names:
 
     def robot(self, number: int, kind: int, x: float, y: float) -> Thing:
         """Return a robot as others see it."""
-        return Thing(True, self.id(number), kind, self.hash(self.id(number)), x, y)
+        return Thing(True, *self.me(number, kind), x, y)
 
     def me(self, number: int, kind: int) -> tuple[int, int, int]:
         """Return a robot's id, class and hash."""
@@ -236,4 +238,4 @@ class Names:
         return self._word(thing, 1)
 
     def _word(self, thing: int, which: int) -> int:
-        return philox(self._seed, self._run, thing, 0, IDENTITY)[which]
+        return self._draw(thing, 0, IDENTITY)[which]

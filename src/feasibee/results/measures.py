@@ -25,6 +25,7 @@ from feasibee.results.statistics import (
     declare_times,
     event_rate,
     mean_share,
+    plain,
     quartiles,
     wilson,
 )
@@ -151,16 +152,8 @@ class Declarations(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the statistics as plain tables, for programs."""
-        return {
-            "feasible": self.feasible,
-            "infeasible": self.infeasible,
-            "ok": self.ok._asdict(),
-            "wrong": self.wrong._asdict(),
-            "step_90": {
-                name: list(value) if isinstance(value, tuple) else value
-                for name, value in self.step_90._asdict().items()
-            },
-        }
+        tables: dict[str, Any] = plain(self)
+        return tables
 
 
 def declarations(results: Any, scenario: Scenario) -> Declarations | None:
@@ -228,12 +221,9 @@ class Tracking(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the measures as plain tables, for programs."""
-        return {
-            "right_share": self.right_share._asdict(),
-            "detection_delay": {**self.detection_delay._asdict(), "changes": self.changes},
-            "missed": None if self.missed is None else self.missed._asdict(),
-            "false_alarms": self.false_alarms._asdict(),
-        }
+        tables: dict[str, Any] = plain(self)
+        tables["detection_delay"]["changes"] = tables.pop("changes")
+        return tables
 
 
 class RunCounts(NamedTuple):
@@ -245,10 +235,12 @@ class RunCounts(NamedTuple):
     """Number of steps at which the swarm was right, by run."""
     alarms: NDArray[np.int64]
     """Number of false alarms, by run."""
-    delay: NDArray[np.int64]
-    """Delay of each of the `Changes` of all runs."""
-    watched: NDArray[np.int64]
-    """Last delay that could have been seen of each."""
+    changes: Changes
+
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """Share of the steps at which each swarm was right: shape (runs,)."""
+        return self.right / np.maximum(1, self.steps)
 
 
 def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking | None:
@@ -281,19 +273,20 @@ def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking 
 def counts_of(results: Any, first_step: int = 1) -> RunCounts:
     """Return what is counted of runs in a world that changes; the arguments are those of `tracking`."""
     truth, held = np.asarray(results.truth), np.asarray(results.held)
-    changes = changes_of(truth, held, first_step)
     return RunCounts(
-        steps_of(truth, first_step),
-        right_steps_of(truth, held, first_step),
-        false_alarms_of(truth, held, first_step),
-        changes.delay,
-        changes.watched,
+        (truth[:, first_step:] >= 0).sum(axis=1),
+        _is_right(truth, held)[:, first_step:].sum(axis=1),
+        _false_alarms(truth, held, first_step),
+        changes_of(truth, held, first_step),
     )
 
 
 def summarised(parts: Sequence[RunCounts]) -> Tracking:
     """Return the measures of some runs together, at least one of which has a step."""
-    steps, right, alarms, delay, watched = (np.concatenate(each) for each in zip(*parts, strict=True))
+    steps, right, alarms = (np.concatenate(each) for each in zip(*(part[:3] for part in parts), strict=True))
+    delay, watched = (
+        np.concatenate([getattr(each.changes, name) for each in parts]) for name in ("delay", "watched")
+    )
     played, missed = steps > 0, int((delay < 0).sum())
     rate = event_rate(alarms, steps)
     return Tracking(
@@ -307,45 +300,18 @@ def summarised(parts: Sequence[RunCounts]) -> Tracking:
 
 def measures_of_runs(results: Any) -> dict[str, NDArray[np.int64]]:
     """Return the measures `OF_RUNS` of each run of a world that changes: shape (runs,)."""
-    truth, held = np.asarray(results.truth), np.asarray(results.held)
-    runs, changes = truth.shape[0], changes_of(truth, held)
+    counts = counts_of(results)
+    runs, changes = counts.steps.size, counts.changes
     first = np.full(runs, -1, np.int64)
     first[changes.run[::-1]] = changes.delay[::-1]  # the first change of a run is written last
     return {
-        "right_steps": right_steps_of(truth, held),
+        "right_steps": counts.right,
         "changes": np.bincount(changes.run, minlength=runs),
         "missed": np.bincount(changes.run[changes.delay < 0], minlength=runs),
         "first_delay": first,
-        "false_alarms": false_alarms_of(truth, held),
+        "false_alarms": counts.alarms,
         "robot_steps": robot_steps(results),
     }
-
-
-def steps_of(truth: ArrayLike, first_step: int = 1) -> NDArray[np.int64]:
-    """Return the number of simulated steps of each run from a step on: shape (runs,)."""
-    counts: NDArray[np.int64] = (np.asarray(truth)[:, first_step:] >= 0).sum(axis=1)
-    return counts
-
-
-def right_steps_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> NDArray[np.int64]:
-    """Return the number of steps of each run at which its swarm held the truth of that step: shape (runs,).
-
-    Parameters
-    ----------
-    truth, held : int8 array, shape (runs, steps + 1)
-        As in ``feasibee.model.record.Record``.
-    first_step : int
-        First step that counts.
-    """
-    counts: NDArray[np.int64] = _is_right(truth, held)[:, first_step:].sum(axis=1)
-    return counts
-
-
-def right_shares(results: Any, first_step: int = 1) -> NDArray[np.float64]:
-    """Return the share of steps at which each swarm held the truth of that step: shape (runs,)."""
-    steps = np.maximum(1, steps_of(results.truth, first_step))
-    shares: NDArray[np.float64] = right_steps_of(results.truth, results.held, first_step) / steps
-    return shares
 
 
 def changes_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> Changes:
@@ -372,22 +338,13 @@ def changes_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> Change
     return Changes(row[counts], step[counts], delay[counts], (end - 1 - step)[counts])
 
 
-def false_alarms_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> NDArray[np.int64]:
-    """Return the number of false alarms of each run: shape (runs,).
-
-    Parameters
-    ----------
-    truth, held : int8 array, shape (runs, steps + 1)
-        As in ``feasibee.model.record.Record``.
-    first_step : int
-        First step whose alarm counts.
-    """
-    truths, opinions = np.asarray(truth), np.asarray(held)
-    runs, length = truths.shape
-    starts = _changed(truths)
+def _false_alarms(truth: NDArray[Any], held: NDArray[Any], first_step: int) -> NDArray[np.int64]:
+    """Return the number of false alarms of each run: shape (runs,)."""
+    runs, length = truth.shape
+    starts = _changed(truth)
     starts[:, :1] = True
     stretch = np.cumsum(starts.ravel())  # steps of one run and one truth have the same number
-    at = np.flatnonzero(((opinions >= 0) & (truths >= 0)).ravel())
+    at = np.flatnonzero(((held >= 0) & (truth >= 0)).ravel())
     right = _is_right(truth, held).ravel()[at]
     alarm = np.zeros(at.size, np.bool_)
     alarm[1:] = right[:-1] & ~right[1:] & (stretch[at[1:]] == stretch[at[:-1]])
@@ -511,7 +468,7 @@ _TABLE: Final = (
         "right_share",
         "steps at which swarms are right",
         needs=CHANGES,
-        values=lambda results, scenario: right_shares(results),
+        values=lambda results, scenario: counts_of(results).shares,
     ),
     Measure(
         "detection_delay",

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.results.statistics import Interval, mean_of, mean_share
+from feasibee.results.statistics import Interval, mean_of, mean_share, plain
 from feasibee.scenario.scenario import Scenario
 
 Counts = NDArray[np.int64]
@@ -29,15 +29,15 @@ class Service(NamedTuple):
     """Robots in excess of the tasks, mean over steps and runs; 0 at steps with fewer robots than tasks."""
     calls: Interval
     """Number of calls per run."""
-    too_many: float
-    """Robots per call that came in excess of tasks and margin."""
-    too_few: float
-    """Robots per call that were still missing when the called ones came."""
+    too_many_per_call: float
+    """Robots that came in excess of tasks and margin."""
+    too_few_per_call: float
+    """Robots that were still missing when the called ones came."""
 
     def to_dict(self) -> dict[str, Any]:
         """Return the measures as plain tables, for programs."""
-        numbers = {name: getattr(self, name)._asdict() for name in ("feasible_share", "idle", "calls")}
-        return {**numbers, "too_many_per_call": self.too_many, "too_few_per_call": self.too_few}
+        tables: dict[str, Any] = plain(self)
+        return tables
 
 
 class Judgement(NamedTuple):

@@ -53,6 +53,14 @@ class DeclareTimes(NamedTuple):
     p95_interval: tuple[int | None, int | None]
 
 
+def plain(found: Any) -> Any:
+    """Return named tuples as tables and other tuples as lists, at any depth, for programs."""
+    if isinstance(found, tuple):
+        named = getattr(found, "_asdict", None)
+        return [plain(each) for each in found] if named is None else plain(named())
+    return {name: plain(each) for name, each in found.items()} if isinstance(found, dict) else found
+
+
 def wilson(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
     """Return a rate with its Wilson score interval, which is never of zero width, even for 0 of 100.
 

@@ -9,11 +9,9 @@ from typing import Any, Final
 from feasibee.errors import ScenarioError
 from feasibee.results.statistics import wilson
 from feasibee.scenario.feasibility import explain
-from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
 from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of, wait_for
-from feasibee.studies.findings import Findings, Trial
 from feasibee.studies.needs import all_strategies, asked_of, suitable
 from feasibee.studies.recommend import (
     TOLERATES,
@@ -24,25 +22,9 @@ from feasibee.studies.recommend import (
     recommend_within,
     world_of,
 )
-from feasibee.studies.report import section_as_html, sections, table_of
+from feasibee.studies.report import Assessment, Trial
 from feasibee.studies.size import Rule, band_within, size_within
 from feasibee.sweeps.sweep import Execution, Rounds
-
-
-@dataclass(frozen=True)
-class Assessment(Findings):
-    """What an assessment found, with its words and tables in notebooks.
-
-    Its fields are those of `feasibee.studies.findings.Findings`.
-    """
-
-    def _repr_html_(self) -> str:
-        """Return the assessment as HTML, for notebooks."""
-        tables = {"Strategies": self.strategies, "Changes": self.limits, "Faults": self.faults}
-        parts = [section_as_html(each) for each in sections(self)]
-        parts += [folded(name, table_of(name, trials)) for name, trials in tables.items()]
-        return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
-
 
 AS_IT_IS: Final = "as it is"
 RESOLUTION: Final = 0.15

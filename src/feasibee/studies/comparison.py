@@ -37,7 +37,6 @@ from feasibee.results.measures import (
     ended_agreed,
     ended_right,
     measured,
-    right_shares,
     robot_steps,
     together,
 )
@@ -258,18 +257,9 @@ def outcomes_of(rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed:
     ]
 
 
-def right_at_end(
-    rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int
-) -> list[NDArray[np.bool_]]:
-    """Run one round; return for each point whether each swarm was right at the last step."""
-    records = rounds.run(Study(designs, runs, seed))
-    scenarios = [design.scenario for design in designs]
-    return [ended_right(record, scenario) for scenario, record in zip(scenarios, records, strict=True)]
-
-
 def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
     """Summarise the runs of one contender at one number of tasks."""
-    feasible = truth(scenario)
+    feasible, found = truth(scenario), measured(record, scenario)
     steps = scenario.robots.count * scenario.run.steps
     return Outcome(
         contender=contender,
@@ -278,10 +268,10 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         feasible=feasible,
         right=ended_right(record, scenario),
         agreed=ended_agreed(record, scenario),
-        right_steps=right_shares(record) if scenario.dynamic else np.empty(0),
+        right_steps=np.empty(0) if found.followed is None else found.followed.shares,
         right_at=_right_at(record, scenario, feasible),
         bits=record.bits_sent / (robot_steps(record) if scenario.dynamic else steps),
-        found=measured(record, scenario),
+        found=found,
         judgement=judgement(record, scenario),
         infeasible_at=(
             infeasible_share(record.truth)
@@ -491,10 +481,7 @@ def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
 
 
 def _service_columns(whose: str, service: Service) -> dict[str, object]:
-    return {
-        **columns(f"{whose}feasible_share", service.feasible_share),
-        **columns(f"{whose}idle", service.idle),
-        **columns(f"{whose}calls", service.calls),
-        f"{whose}too_many_per_call": service.too_many,
-        f"{whose}too_few_per_call": service.too_few,
-    }
+    row: dict[str, object] = {}
+    for name, found in service._asdict().items():
+        row |= columns(whose + name, found) if isinstance(found, Interval) else {whose + name: found}
+    return row

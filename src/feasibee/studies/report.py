@@ -1,4 +1,4 @@
-"""Assessments in words, as a page of HTML, and as its parts: the verdict first."""
+"""What an assessment of a swarm found: plain tables, the verdict, words, and a page of HTML."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ import html
 import io
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, Final, NamedTuple
 
 from matplotlib.figure import Figure
 
@@ -19,21 +20,172 @@ from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.statistics import Interval, pareto
+from feasibee.scenario.feasibility import Verdict as Truth
+from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words
-from feasibee.studies.comparison import Outcome, percent, points, tracking_figures, wait_for
-from feasibee.studies.findings import (
-    NOT_READY,
-    READY,
-    SIGNS,
-    UNCERTAIN,
-    Findings,
-    Trial,
-)
+from feasibee.studies.comparison import Outcome, difference, percent, points, tracking_figures, wait_for
 from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, quiet_times_in_words
-from feasibee.studies.size import Band, band_sentence, edge_sentence, panels_of, sentences
+from feasibee.studies.recommend import Candidate, Recommendation
+from feasibee.studies.size import Band, Sizing, band_sentence, edge_sentence, panels_of, sentences
 
-WORDS = {READY: "Ready", UNCERTAIN: "Uncertain", NOT_READY: "Not ready"}
+READY, UNCERTAIN, NOT_READY = "ready", "uncertain", "not ready"
+SIGNS: Final = {READY: ("green", "●"), UNCERTAIN: ("amber", "▲"), NOT_READY: ("red", "■")}
+"""The colour and the shape of each verdict."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A changed scenario, simulated on the same worlds."""
+
+    name: str
+    """Name of the change."""
+    outcome: Outcome
+    """Outcome of its runs."""
+    difference: Interval
+    """Share of swarms that are right at the end, less that share without the change; in a world that changes,
+    share of steps."""
+    opposite: Outcome | None = None
+    """Outcome at the reciprocal ratio, where the truth is the opposite."""
+
+
+class Judged(NamedTuple):
+    """Whether a swarm can be deployed."""
+
+    level: str
+    """``"ready"``, ``"uncertain"`` or ``"not ready"``."""
+    right: Interval
+    """Share of swarms that are right, of the two worlds in the one where it is smaller; or share of steps."""
+    tasks: int
+    """Number of tasks of that world."""
+
+
+@dataclass(frozen=True)
+class Assessment:
+    """Expected behaviour of a swarm, and what would improve it."""
+
+    scenario: Scenario
+    """The assessed scenario."""
+    truth: Truth
+    """Ground truth, with its proof."""
+    target: float
+    """Share of swarms that must be right."""
+    outcome: Outcome
+    """Outcome of the unchanged scenario."""
+    right: Interval
+    wrong: Interval
+    split: Interval
+    """Share of the swarms of each kind at the last step. More than the threshold's share of the robots holds
+    the true opinion, the other one, or neither."""
+    wait: int | None
+    """First step from which the target's share of the swarms is right until the end; None without one."""
+    asked: Asked
+    """What the strategy asks of the robots."""
+    sizing: Sizing | None
+    """How many robots are enough for the tasks, and the blind band; None if robots have classes or given
+    places."""
+    limits: list[Trial]
+    """Changes that show what limits the swarm, the most helpful first."""
+    strategies: list[Trial]
+    """The other strategies, the best first."""
+    opposite: Outcome | None
+    """Outcome at the reciprocal ratio, where the truth is the opposite; None if robots or tasks have classes
+    or tasks have given places."""
+    recommendation: Recommendation
+    """Strategies that reach the target in both worlds."""
+    recommended: Candidate | None
+    """The scenario's own strategy if it is among these, or the first of them; None without any."""
+    recommended_asked: Asked | None
+    """What it asks of the robots."""
+    recommended_band: Band | None
+    """Its blind band."""
+    faults: list[Trial]
+    """The recommended strategy with single faults, or its own one if none is recommended."""
+    seed: int
+    """Seed of the runs."""
+
+    @property
+    def better(self) -> list[Trial]:
+        """Strategies that are significantly better here, and not worse at the opposite truth."""
+        return [
+            trial
+            for trial in self.strategies
+            if trial.difference.low > 0 and not _is_worse(trial.opposite, self.opposite)
+        ]
+
+    @property
+    def verdict(self) -> Judged:
+        """Whether the swarm can be deployed: judged in its world and at the opposite truth."""
+        own = self.right if self.outcome.tracking is None else self.outcome.judged
+        worlds = [(own, self.outcome.tasks)]
+        if self.opposite is not None:
+            worlds.append((self.opposite.accuracy, self.opposite.tasks))
+        worst, tasks = min(worlds, key=lambda world: world[0].estimate)
+        level = READY if worst.low >= self.target else UNCERTAIN
+        return Judged(NOT_READY if worst.high < self.target else level, worst, tasks)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the assessment as plain tables, for programs."""
+        level, right, tasks = self.verdict
+        colour, shape = SIGNS[level]
+        sign = {"level": level, "colour": colour, "shape": shape}
+        return {
+            "verdict": {**sign, "right": right._asdict(), "tasks": tasks, "target": self.target},
+            "scenario": self.scenario.to_dict(),
+            "scenario_hash": self.scenario.hash,
+            "runs": self.outcome.runs,
+            "steps": self.scenario.run.steps,
+            "truth": self.truth.to_dict(),
+            **{name: getattr(self, name)._asdict() for name in ("right", "wrong", "split")},
+            "first_decision_right": self.outcome.first._asdict(),
+            "right_from_step": self.wait,
+            "bits_per_robot_and_step": float(self.outcome.bits.mean()),
+            "asked": self.asked._asdict(),
+            **self.outcome.words_and_tracking(),
+            "opposite": _opposite_as_dict(self.opposite),
+            "size": None if self.sizing is None else self.sizing.to_dict(),
+            "recommended": self._recommended_as_dict(),
+            "excluded": dict(self.recommendation.excluded),
+            "faults": [self._as_dict(trial) for trial in self.faults],
+            "limits": [self._as_dict(trial) for trial in self.limits],
+            "strategies": [self._as_dict(trial) for trial in self.strategies],
+            "seed": self.seed,
+            "version": version("feasibee"),
+            "model_version": MODEL_VERSION,
+        }
+
+    def _repr_html_(self) -> str:
+        """Return the assessment as HTML, for notebooks."""
+        tables = {"Strategies": self.strategies, "Changes": self.limits, "Faults": self.faults}
+        parts = [section_as_html(each) for each in sections(self)]
+        parts += [folded(name, table_of(name, trials)) for name, trials in tables.items()]
+        return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
+
+    def _recommended_as_dict(self) -> dict[str, Any] | None:
+        if self.recommended is None or self.recommended_asked is None:
+            return None
+        band = None if self.recommended_band is None else self.recommended_band.to_dict()
+        asked = self.recommended_asked._asdict()
+        return {**self.recommended.to_dict(), "asked": asked, "blind_band": band}
+
+    def _as_dict(self, trial: Trial) -> dict[str, Any]:
+        return {
+            "name": trial.name,
+            "right": trial.outcome.accuracy._asdict(),
+            "difference": trial.difference._asdict(),
+            "right_from_step": wait_for(trial.outcome, self.target),
+            "bits_per_robot_and_step": float(trial.outcome.bits.mean()),
+            **trial.outcome.words_and_tracking(),
+            "opposite": _opposite_as_dict(trial.opposite),
+        }
+
+
+def _is_worse(one: Outcome | None, other: Outcome | None) -> bool:
+    return one is not None and other is not None and difference(one, other).high < 0
+
+
+def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
+    return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}
 
 
 class Section(NamedTuple):
@@ -43,7 +195,7 @@ class Section(NamedTuple):
     lines: Sequence[str]
 
 
-def sections(assessment: Findings) -> list[Section]:
+def sections(assessment: Assessment) -> list[Section]:
     """Return an assessment in words."""
     found = [
         Section("Verdict", [verdict_sentence(assessment)]),
@@ -57,7 +209,7 @@ def sections(assessment: Findings) -> list[Section]:
     return [each for each in found if each.lines]
 
 
-def verdict_sentence(assessment: Findings) -> str:
+def verdict_sentence(assessment: Assessment) -> str:
     """Return the verdict in a sentence, with one number and its interval."""
     level, right, tasks = assessment.verdict
     shape = SIGNS[level][1]
@@ -71,10 +223,10 @@ def verdict_sentence(assessment: Findings) -> str:
         if assessment.outcome.tracking is None
         else f"such swarms are right in {percent(right)} of {steps}; {wanted}."
     )
-    return f"{shape} {WORDS[level]}: {text}"
+    return f"{shape} {level.capitalize()}: {text}"
 
 
-def _expected(assessment: Findings) -> list[str]:
+def _expected(assessment: Assessment) -> list[str]:
     outcome, target = assessment.outcome, f"{100 * assessment.target:g} %"
     shares = [
         f"{percent(getattr(assessment, name))} {answer}"
@@ -103,7 +255,7 @@ def _expected(assessment: Findings) -> list[str]:
     return lines
 
 
-def _truth(assessment: Findings) -> str:
+def _truth(assessment: Assessment) -> str:
     robots, truth = assessment.scenario.robots.count, assessment.truth
     if assessment.outcome.tracking is not None:
         answer = "feasible" if truth.feasible else "infeasible"
@@ -146,7 +298,7 @@ def _tracking(outcome: Outcome, scenario: Scenario) -> list[str]:
     ]
 
 
-def _sized(assessment: Findings) -> list[str]:
+def _sized(assessment: Assessment) -> list[str]:
     sizing = assessment.sizing
     if sizing is None:
         return []
@@ -179,7 +331,7 @@ def bias_in_words(band: Band, scenario: Scenario) -> list[str]:
     return lines
 
 
-def _asked(assessment: Findings) -> list[str]:
+def _asked(assessment: Assessment) -> list[str]:
     lines = [
         f"{assessment.scenario.decision.strategy}: {_asked_in_words(assessment.asked, assessment.scenario)}."
     ]
@@ -208,7 +360,7 @@ def _asked_in_words(asked: Asked, scenario: Scenario) -> str:
     return "; ".join(parts)
 
 
-def _recommended(assessment: Findings) -> list[str]:
+def _recommended(assessment: Assessment) -> list[str]:
     found = assessment.recommended
     target = f"{100 * assessment.target:g} %"
     if assessment.outcome.tracking is not None:
@@ -236,7 +388,7 @@ def _recommended(assessment: Findings) -> list[str]:
     return lines
 
 
-def _best_tracker(assessment: Findings) -> list[str]:
+def _best_tracker(assessment: Assessment) -> list[str]:
     """Return the strategy that is right in most steps of a world that changes."""
     own = assessment.scenario.decision.strategy
     tried = {own: assessment.outcome, **{trial.name: trial.outcome for trial in assessment.strategies}}
@@ -250,7 +402,7 @@ def _best_tracker(assessment: Findings) -> list[str]:
     ]
 
 
-def _faults(assessment: Findings) -> list[str]:
+def _faults(assessment: Assessment) -> list[str]:
     chosen = assessment.scenario if assessment.recommended is None else assessment.recommended.scenario
     name = chosen.decision.strategy
     return [
@@ -259,7 +411,7 @@ def _faults(assessment: Findings) -> list[str]:
     ]
 
 
-def _changes(assessment: Findings) -> list[str]:
+def _changes(assessment: Assessment) -> list[str]:
     helps = [trial for trial in assessment.limits if trial.difference.low > 0]
     lines = [f"{trial.name}: {points(trial.difference)}." for trial in helps]
     if not helps:
@@ -363,12 +515,12 @@ class Shown(NamedTuple):
     drawn: Figure
 
 
-def write_report(assessment: Findings, path: Path, command: str = "feasibee.studies.assess") -> None:
+def write_report(assessment: Assessment, path: Path, command: str = "feasibee.studies.assess") -> None:
     """Write an assessment as one HTML file that includes its figures.
 
     Parameters
     ----------
-    assessment : Findings
+    assessment : Assessment
         What to write.
     path : Path
         The file.
@@ -387,7 +539,7 @@ def write_report(assessment: Findings, path: Path, command: str = "feasibee.stud
         temporary.write_text(text, encoding="utf-8")
 
 
-def _verdict(assessment: Findings) -> str:
+def _verdict(assessment: Assessment) -> str:
     level, right, tasks = assessment.verdict
     colour, shape = SIGNS[level]
     middle, low, high = (100 * value for value in right)
@@ -401,12 +553,12 @@ def _verdict(assessment: Findings) -> str:
     )
     return (
         f'<section class="verdict {colour}"><p class="level"><span aria-hidden="true">{shape}</span> '
-        f'{WORDS[level]}</p><p class="number">{middle:.1f} %</p>'
+        f'{level.capitalize()}</p><p class="number">{middle:.1f} %</p>'
         f"<p>{what}. 95 % interval: {low:.1f} to {high:.1f} %. Asked for: {target:g} %.</p></section>"
     )
 
 
-def _figures(assessment: Findings) -> Iterator[Shown]:
+def _figures(assessment: Assessment) -> Iterator[Shown]:
     if assessment.sizing is not None:
         yield Shown(
             "Share of right swarms against the number of robots, and against the number of tasks",
@@ -437,7 +589,7 @@ def _figures(assessment: Findings) -> Iterator[Shown]:
     )
 
 
-def _best_in_words(assessment: Findings) -> str:
+def _best_in_words(assessment: Assessment) -> str:
     """Return the shares at the end of this swarm and of the best other strategies, in words."""
     best = [f"{trial.name} {percent(trial.outcome.judged)}" for trial in assessment.strategies[:4]]
     when = "At the end" if assessment.outcome.tracking is None else "Of the steps"
@@ -455,7 +607,7 @@ def _figure(shown: Shown) -> str:
     )
 
 
-def _footer(assessment: Findings, command: str) -> str:
+def _footer(assessment: Assessment, command: str) -> str:
     parts = (
         f"<code>{html.escape(command)}</code>",
         f"scenario {assessment.scenario.hash[:12]}",

@@ -16,13 +16,14 @@ from typing import Any, Final, Literal, NamedTuple
 from feasibee.errors import FeasibeeError
 from feasibee.figures.sizing import Panel
 from feasibee.model.codes import MODEL_VERSION
+from feasibee.results.measures import ended_right
 from feasibee.results.statistics import CONFIDENCE, Interval, confidence_sequence
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import axis_of, step_in_words, value_in_words
-from feasibee.studies.comparison import check_stays, right_at_end
+from feasibee.studies.comparison import check_stays
 from feasibee.studies.space import ladder, valid_values
-from feasibee.sweeps.plan import DesignPoint
+from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
 GROWTH: Final = 1.5
@@ -438,10 +439,8 @@ def size(
     scenario = scenario.replace({"run.stop_at_decision": False})
     path = over.partition("=")[0]
     field = _robots(scenario, over, REACH) if path == ROBOTS else ladder(scenario, over)
-    lists = [field, *_task_lists(scenario, REACH)]
     with Rounds(execution, most=None) as rounds:
-        edge, *ends = _search_all(rounds, scenario, rule, seed, lists, tell)
-    return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
+        return _sized(rounds, scenario, rule, seed, [field, *_task_lists(scenario, REACH)], tell)
 
 
 def size_within(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int) -> Sizing | None:
@@ -449,7 +448,11 @@ def size_within(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int) -> Si
     if scenario.robots.classes or scenario.robots.points:
         return None
     lists = [_robots(scenario, ROBOTS, SHORT_REACH), *_task_lists(scenario, SHORT_REACH)]
-    edge, *ends = _search_all(rounds, scenario, rule, seed, lists)
+    return _sized(rounds, scenario, rule, seed, lists)
+
+
+def _sized(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int, *searched: Any) -> Sizing:
+    edge, *ends = _search_all(rounds, scenario, rule, seed, *searched)
     return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
 
 
@@ -467,45 +470,34 @@ def _search_all(
     lists: Sequence[tuple[str, Sequence[Any]]],
     tell: Tell | None = None,
 ) -> list[Edge]:
-    """Search along several fields; the answers share the error rate."""
+    """Search along several fields, all on the same runs; the answers share the error rate.
+
+    The last value of fields other than robots and tasks is tested, too. That of these is 8 times the first,
+    and costs as much.
+    """
     rounds.phase = "searching sizes"
     tests = sum(most_tests(len(values)) for _, values in lists)
-    swarms = Swarms(rounds, scenario, rule, seed, tests, tell)
-    return [swarms.search(path, values) for path, values in lists]
 
+    def test(path: str, value: Any, place: int) -> Finding:
+        design = DesignPoint({path: value}, scenario.replace({path: value}))
+        found = finding_at(place, lambda runs: _right(rounds, design, runs, seed), rule, tests)
+        if tell is not None:
+            tell(f"{path} = {value}: {in_words(found)}")
+        return found
 
-@dataclass(frozen=True)
-class Swarms:
-    """Tests a scenario with changed values of a field, all of them on the same runs."""
-
-    rounds: Rounds
-    scenario: Scenario
-    rule: Rule
-    seed: int
-    tests: int
-    tell: Tell | None
-
-    def search(self, path: str, values: Sequence[Any]) -> Edge:
-        """Search where along the values the swarm becomes right often enough.
-
-        The last value of other fields is tested, too. That of robots or tasks is 8 times the first, and costs
-        as much.
-        """
-
-        def test(place: int) -> Finding:
-            changes = {path: values[place]}
-            design = DesignPoint(changes, self.scenario.replace(changes))
-            found = finding_at(place, lambda runs: self._right(design, runs), self.rule, self.tests)
-            if self.tell is not None:
-                self.tell(f"{path} = {values[place]}: {in_words(found)}")
-            return found
-
+    def search(path: str, values: Sequence[Any]) -> Edge:
         look_last = path not in (ROBOTS, TASKS)
-        return Edge(path, values, find_crossing(len(values), test, self.rule.resolution, look_last))
+        crossing = find_crossing(
+            len(values), lambda place: test(path, values[place], place), rule.resolution, look_last
+        )
+        return Edge(path, values, crossing)
 
-    def _right(self, design: DesignPoint, runs: int) -> int:
-        (right,) = right_at_end(self.rounds, [design], runs, self.seed)
-        return int(right.sum())
+    return [search(path, values) for path, values in lists]
+
+
+def _right(rounds: Rounds, design: DesignPoint, runs: int, seed: int) -> int:
+    (record,) = rounds.run(Study([design], runs, seed))
+    return int(ended_right(record, design.scenario).sum())
 
 
 def _robots(scenario: Scenario, over: str, reach: int) -> tuple[str, list[int]]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.style import GREY, PALETTE, are_spaced_by_ratio, figure, spaced_by_ratio, text_colour
 from feasibee.model.record import Record
-from feasibee.results.measures import MEASURES, PER, Measure, false_alarms_of, steps_of
+from feasibee.results.measures import MEASURES, PER, Measure, counts_of
 from feasibee.results.statistics import (
     Interval,
     mean_difference,
@@ -119,8 +119,8 @@ def scored(
 def _alarms(record: Record, scenario: Scenario) -> float:
     if not scenario.dynamic:
         return 0.0
-    alarms, steps = false_alarms_of(record.truth, record.held), steps_of(record.truth)
-    return PER * float(alarms.sum()) / max(1, int(steps.sum()))
+    counts = counts_of(record)
+    return PER * float(counts.alarms.sum()) / max(1, int(counts.steps.sum()))
 
 
 def _known(values: Values) -> Values:
