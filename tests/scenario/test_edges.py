@@ -93,9 +93,9 @@ EDGES = {
         "tasks.spread = 20.0001: must be at most the arena's longer side, 20 units",
     ),
     "points on a torus": (
-        at_points("tasks", (0, 19.999)),
-        at_points("tasks", (0, 20.0)),
-        "tasks.points = (0, 20.0): point 1: must be inside the arena",
+        at_points("robots", (0, 19.999)),
+        at_points("robots", (0, 20.0)),
+        "robots.points = (0, 20.0): point 1: must be inside the arena",
     ),
     "tasks at a wall": (
         {**WALLS, **at_points("tasks", (0, 20.0))},

@@ -717,28 +717,6 @@ def test_a_point_of_a_csv_outside_the_arena_is_told_by_its_line(tmp_path):
     assert str(path) in text
 
 
-@pytest.mark.parametrize(
-    ("section", "boundary", "point", "fine"),
-    [
-        ("tasks", "walls", [20.0, 20.0], True),
-        ("tasks", "torus", [20.0, 20.0], False),
-        ("tasks", "torus", [0.0, 19.999], True),
-        ("tasks", "walls", [-0.1, 3.0], False),
-        ("robots", "walls", [0.5, 19.5], True),
-        ("robots", "walls", [0.4, 10.0], False),
-        ("robots", "torus", [0.4, 10.0], True),
-    ],
-)
-def test_points_must_be_in_the_arena_and_robots_off_its_walls(section, boundary, point, fine):
-    tables_ = {"arena": {"boundary": boundary}, section: {"placement": "points", "points": [point]}}
-    if fine:
-        assert getattr(Scenario(**tables_), section).points == (tuple(point),)
-    else:
-        (problem,) = problems_of(tables_)
-        assert problem.path == f"{section}.points"
-        assert problem.value == tuple(point)
-
-
 def test_a_missing_csv_is_told(tmp_path):
     (problem,) = problems_of({"tasks": {"placement": "points", "points": str(tmp_path / "none.csv")}})
     assert problem.path == "tasks.points"

@@ -16,9 +16,8 @@ from click.exceptions import NoArgsIsHelpError
 
 from feasibee.cli import interrupts, streams
 from feasibee.cli.decide import assess, recommend, size
-from feasibee.cli.launch import launch
 from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
-from feasibee.cli.robots import header, replay, robot
+from feasibee.cli.robots import header, launch, replay, robot
 from feasibee.cli.run import run
 from feasibee.cli.share import animate, page
 from feasibee.cli.studies import compare, paper

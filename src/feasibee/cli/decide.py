@@ -29,6 +29,7 @@ from feasibee.cli.options import (
     wrapped,
 )
 from feasibee.files import FIGURES
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.studies.recommend import Recommendation
@@ -142,7 +143,6 @@ def size(
     keep_matplotlib_in_cache()
     from feasibee.figures.sizing import draw_sizing
     from feasibee.figures.style import save_figure
-    from feasibee.scenario.runs import Runs
     from feasibee.studies.size import Rule, panels_of
     from feasibee.studies.size import size as search
 
@@ -206,7 +206,6 @@ def recommend(
       feasibee recommend mine.toml --liars 1 --message-bits 64 --steps 500
       feasibee recommend mine.toml --no-names --strategies dmmd,average,mine.py
     """
-    from feasibee.scenario.runs import Runs
     from feasibee.studies.recommend import Constraints
     from feasibee.studies.recommend import recommend as test_all
 

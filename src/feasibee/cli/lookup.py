@@ -12,6 +12,7 @@ import click
 
 from feasibee.cli.options import Given, argument, command, console, file_type, folder_type, option, print_json
 from feasibee.errors import FeasibeeError
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.scenario.feasibility import Verdict
@@ -41,7 +42,6 @@ def truth(
       feasibee truth examples/changing.toml --step 500 --seed 1
     """
     from feasibee.scenario.feasibility import explain
-    from feasibee.scenario.runs import Runs
 
     scenario = given.read()
     Runs.single(seed, run)  # raises an error for wrong numbers, which a world that stays doesn't need
@@ -188,20 +188,17 @@ def presets(as_json: bool) -> None:
     from feasibee.scenario.scenario import Scenario
     from feasibee.scenario.tables import ABOUT, PRESETS
 
-    rows: list[dict[str, Any]] = []
-    for name in PRESETS:
-        scenario = Scenario(preset=name)
-        bits = message_bits(scenario).full
-        rows.append(
-            {
-                "preset": name,
-                "needs": [],
-                "bits": bits,
-                "steps": scenario.run.steps,
-                "about": ABOUT[name],
-                "values": PRESETS[name],
-            }
-        )
+    rows: list[dict[str, Any]] = [
+        {
+            "preset": name,
+            "needs": [],
+            "bits": message_bits(Scenario(preset=name)).full,
+            "steps": Scenario(preset=name).run.steps,
+            "about": ABOUT[name],
+            "values": values,
+        }
+        for name, values in PRESETS.items()
+    ]
     if as_json:
         print_json(rows)
         return

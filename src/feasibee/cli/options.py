@@ -168,20 +168,9 @@ class Workforce(NamedTuple):
 
 
 def option(text: str, kind: Any = None, default: Any = None, name: str = "", **settings: Any) -> Any:
-    """Return the option that a parameter of a command stands for, named as the parameter by default.
+    """Return the option that a parameter of a command stands for, by its help, type and default.
 
-    Parameters
-    ----------
-    text : str
-        Its help.
-    kind : click.ParamType or type, optional
-        Its type.
-    default : object, optional
-        Its default, which its help shows.
-    name : str, optional
-        Its name, with hyphens.
-    **settings
-        Further ones of ``click.Option``.
+    It is named as the parameter, unless ``name`` is given with hyphens; ``click.Option`` has the settings.
     """
     if default is not None:
         settings = {"default": default, "show_default": True, **settings}

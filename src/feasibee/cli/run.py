@@ -18,6 +18,7 @@ from feasibee.cli.options import (
     progress,
 )
 from feasibee.files import FIGURES, RESULTS
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.model.record import Record
@@ -52,7 +53,6 @@ def run(
       feasibee run mine.toml --out mine.png --out mine.nc
       feasibee run mine.toml --runs 1000 --out mine.csv
     """
-    from feasibee.scenario.runs import Runs
     from feasibee.simulation.ensemble import simulate_record
 
     wanted = Runs(runs, seed, run)
@@ -77,22 +77,17 @@ def _write_results(record: Record, scenario: Scenario, seed: int, outputs: dict[
     if "runs" in outputs:
         save_results(dataset, outputs["runs"])
     if "figure" in outputs:
-        from feasibee.figures.decisions import (
-            plot_decision_steps,
-            plot_declare_steps,
-            plot_opinions,
-            plot_right_steps,
-        )
+        from feasibee.figures import decisions
         from feasibee.figures.style import figure, save_figure
 
         panels = {
-            "Median and quartiles over the runs": plot_opinions,
-            "Collective decisions": plot_decision_steps,
+            "Median and quartiles over the runs": decisions.plot_opinions,
+            "Collective decisions": decisions.plot_decision_steps,
         }
         if scenario.dynamic:
-            panels["Right at each step"] = plot_right_steps
+            panels["Right at each step"] = decisions.plot_right_steps
         if scenario.declares:
-            panels["Declarations"] = plot_declare_steps
+            panels["Declarations"] = decisions.plot_declare_steps
         with figure(3.6 * len(panels), 2.8, columns=len(panels)) as (drawn, axes):
             for ax, (title, draw) in zip(axes, panels.items(), strict=True):
                 draw(dataset, ax)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -28,6 +28,7 @@ from feasibee.cli.options import (
 )
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
@@ -154,7 +155,6 @@ def _tell_left_out(scenario: Scenario) -> None:
 
 def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) -> Sequence[int]:
     """Validate the numbers of runs; return the numbers of tasks, none if the scenario has its own."""
-    from feasibee.scenario.runs import Runs
     from feasibee.studies.comparison import TASKS
 
     Runs.of_point(0, runs, seed)  # raises before the folder is made
@@ -184,7 +184,6 @@ def paper(
       feasibee paper --beyond --runs 400
     """
     keep_matplotlib_in_cache()
-    from feasibee.scenario.runs import Runs
 
     Runs.of_point(0, runs, seed)  # raises before the folder is made
     folder = make_folder(out)
@@ -200,12 +199,18 @@ def paper(
 
 
 def _beyond(folder: Path, runs: int, seed: int, workforce: Workforce) -> None:
+    from rich.table import Table
+
     from feasibee.studies.paper import simulate_panels, summary, write_panels
 
     with executing("Simulating beyond the paper", folder, workforce) as execution:
         points = simulate_panels(runs, seed, execution)
     write_panels(folder, points)
-    _print_beyond(summary(points), runs)
+    heads, *rows = summary(points)
+    table = Table(*heads, title=f"Share of right decisions, by ratio, from {runs} runs each")
+    for row in rows:
+        table.add_row(*row)
+    console().print(table)
     click.echo(f"beyond.png, beyond.pdf and their data, beyond.csv, are in {folder}/")
 
 
@@ -222,15 +227,6 @@ def _print_claims(claims: list[Claim], runs: int) -> None:
         verdict = f"[{colours[claim.verdict]}]{claim.verdict}[/]"
         table.add_row(verdict, f"{claim.claim}\n[dim]{claim.statistic}:[/]\n{measured}")
     Console(highlight=False).print(table)
-
-
-def _print_beyond(lines: list[list[str]], runs: int) -> None:
-    from rich.table import Table
-
-    table = Table(*lines[0], title=f"Share of right decisions, by ratio, from {runs} runs each")
-    for line in lines[1:]:
-        table.add_row(*line)
-    console().print(table)
 
 
 def _print_comparison(outcomes: list[Outcome]) -> None:
@@ -353,7 +349,6 @@ def _with_limits(
     as_json: bool,
 ) -> None:
     """Simulate strategies and limits of their worlds; write and print both."""
-    from feasibee.scenario.runs import Runs
     from feasibee.studies.limits import contenders_named, designs_of, limits_near, oracle_world, tasks_near
     from feasibee.studies.limits import frontier as simulate_all
 
@@ -373,7 +368,13 @@ def _with_limits(
         bounds = limits_near(scenario, numbers, runs, seed, cells, workforce.workers, advance)
     _write_limits(folder, found, bounds)
     if as_json:
-        print_json([_limits_as_dict(found, limits) for limits in bounds.values()])
+        said = {number: [each.to_dict() for each in found if each.tasks == number] for number in bounds}
+        print_json(
+            [
+                {**limits.to_dict(), **({"strategies": said[number]} if said[number] else {})}
+                for number, limits in bounds.items()
+            ]
+        )
         return
     if found:
         _print_frontier(found)
@@ -393,12 +394,6 @@ def _write_limits(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limit
         return
     for number, limits in bounds.items():
         save_both(draw_limits(limits.steps, limits.scenario.run.steps), folder / f"limits-{number}")
-
-
-def _limits_as_dict(found: Sequence[Spoken], limits: Limits) -> dict[str, Any]:
-    """Return the limits at a number of tasks, and what the strategies' robots said there."""
-    group = [each for each in found if each.tasks == limits.scenario.tasks.count]
-    return {**limits.to_dict(), **({"strategies": [each.to_dict() for each in group]} if group else {})}
 
 
 def _print_limits(bounds: Sequence[Limits]) -> None:

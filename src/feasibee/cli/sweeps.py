@@ -30,6 +30,7 @@ from feasibee.cli.options import (
 )
 from feasibee.errors import FeasibeeError
 from feasibee.files import FIGURES, RESULTS, check_output, make_folder
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -76,7 +77,6 @@ def sweep(
     """
     from dataclasses import replace
 
-    from feasibee.scenario.runs import Runs
     from feasibee.sweeps.plan import Study
     from feasibee.sweeps.sweep import sweep as run_sweep
 

@@ -23,11 +23,12 @@ from feasibee.cli.options import (
 )
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.space import Dimension
-    from feasibee.studies.tuning import Sensitivity, Tuned
+    from feasibee.studies.tuning import Tuned
 
 LEAST_POINTS = 10
 """Least number of points whose ranks say anything."""
@@ -88,7 +89,6 @@ def tune(
       feasibee tune mine.toml --sensitivity --over radio.loss=0:0.5,faults.byzantine=0:0.2
     """
     keep_matplotlib_in_cache()
-    from feasibee.scenario.runs import Runs
     from feasibee.studies.space import dimensions
 
     scenario = given.read({"run.steps": steps})
@@ -167,7 +167,6 @@ def _vary(
 ) -> None:
     """Show which fields matter."""
     from feasibee.figures.style import save_figure
-    from feasibee.scenario.runs import Runs
     from feasibee.studies.tuning import draw_sensitivities, sensitivities
 
     if points < LEAST_POINTS:
@@ -185,13 +184,9 @@ def _vary(
         print_json(rows)
         return
     click.echo(f"Rank correlation with right decisions, {points} points of {runs} runs, 95 % interval:")
-    _print_sensitivities(found)
-    click.echo(f"The figure is {picture}")
-
-
-def _print_sensitivities(found: list[Sensitivity]) -> None:
     width = max(len(each.path) for each in found)
     for each in found:
         middle, low, high = each.correlation
         verdict = "" if each.matters else "  (can't tell)"
         click.echo(f"  {each.path:{width}}  {middle:+.2f} ({low:+.2f} to {high:+.2f}){verdict}")
+    click.echo(f"The figure is {picture}")

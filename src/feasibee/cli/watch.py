@@ -10,6 +10,7 @@ import click
 
 from feasibee.cli.options import Given, argument, command, option, path_type
 from feasibee.errors import FeasibeeError
+from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.live.catalogue import Catalogue
@@ -77,7 +78,7 @@ def _catalogue(
     from feasibee.field.recording import LOG
     from feasibee.live.catalogue import Catalogue, read_catalogue
     from feasibee.live.fieldsession import FieldCatalogue
-    from feasibee.scenario.runs import Runs
+    from feasibee.scenario.plugins import digest_of, is_own
 
     if source is not None and source.is_dir():
         if changes or (seed, run) != (None, None):
@@ -85,17 +86,10 @@ def _catalogue(
         if (source / LOG).exists():
             return FieldCatalogue(source)
         catalogue = read_catalogue(source, pick, trust)
-        _print_kept_texts(catalogue, trust)
+        for manifest in {row.scenario.manifest: None for row in catalogue.points.values()}:
+            if not is_own(manifest):  # what the journal kept of a strategy isn't the user's own file
+                what = "runs from the text in the journal" if trust else "isn't replayed without --trust"
+                click.echo(f"feasibee: {manifest.name}, SHA-256 {digest_of(manifest)}: {what}", err=True)
         return catalogue
     one = Runs.single(seed or 0, run or 0)
     return Catalogue(Given(source, changes).read(), one.seed, one.first, source.name if source else "")
-
-
-def _print_kept_texts(catalogue: Catalogue, trust: bool) -> None:
-    """Print the strategies whose text in the journal isn't that of the user's own file."""
-    from feasibee.scenario.plugins import digest_of, is_own
-
-    for manifest in {row.scenario.manifest: None for row in catalogue.points.values()}:
-        if not is_own(manifest):
-            what = "runs from the text in the journal" if trust else "isn't replayed without --trust"
-            click.echo(f"feasibee: {manifest.name}, SHA-256 {digest_of(manifest)}: {what}", err=True)

@@ -31,7 +31,6 @@ from feasibee.engine.layout import (
     Clock,
     Copy,
     Count,
-    Passing,
     Pending,
     Point,
     Robot,
@@ -48,15 +47,15 @@ from feasibee.strategies.contract import Me, Setting, Thing
 
 
 @spliced
-def known_by(params, passing, i):
+def known_by(params, state, i):
     """Return the words that a robot knows."""
-    return row_of(passing.words, Copy.KNOWN, i, params.strategy.knowledge.words)
+    return row_of(state.knowledge, Copy.KNOWN, i, params.strategy.knowledge.words)
 
 
 @spliced
-def told_by(params, passing, i):
+def told_by(params, state, i):
     """Return the words of a robot's message."""
-    return row_of(passing.words, Copy.SENT, i, params.strategy.knowledge.message_words)
+    return row_of(state.knowledge, Copy.SENT, i, params.strategy.knowledge.message_words)
 
 
 @inlined
@@ -66,7 +65,7 @@ def in_units(params, fixed):
 
 
 @inlined
-def thing_seen(params, passing, number, column, mark):
+def thing_seen(params, state, number, column, mark):
     """Return a robot or task as robots see it.
 
     Robots are numbered first, then tasks, then tasks under their wrong names, with the hash given. One that
@@ -81,13 +80,13 @@ def thing_seen(params, passing, number, column, mark):
     number -= params.tasks.count if misnamed else 0
     is_robot, kind, task = (
         number < params.robots.count,
-        int64(passing.class_of[number]),
+        int64(state.tables.class_of[number]),
         number - params.robots.count,
     )
-    identity = int64(passing.robots[Robot.IDENTITY, number if is_robot else 0])
-    own_mark = int64(passing.hashes[identity if is_robot else number])
-    fixed_x = passing.robots[Robot.X, number] if is_robot else passing.tasks[Point.X, task]
-    fixed_y = passing.robots[Robot.Y, number] if is_robot else passing.tasks[Point.Y, task]
+    identity = int64(state.robots[Robot.IDENTITY, number if is_robot else 0])
+    own_mark = int64(state.hashes[identity if is_robot else number])
+    fixed_x = state.robots[Robot.X, number] if is_robot else state.tasks[Point.X, task]
+    fixed_y = state.robots[Robot.Y, number] if is_robot else state.tasks[Point.Y, task]
     x, y = in_units(params, fixed_x), in_units(params, fixed_y)
     if misnamed:
         half = 0.5 * params.arena.sides.width
@@ -97,21 +96,21 @@ def thing_seen(params, passing, number, column, mark):
 
 
 @inlined
-def invented_robot(params, passing, k):
+def invented_robot(params, state, k):
     """Return the robot of a number among those that Byzantine robots invent."""
-    mark = int64(passing.hashes[params.robots.count + params.tasks.count + k])
+    mark = int64(state.hashes[params.robots.count + params.tasks.count + k])
     return Thing(True, params.robots.count + k, int64(0), mark, 0.0, 0.0)
 
 
 @inlined
-def invented_task(params, passing, k):
+def invented_task(params, state, k):
     """Return the task of a number among those that Byzantine robots invent."""
-    mark = int64(passing.hashes[params.robots.count + 2 * params.tasks.count + k])
+    mark = int64(state.hashes[params.robots.count + 2 * params.tasks.count + k])
     return Thing(False, params.tasks.count + k, int64(0), mark, 0.0, 0.0)
 
 
 @inlined
-def setting_of(params, passing):
+def setting_of(params, state):
     """Return the numbers of the scenario that a function of the strategy is given.
 
     Read before a loop over robots, not in it: the compiler must assume that the functions change them.
@@ -126,7 +125,7 @@ def setting_of(params, passing):
         params.robots.classes,
         knowledge.task_classes,
         params.radio.id_bits,
-        passing.parameters,
+        state.tables.parameters,
         params.robots.knows_count,
         params.faults.colluding,
         params.arena.sides.width,
@@ -142,13 +141,15 @@ def setting_of(params, passing):
 
 
 @inlined
-def me_of(params, passing, setting, now, i):
+def me_of(params, state, setting, now, i):
     """Return the robot that a function of the strategy works for."""
-    identity = int64(passing.robots[Robot.IDENTITY, i])
-    mark = int64(passing.hashes[identity])
-    x, y = in_units(params, passing.robots[Robot.X, i]), in_units(params, passing.robots[Robot.Y, i])
-    explores = not contains(passing.sets[Set.DISSEMINATING], i)
-    return Me(identity, int64(passing.class_of[i]), mark, now, passing.memory[i, 1:], setting, explores, x, y)
+    identity = int64(state.robots[Robot.IDENTITY, i])
+    mark = int64(state.hashes[identity])
+    x, y = in_units(params, state.robots[Robot.X, i]), in_units(params, state.robots[Robot.Y, i])
+    explores = not contains(state.sets[Set.DISSEMINATING], i)
+    return Me(
+        identity, int64(state.tables.class_of[i]), mark, now, state.memory[i, 1:], setting, explores, x, y
+    )
 
 
 def _missing(*arguments: Any) -> Any:
@@ -165,10 +166,10 @@ repeats: bool = False
 
 
 @inlined
-def learns(passing, i):
+def learns(state, i):
     """Mark a robot whose knowledge may have changed since its last message."""
-    if passing.sent_bits[i] >= 0:
-        passing.sent_bits[i] = ~passing.sent_bits[i]
+    if state.counts[Count.SENT_BITS, i] >= 0:
+        state.counts[Count.SENT_BITS, i] = ~state.counts[Count.SENT_BITS, i]
 
 
 @inlined
@@ -180,123 +181,123 @@ def same(message, known):
     return differing == 0
 
 
-def start_all(params, passing, now, number):
+def start_all(params, state, now, number):
     """Let robots know what they know when they begin."""
-    setting = setting_of(params, passing)
+    setting = setting_of(params, state)
     for k in range(number):
-        i = int64(passing.pending[Pending.WHO, k])
-        known = known_by(params, passing, i)
+        i = int64(state.pending[Pending.WHO, k])
+        known = known_by(params, state, i)
         known[:] = 0
-        passing.sent_bits[i] = UNSENT
-        start(known, me_of(params, passing, setting, now, i))
+        state.counts[Count.SENT_BITS, i] = UNSENT
+        start(known, me_of(params, state, setting, now, i))
 
 
-def observe_all(params, passing, now, number):
+def observe_all(params, state, now, number):
     """Add what was seen to what is known."""
-    setting = setting_of(params, passing)
+    setting = setting_of(params, state)
     who, numbers, columns = (
-        passing.pending[Pending.WHO],
-        passing.pending[Pending.NUMBER],
-        passing.pending[Pending.COLUMN],
+        state.pending[Pending.WHO],
+        state.pending[Pending.NUMBER],
+        state.pending[Pending.COLUMN],
     )
     for k in range(number):
         i, seen, column = int64(who[k]), int64(numbers[k]), int64(columns[k])
-        thing = thing_seen(params, passing, seen, column, passing.pending[Pending.MARK, k])
-        learns(passing, i)
-        observe(known_by(params, passing, i), thing, me_of(params, passing, setting, now, i))
+        thing = thing_seen(params, state, seen, column, state.pending[Pending.MARK, k])
+        learns(state, i)
+        observe(known_by(params, state, i), thing, me_of(params, state, setting, now, i))
 
 
-def speak_all(params, passing, now, number):
+def speak_all(params, state, now, number):
     """Write the messages; return their length in bits."""
-    setting, total = setting_of(params, passing), int64(0)
+    setting, total = setting_of(params, state), int64(0)
     for k in range(number):
-        i, says = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.FALSE_OPINION, k])
-        message, known = told_by(params, passing, i), known_by(params, passing, i)
-        length = passing.sent_bits[i]
+        i, says = int64(state.pending[Pending.WHO, k]), int64(state.pending[Pending.FALSE_OPINION, k])
+        message, known = told_by(params, state, i), known_by(params, state, i)
+        length = state.counts[Count.SENT_BITS, i]
         if repeats and UNSENT < length < 0 and same(message, known):
-            length = passing.sent_bits[i] = ~length
+            length = state.counts[Count.SENT_BITS, i] = ~length
         if not repeats or length < 0:
-            me = me_of(params, passing, setting, now, i)
+            me = me_of(params, state, setting, now, i)
             encode(message, known, me)
             if says >= 0:
-                falsify(params, passing, message, says, me)
+                falsify(params, state, message, says, me)
             length = bits(message, me)
             if not 0 <= length <= BITS_LIMIT:
                 raise ValueError("bits must return a whole number from 0 to 2**40")
             if repeats and says < 0:
-                passing.sent_bits[i] = length
+                state.counts[Count.SENT_BITS, i] = length
         total += length
     return total
 
 
-def merge_all(params, passing, now, number):
+def merge_all(params, state, now, number):
     """Add what was heard to what is known."""
-    setting = setting_of(params, passing)
+    setting = setting_of(params, state)
     for k in range(number):
-        i, sender = int64(passing.pending[Pending.WHO, k]), int64(passing.pending[Pending.SPEAKER, k])
-        message, me = told_by(params, passing, sender), me_of(params, passing, setting, now, i)
-        learns(passing, i)
-        merge(known_by(params, passing, i), message, int64(passing.robots[Robot.IDENTITY, sender]), me)
+        i, sender = int64(state.pending[Pending.WHO, k]), int64(state.pending[Pending.SPEAKER, k])
+        message, me = told_by(params, state, sender), me_of(params, state, setting, now, i)
+        learns(state, i)
+        merge(known_by(params, state, i), message, int64(state.robots[Robot.IDENTITY, sender]), me)
 
 
-def count_all(params, passing, now, number):
+def count_all(params, state, now, number):
     """Count what is known, by class."""
-    setting = setting_of(params, passing)
+    setting = setting_of(params, state)
     for k in range(number):
-        i = int64(passing.pending[Pending.WHO, k])
-        counts = passing.counts[i]
+        i = int64(state.pending[Pending.WHO, k])
+        counts = state.seen[i]
         counts[:] = 0
-        count(known_by(params, passing, i), counts, me_of(params, passing, setting, now, i))
+        count(known_by(params, state, i), counts, me_of(params, state, setting, now, i))
         for kind in range(counts.size):
             if not 0 <= counts[kind] <= COUNT_LIMIT:
                 raise ValueError("count must write whole numbers from 0 to 2**53")
 
 
-def declare_all(params, passing, now, number):
+def declare_all(params, state, now, number):
     """Ask all working robots that haven't declared whether they are sure (model.md 6.15)."""
-    setting = setting_of(params, passing)
-    for w in range(passing.sets.shape[1]):
-        asked = uint32(passing.sets[Set.WORKING, w] & ~passing.sets[Set.DECLARED, w])
+    setting = setting_of(params, state)
+    for w in range(state.sets.shape[1]):
+        asked = uint32(state.sets[Set.WORKING, w] & ~state.sets[Set.DECLARED, w])
         while asked:
             i = lowest_member(w, asked)
-            learns(passing, i)
-            declared = declare(known_by(params, passing, i), me_of(params, passing, setting, now, i))
+            learns(state, i)
+            declared = declare(known_by(params, state, i), me_of(params, state, setting, now, i))
             if declared != 1 and declared != 0 and declared != -1:  # noqa: PLR1714  # numba compiles this
                 raise ValueError("declare must return 1, 0, or -1 for none")
             if declared >= 0:
-                if not keeps_opinion(passing.sets, i):
-                    set_opinion(passing.sets, i, declared)
-                set_declared(passing.sets, i, declared)
+                if not keeps_opinion(state.sets, i):
+                    set_opinion(state.sets, i, declared)
+                set_declared(state.sets, i, declared)
             asked = without_lowest(asked)
 
 
-def judge_all(params, passing, now, number):
+def judge_all(params, state, now, number):
     """Let all working robots adopt the opinions that follow from what they know."""
-    setting = setting_of(params, passing)
-    for w in range(passing.sets.shape[1]):
-        asked = passing.sets[Set.WORKING, w]
+    setting = setting_of(params, state)
+    for w in range(state.sets.shape[1]):
+        asked = state.sets[Set.WORKING, w]
         while asked:
             i = lowest_member(w, asked)
-            learns(passing, i)
-            judged = judge(known_by(params, passing, i), me_of(params, passing, setting, now, i))
+            learns(state, i)
+            judged = judge(known_by(params, state, i), me_of(params, state, setting, now, i))
             if judged != 1 and judged != 0 and judged != -1:  # noqa: PLR1714  # numba compiles this
                 raise ValueError("judge must return 1, 0, or -1 for none")
-            if judged >= 0 and not keeps_opinion(passing.sets, i):
-                set_opinion(passing.sets, i, judged)
+            if judged >= 0 and not keeps_opinion(state.sets, i):
+                set_opinion(state.sets, i, judged)
             asked = without_lowest(asked)
 
 
-def gap_all(params, passing, now, number):
+def gap_all(params, state, now, number):
     """Write by how many the tasks outnumber the robots, as each robot believes, as its first count."""
-    setting = setting_of(params, passing)
+    setting = setting_of(params, state)
     for k in range(number):
-        i = int64(passing.pending[Pending.WHO, k])
-        passing.counts[i, 0] = gap(known_by(params, passing, i), me_of(params, passing, setting, now, i))
-        if not -COUNT_LIMIT <= passing.counts[i, 0] <= COUNT_LIMIT:
+        i = int64(state.pending[Pending.WHO, k])
+        state.seen[i, 0] = gap(known_by(params, state, i), me_of(params, state, setting, now, i))
+        if not -COUNT_LIMIT <= state.seen[i, 0] <= COUNT_LIMIT:
             raise ValueError("gap must return a whole number from -2**53 to 2**53")
 
 
-def ask_nothing(params, passing, now, number):
+def ask_nothing(params, state, now, number):
     """Stand in for what a strategy doesn't define."""
 
 
@@ -310,45 +311,45 @@ def start_empty(known, me):
     """Know nothing at the start."""
 
 
-def lie_own_way(params, passing, message, feasible, me):
+def lie_own_way(params, state, message, feasible, me):
     """Change a message as the strategy's ``lie`` does."""
     lie(message, feasible, me)
 
 
-def invent(params, passing, message, feasible, me):
+def invent(params, state, message, feasible, me):
     """Add invented robots or tasks to a message (model.md 6.12, 6.16)."""
     if feasible:
         if params.faults.colluding:
             message[:] = 0
-        for k in range(passing.clock[Clock.INVENTED_ROBOTS]):
-            observe(message, invented_robot(params, passing, k), me)
+        for k in range(state.clock[Clock.INVENTED_ROBOTS]):
+            observe(message, invented_robot(params, state, k), me)
     else:
-        for k in range(passing.clock[Clock.INVENTED_TASKS]):
-            observe(message, invented_task(params, passing, k), me)
+        for k in range(state.clock[Clock.INVENTED_TASKS]):
+            observe(message, invented_task(params, state, k), me)
 
 
-def update(params, passing, now, action, number):
+def update(params, state, now, action, number):
     """Call a strategy's function for the first ``number`` entries of what is pending; return bits sent."""
     if action == Action.OBSERVE:
-        observe_all(params, passing, now, number)
+        observe_all(params, state, now, number)
     elif action == Action.MERGE:
-        merge_all(params, passing, now, number)
+        merge_all(params, state, now, number)
     elif action == Action.SPEAK:
-        return speak_all(params, passing, now, number)
+        return speak_all(params, state, now, number)
     elif action == Action.COUNT:
-        count_all(params, passing, now, number)
+        count_all(params, state, now, number)
     elif action == Action.DECLARE:
-        declare_all(params, passing, now, number)
+        declare_all(params, state, now, number)
     elif action == Action.JUDGE:
-        judge_all(params, passing, now, number)
+        judge_all(params, state, now, number)
     elif action == Action.GAP:
-        gap_all(params, passing, now, number)
+        gap_all(params, state, now, number)
     else:
-        start_all(params, passing, now, number)
+        start_all(params, state, now, number)
     return int64(0)
 
 
-def update_nothing(params, passing, now, action, number):
+def update_nothing(params, state, now, action, number):
     """Stand in for a strategy that passes on no knowledge."""
     return int64(0)
 
@@ -377,32 +378,11 @@ def updating(functions: Mapping[str, Callable[..., Any]], steady: bool) -> Calla
 
 
 @inlined
-def passing_of(state):
-    """Return the arrays that the functions of a strategy's knowledge work on."""
-    return Passing(
-        state.knowledge,
-        state.pending,
-        state.robots,
-        state.sets,
-        state.tasks,
-        state.tables.class_of,
-        state.hashes,
-        state.seen,
-        state.counts[Count.SENT_BITS],
-        state.memory,
-        state.tables.parameters,
-        state.clock,
-    )
-
-
-@inlined
 def update_pending(params, state, functions, action):
     """Call a strategy's function for all that is pending."""
     number = state.clock[Clock.PENDING]
     if number > 0:
-        state.account[BITS_SENT] += functions.update(
-            params, passing_of(state), state.clock[Clock.STEP], action, number
-        )
+        state.account[BITS_SENT] += functions.update(params, state, state.clock[Clock.STEP], action, number)
         state.clock[Clock.PENDING] = 0
 
 

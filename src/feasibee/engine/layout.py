@@ -313,23 +313,6 @@ class State(Struct):
     account: Annotated[Int64s, "column of the account"]  # of the run so far
 
 
-class Passing(NamedTuple):
-    """The arrays of `State` that the functions of a strategy's knowledge work on."""
-
-    words: Annotated[Int32s, "Copy", "robot", "word"]
-    pending: Annotated[Int32s, "Pending", "entry"]
-    robots: Annotated[Int32s, "Robot", "robot"]
-    sets: Annotated[Words, "Set", "word of robots"]
-    tasks: Annotated[Int32s, "Point", "task"]
-    class_of: Annotated[Int32s, "robot, then task"]
-    hashes: Annotated[Words, "robot, then task, then invention"]
-    counts: Annotated[Int64s, "robot", "class of robots, then of tasks"]
-    sent_bits: Annotated[Int64s, "robot"]  # of `State.counts`
-    memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
-    parameters: Annotated[Floats, "parameter"]
-    clock: Annotated[Int64s, "Clock"]
-
-
 class Functions(NamedTuple):
     """The compiled functions that a scenario chooses: of its strategy, and of its world."""
 

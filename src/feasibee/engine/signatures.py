@@ -12,7 +12,7 @@ from numba.core import imputils
 from numba.core.typing import templates
 from numba.np.numpy_support import as_dtype
 
-from feasibee.engine.layout import Control, Functions, Outcome, Part, Passing, State
+from feasibee.engine.layout import Control, Functions, Outcome, Part, State
 from feasibee.engine.params import PARAMS as RECORD
 from feasibee.engine.params import Axes, Struct, fields_of
 from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Thing
@@ -128,11 +128,6 @@ def array_of(context: Any, builder: Any, kind: types.Array, address: Any, *shape
 of_types: Any = types.BaseTuple.from_types
 
 
-def tuple_type(cls: Any) -> Any:
-    """Return the type of a NamedTuple of annotated arrays."""
-    return of_types([type_of(kind) for kind in fields_of(cls).values()], cls)
-
-
 PARAMS: Final = from_dtype(RECORD)
 STATE: Final = type_of(State)
 OUTCOME: Final = type_of(Outcome)
@@ -141,7 +136,7 @@ PART: Final = type_of(Part)
 FLOATS: Final = types.Array(float64, 1, "C")
 MIND: Final = of_types([int64, float64, float64, int64, FLOATS, FLOATS], Mind)
 INBOX: Final = of_types([int64, int64, int64, float64, float64, float64], Inbox)
-UPDATE: Final = int64(PARAMS, tuple_type(Passing), int64, int64, int64)
+UPDATE: Final = int64(PARAMS, STATE, int64, int64, int64)
 STRATEGY: Final = Functions(
     quality=float64(int64, int64),
     dissemination=float64(float64, float64),

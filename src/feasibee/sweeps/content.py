@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import operator
 import os
 import sqlite3
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -38,8 +39,6 @@ from feasibee.sweeps.schema import (
 Rows = list[tuple[Any, ...]]
 Array = NDArray[np.int64]
 
-SURROUNDINGS: Final = ("FULL", "IOERR", "READONLY", "CANTOPEN", "BUSY", "LOCKED", "INTERRUPT", "PERM", "AUTH")
-"""Errors of SQLite that aren't caused by the file's contents, except IOERR_READ: a bad sector."""
 UNREADABLE: Final = (ArithmeticError, LookupError, TypeError, ValueError, RecursionError)
 """Errors that the values of a damaged row may raise: text in place of numbers, invalid JSON."""
 
@@ -55,25 +54,28 @@ SETTINGS = (
     "synchronous = FULL",
     "cell_size_check = ON",
 )
+DAMAGED = f"it is damaged: {AGAIN}"
+ROOM = "free some room, and run the same command again: the runs in the journal are kept"
+FOLDER = "choose a folder that you may write to"
+LOCKED = "another process has locked it: wait for that process"
 REMEDIES: Mapping[str, str] = {
-    "SQLITE_IOERR_READ": f"it is damaged: {AGAIN}",
-    "SQLITE_FULL": "free some room, and run the same command again: the runs in the journal are kept",
-    "SQLITE_IOERR": "free some room, and run the same command again: the runs in the journal are kept",
-    "SQLITE_READONLY": "choose a folder that you may write to",
-    "SQLITE_CANTOPEN": "choose a folder that you may write to",
-    "SQLITE_BUSY": "another process has locked it: wait for that process",
-    "": f"it is damaged: {AGAIN}",
+    "SQLITE_IOERR_READ": DAMAGED,  # a bad sector
+    **dict.fromkeys(("SQLITE_FULL", "SQLITE_IOERR"), ROOM),
+    **dict.fromkeys(("SQLITE_READONLY", "SQLITE_CANTOPEN", "SQLITE_PERM", "SQLITE_AUTH"), FOLDER),
+    **dict.fromkeys(("SQLITE_BUSY", "SQLITE_LOCKED", "SQLITE_INTERRUPT"), LOCKED),
+    "": DAMAGED,
 }
+"""What to do about errors of SQLite, by how their names begin."""
 
 
 class Damage(Exception):  # noqa: N818
     """Part of a journal differs from what was written."""
 
 
-def is_damage(error: sqlite3.Error) -> bool:
-    """Whether an error of SQLite means that the file is damaged."""
-    code = (getattr(error, "sqlite_errorname", "") or "").removeprefix("SQLITE_")
-    return code == "IOERR_READ" or not code.startswith(SURROUNDINGS)
+def remedy_of(error: sqlite3.Error) -> str:
+    """Return what to do about an error of SQLite."""
+    code = getattr(error, "sqlite_errorname", "") or ""
+    return next(remedy for start, remedy in REMEDIES.items() if code.startswith(start))
 
 
 @contextmanager
@@ -82,7 +84,7 @@ def checked() -> Iterator[None]:
     try:
         yield
     except sqlite3.Error as error:
-        if not is_damage(error):
+        if remedy_of(error) != DAMAGED:
             raise
         raise Damage(short(error)) from None
     except UNREADABLE as error:
@@ -101,9 +103,7 @@ def translating_errors(path: Path) -> Iterator[None]:
     try:
         yield
     except sqlite3.Error as error:
-        code = getattr(error, "sqlite_errorname", "") or ""
-        remedy = next(text for start, text in REMEDIES.items() if code.startswith(start))
-        raise FeasibeeError(f"{path}: {short(error)}; {remedy}") from None
+        raise FeasibeeError(f"{path}: {short(error)}; {remedy_of(error)}") from None
 
 
 def connect(folder: Path, write: bool) -> sqlite3.Connection:
@@ -254,15 +254,6 @@ def _is_whole(entry: Entry, digest: Any) -> bool:
             and entry.hash == hash_of(json.loads(entry.scenario), entry.text or "")
         )
     return False
-
-
-def chunk_counts(database: sqlite3.Connection) -> dict[int, int]:
-    """Return each point's number of chunks."""
-    with checked():
-        found = dict(database.execute("SELECT point, COUNT(*) FROM chunks GROUP BY point").fetchall())
-        if not all(isinstance(point, int) for point in found):
-            raise Damage("chunks of no point")
-        return found
 
 
 def chunks(database: sqlite3.Connection, kind: Kind, point: int) -> list[Chunk]:
@@ -476,7 +467,9 @@ def inventory(database: sqlite3.Connection, folder: Path) -> Inventory:
             flaws.append(f"commits missing at its end: {sealed - commits}")
         counts: dict[int, int] = {}
         try:
-            counts = chunk_counts(database)
+            with checked():
+                query = "SELECT point, COUNT(*) FROM chunks GROUP BY point"
+                counts = {operator.index(point): number for point, number in database.execute(query)}
         except Damage:
             flaws.append("its table chunks")
             chunks = None

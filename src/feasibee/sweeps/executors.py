@@ -129,7 +129,16 @@ def dask(client: Any) -> WorkerPool:
         If Dask isn't installed, or the cluster doesn't answer or has no workers.
     """
     if isinstance(client, str):
-        client = _connected(client)
+        try:
+            from distributed import Client
+
+            client = Client(client, timeout=PATIENCE)  # type: ignore[no-untyped-call,unused-ignore]
+        except ImportError:
+            raise FeasibeeError(f"Dask: not installed; {how_to_install('dask')}") from None
+        except (OSError, TypeError, ValueError) as error:  # TypeError: tls:// without certificates
+            raise FeasibeeError(
+                f"--dask {client}: doesn't answer: {error}; give a scheduler's address"
+            ) from None
     number = sum(client.nthreads().values())
     if number == 0:
         raise FeasibeeError(f"{client.scheduler.address}: the cluster has no workers; start some")
@@ -139,19 +148,6 @@ def dask(client: Any) -> WorkerPool:
         return executor
 
     return WorkerPool(make, number, is_local=False)
-
-
-def _connected(address: str) -> Any:
-    try:
-        from distributed import Client
-    except ImportError:
-        raise FeasibeeError(f"Dask: not installed; {how_to_install('dask')}") from None
-    try:
-        return Client(address, timeout=PATIENCE)  # type: ignore[no-untyped-call,unused-ignore]
-    except (OSError, TypeError, ValueError) as error:  # TypeError: tls:// without certificates
-        raise FeasibeeError(
-            f"--dask {address}: doesn't answer: {error}; give a scheduler's address"
-        ) from None
 
 
 def play(

@@ -123,8 +123,7 @@ class Kind(IntEnum):
     @classmethod
     def of(cls, curves: bool, dynamic: bool) -> tuple[Kind, ...]:
         """Return the kinds of rows that runs have: with curves, and in a world that changes."""
-        wanted = {cls.RUNS: True, cls.CURVES: curves, cls.TRACES: dynamic}
-        return tuple(kind for kind, is_wanted in wanted.items() if is_wanted)
+        return (cls.RUNS, *[cls.CURVES] * curves, *[cls.TRACES] * dynamic)
 
 
 COLUMNS: Final = {Kind.RUNS: NAMES, Kind.CURVES: CURVE_NAMES, Kind.TRACES: TRACE_NAMES}
