@@ -31,7 +31,7 @@ class _TaskNames:
         self._setting = setting
         invented = setting.robots + 1 if setting.robot_ids > setting.robots else 0
         wrong = setting.tasks + invented
-        self._names = {_ROSTER.invented_place(k): k for k in range(setting.tasks, wrong)}
+        self._names = {_ROSTER.invented(k, _ROSTER.POSITION_BITS): k for k in range(setting.tasks, wrong)}
         self._free = chain(range(setting.tasks), range(wrong, setting.task_ids))
 
     def of_position(self, position: int) -> int:
