@@ -14,16 +14,15 @@ from feasibee import FeasibeeError, Scenario
 from feasibee.figures.limits import BANDS, WORD, Panel, Word, draw_frontier
 from feasibee.scenario.runs import RUNS_APART, Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.comparison import compare
 from feasibee.studies.limits import (
     CONTENDERS,
     RULE,
-    Contender,
-    contenders_named,
-    frontier,
     limits_near,
+    speakers,
+    spoken,
     tasks_near,
     write_frontier,
-    write_limits,
 )
 
 SHORT = Scenario(arena={"side": 10.0}, robots={"count": 10}, run={"steps": 300})
@@ -37,13 +36,8 @@ def own(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def contenders(own):
-    return [Contender("quiet", own, {"quiet": 40.0}), Contender("census, by votes", "census")]
-
-
-@pytest.fixture(scope="module")
-def found(contenders):
-    return frontier(SHORT, contenders, TASKS, runs=30, seed=2)
+def found(own):
+    return compare(speakers(SHORT, [own, "census"]), TASKS, runs=30, seed=2, curves=False)
 
 
 def across(patch):
@@ -52,61 +46,55 @@ def across(patch):
     return places.min(), places.max()
 
 
-def test_contenders_are_in_order_and_in_the_same_worlds(found):
-    assert [(each.contender, each.tasks, each.feasible) for each in found] == [
-        ("quiet", 10, True),
-        ("quiet", 11, False),
-        ("census, by votes", 10, True),
-        ("census, by votes", 11, False),
+@pytest.mark.parametrize(("row", "tasks"), [(1, 11), (2, 10)])
+def test_what_is_said_is_that_of_the_runs(found, own, row, tasks):
+    """By a word of the strategy's own, and by votes where it has none; both in the same worlds."""
+    decision = [{"decision.strategy": own}, {"decision.strategy": "census", "decision.declare": RULE}][
+        row // 2
     ]
-
-
-def test_declarations_are_those_of_the_runs(found, own):
-    decision = {"decision.strategy": own, "decision.parameters": {"quiet": 40.0}}
-    record = simulate_record(SHORT.replace({**decision, "tasks.count": 11}), Runs(30, 2, RUNS_APART))
-    (each,) = [each for each in found if each.contender == "quiet" and each.tasks == 11]
-    ok = (record.declared_infeasible > 9) & (record.declared_feasible == 0)
-    assert each.ok.estimate == ok.mean()
-    assert each.wrong.estimate == (record.declared_feasible > 0).mean()
-    steps = np.where(record.declare_step < 0, np.inf, record.declare_step)
-    assert each.times.median == np.sort(steps)[14]
-    assert each.bits == pytest.approx(record.bits_sent.mean() / (10 * 300))
-
-
-def test_robots_declare_by_votes_where_their_strategy_does_not(found):
-    by_votes = {"decision.strategy": "census", "decision.declare": RULE, "tasks.count": 10}
-    record = simulate_record(SHORT.replace(by_votes), Runs(30, 2))
-    (each,) = [each for each in found if each.contender == "census, by votes" and each.tasks == 10]
-    ok = (record.declared_feasible > 9) & (record.declared_infeasible == 0)
-    assert 0 < each.ok.estimate == ok.mean()
-    assert each.times.median == np.sort(np.where(record.declare_step < 0, 300, record.declare_step))[14]
+    runs = Runs(30, 2, RUNS_APART * TASKS.index(tasks))
+    record = simulate_record(SHORT.replace({**decision, "tasks.count": tasks}), runs)
+    right, wrong = record.declared_feasible, record.declared_infeasible
+    if tasks > 10:
+        right, wrong = wrong, right
+    said = spoken(found[row])
+    assert (said["tasks"], said["feasible"]) == (tasks, tasks == 10)
+    assert 0 < said["ok"]["estimate"] == ((right > 9) & (wrong == 0)).mean()
+    assert said["wrong"]["estimate"] == (wrong > 0).mean()
+    assert said["times"]["median"] == np.sort(np.where(record.declare_step < 0, 300, record.declare_step))[14]
+    assert said["bits"] == pytest.approx(record.bits_sent.mean() / (10 * 300))
 
 
 def test_robots_know_their_number_where_they_must(own):
-    assert Contender("it", own, knows_count=True).scenario(SHORT).robots.know_count
-    assert not Contender("it", own).scenario(SHORT).robots.know_count
-    assert Contender("it", own).scenario(SHORT.replace({"robots.know_count": True})).robots.know_count
+    def knows(scenario, strategy):
+        (it,) = speakers(scenario, [strategy]).values()
+        return it.robots.know_count
+
+    assert knows(SHORT, "map")
+    assert not knows(SHORT, own)
+    assert knows(SHORT.replace({"robots.know_count": True}), own)
 
 
 def test_the_default_contenders_fit_the_paper():
-    scenarios = [each.scenario(Scenario()) for each in CONTENDERS]
-    assert all(each.declares for each in scenarios)
-    assert sum(each.manifest.declares for each in scenarios) >= 8
-    assert len({each.hash for each in scenarios}) == len(CONTENDERS)
+    scenarios = speakers(Scenario())
+    assert list(scenarios) == list(CONTENDERS)
+    assert all(each.declares for each in scenarios.values())
+    assert sum(each.manifest.declares for each in scenarios.values()) >= 8
+    assert len({each.hash for each in scenarios.values()}) == len(CONTENDERS)
+    known = {name: each.robots.know_count for name, each in scenarios.items() if name.startswith("quiet")}
+    assert known == {"quiet census, n known": True, "quiet census, n unknown": False}
     assert tasks_near(Scenario()) == [19, 20, 21, 22]
 
 
-def test_contenders_by_name():
-    assert [each.name for each in contenders_named(["dc", "a/mine.py"])] == ["dc", "mine.py"]
-    assert contenders_named([]) == list(CONTENDERS)
+def test_contenders_by_name(own):
+    assert list(speakers(SHORT, ["dc", own])) == ["dc", "quiet.py"]
     with pytest.raises(FeasibeeError, match="dc: is named twice"):
-        contenders_named(["dc", "dc"])
+        speakers(SHORT, ["dc", "dc"])
 
 
 def test_the_figure_and_its_data_are_written(found, tmp_path):
     bounds = limits_near(SHORT, TASKS, 20, 2)
     write_frontier(tmp_path, found, bounds)
-    write_limits(tmp_path / "limits.csv", bounds)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "frontier.csv",
         "frontier.pdf",
@@ -115,7 +103,7 @@ def test_the_figure_and_its_data_are_written(found, tmp_path):
     ]
     with (tmp_path / "frontier.csv").open() as file:
         rows = list(csv.DictReader(file))
-    assert [float(row["ok"]) for row in rows] == [each.ok.estimate for each in found]
+    assert [float(row["ok"]) for row in rows] == [each.declared.ok.estimate for each in found]
     with (tmp_path / "limits.csv").open() as file:
         rows = {(row["tasks"], row["limit"]): row for row in csv.DictReader(file)}
     assert int(rows["11", "flooding"]["step_median"]) == bounds[11].times["flooding"].median
@@ -146,18 +134,7 @@ def test_a_panel_has_a_row_for_each_contender_and_a_band_for_each_limit():
 
 
 def test_the_command_prints_writes_and_resumes(own, tmp_path):
-    arguments = [
-        "compare",
-        "--limits",
-        "--strategies",
-        f"{own},tally",
-        "--tasks",
-        "10,11",
-        "--runs",
-        5,
-        "--seed",
-        1,
-    ]
+    arguments = ["compare", "--limits", "--strategies", f"{own},tally", "--tasks", "10,11", "--runs", 5]
     for change in ("arena.side=10.0", "robots.count=10", "run.steps=100"):
         arguments += ["--set", change]
     done = invoke(*arguments, "--out", tmp_path / "out")

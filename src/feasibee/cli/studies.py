@@ -33,7 +33,7 @@ from feasibee.scenario.runs import Runs
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.comparison import Outcome
-    from feasibee.studies.limits import Limits, Spoken
+    from feasibee.studies.limits import Limits
     from feasibee.studies.paper import Claim
 
 ALONE = ("none",)
@@ -349,26 +349,33 @@ def _with_limits(
     as_json: bool,
 ) -> None:
     """Simulate strategies and limits of their worlds; write and print both."""
-    from feasibee.studies.limits import contenders_named, designs_of, limits_near, oracle_world, tasks_near
-    from feasibee.studies.limits import frontier as simulate_all
+    from feasibee.studies.comparison import compare, design_points
+    from feasibee.studies.limits import (
+        limits_near,
+        oracle_world,
+        speakers,
+        spoken,
+        tasks_near,
+        write_frontier,
+    )
 
     alone = strategies == ALONE
     numbers = [scenario.tasks.count] if alone and not tasks else tasks_near(scenario, tasks)
-    contenders = [] if alone else contenders_named(strategies)
+    contenders = {} if alone else speakers(scenario, strategies)
     Runs.of_point(len(numbers) - 1, runs, seed)
     for number in numbers:  # raises before the folder is made
         oracle_world(scenario.replace({"tasks.count": number}), cells)
-    designs_of(scenario, contenders, numbers, runs, seed)  # likewise
+    design_points(contenders, numbers, runs, seed)  # likewise
     folder = make_folder(out)
-    found: list[Spoken] = []
+    found: list[Outcome] = []
     if contenders:
         with executing("Comparing", folder, workforce) as execution:
-            found = simulate_all(scenario, contenders, numbers, runs, seed, execution)
+            found = compare(contenders, numbers, runs, seed, execution, curves=False)
     with progress("Computing the limits") as advance:
         bounds = limits_near(scenario, numbers, runs, seed, cells, workforce.workers, advance)
-    _write_limits(folder, found, bounds)
+    write_frontier(folder, found, bounds)
     if as_json:
-        said = {number: [each.to_dict() for each in found if each.tasks == number] for number in bounds}
+        said = {number: [spoken(each) for each in found if each.tasks == number] for number in bounds}
         print_json(
             [
                 {**limits.to_dict(), **({"strategies": said[number]} if said[number] else {})}
@@ -381,19 +388,6 @@ def _with_limits(
     else:
         _print_limits(list(bounds.values()))
     click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
-
-
-def _write_limits(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limits]) -> None:
-    from feasibee.figures.limits import draw_limits
-    from feasibee.figures.style import save_both
-    from feasibee.studies.limits import write_frontier, write_limits
-
-    write_limits(folder / "limits.csv", bounds)
-    if found:
-        write_frontier(folder, found, bounds)
-        return
-    for number, limits in bounds.items():
-        save_both(draw_limits(limits.steps, limits.scenario.run.steps), folder / f"limits-{number}")
 
 
 def _print_limits(bounds: Sequence[Limits]) -> None:
@@ -420,17 +414,17 @@ def _step(step: int | None) -> str:
     return "never" if step is None else str(step)
 
 
-def _print_frontier(found: list[Spoken]) -> None:
+def _print_frontier(found: list[Outcome]) -> None:
+    from feasibee.studies.comparison import by_contender
+
     title = f"Right by their own word (%), of {found[0].runs} swarms; steps of half and 95 %"
-    groups: dict[str, list[Spoken]] = {}
-    for each in found:
-        groups.setdefault(each.contender, []).append(each)
+    groups = by_contender(found)
     rows = []
     for name, group in groups.items():
         cells = [
-            f"{100 * each.ok.estimate:.1f}\n{_step(each.times.median)}/{_step(each.times.p95)}"
+            f"{100 * each.spoken.ok.estimate:.1f}\n{'/'.join(map(_step, each.spoken.step_90[:2]))}"
             for each in group
         ]
-        rows.append([name, *cells, f"{sum(each.bits for each in group) / len(group):.3g}"])
+        rows.append([name, *cells, f"{sum(each.found.bits for each in group) / len(group):.3g}"])
     numbers = [f"m = {each.tasks}" for each in next(iter(groups.values()))]
     print_numbers(title, ["", *numbers, "bits"], rows)

@@ -123,6 +123,12 @@ class Outcome:
         """Share that judges it: of runs right at the last step; in a world that changes, of steps."""
         return self.accuracy if self.tracking is None else self.tracking.right_share
 
+    @property
+    def spoken(self) -> Declarations:
+        """Declarations of the robots, of a strategy that is known to have them."""
+        assert self.declared is not None
+        return self.declared
+
     def words_and_tracking(self) -> dict[str, Any]:
         """Return declarations, and how the swarms tracked the truth if it changes, as plain tables."""
         declared = None if self.declared is None else self.declared.to_dict()
@@ -207,6 +213,8 @@ def compare(
     runs: int = 200,
     seed: int = 0,
     execution: Execution | None = None,
+    *,
+    curves: bool = True,
 ) -> list[Outcome]:
     """Simulate every contender in the same worlds: run r starts from the same places for all of them.
 
@@ -222,6 +230,8 @@ def compare(
         64 bits.
     execution : Execution, optional
         Where to compute and keep the runs; by default on threads, and in memory.
+    curves : bool
+        Whether to count right swarms at each step; else `Outcome.right_at` is empty.
 
     Returns
     -------
@@ -230,7 +240,7 @@ def compare(
     """
     designs = design_points(contenders, tasks, runs, seed)
     with Rounds(execution) as rounds:
-        return outcomes_of(rounds, designs, runs, seed)
+        return outcomes_of(rounds, designs, runs, seed, curves=curves)
 
 
 def design_points(
@@ -248,9 +258,11 @@ def design_points(
     ]
 
 
-def outcomes_of(rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int) -> list[Outcome]:
+def outcomes_of(
+    rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int, *, curves: bool = True
+) -> list[Outcome]:
     """Run one round of points; return their outcomes in the same order, by contender if they have any."""
-    records = rounds.run(Study(designs, runs, seed, curves=True))
+    records = rounds.run(Study(designs, runs, seed, curves))
     return [
         outcome_of(design.values.get(CONTENDER, ""), design.scenario, record)
         for design, record in zip(designs, records, strict=True)

@@ -13,23 +13,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.errors import Problem, ScenarioError
-from feasibee.figures.limits import Panel, Word, draw_frontier
+from feasibee.figures.limits import Panel, Word, draw_frontier, draw_limits
 from feasibee.figures.style import save_both
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
-from feasibee.model.record import Record
-from feasibee.results.measures import columns, measured
-from feasibee.results.statistics import DeclareTimes, Interval, declare_times, plain
-from feasibee.scenario.feasibility import truth
+from feasibee.results.measures import columns
+from feasibee.results.statistics import DeclareTimes, declare_times, plain
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import THREADS_LIMIT, check_progress, check_scenario, processors
@@ -37,9 +35,7 @@ from feasibee.simulation.loading import load_engine
 from feasibee.simulation.snapshot import members
 from feasibee.simulation.swarm import Swarm
 from feasibee.studies import oracle
-from feasibee.studies.comparison import CONTENDER, check_distinct, check_stays, design_points
-from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.sweep import Execution, Rounds
+from feasibee.studies.comparison import Outcome, check_distinct, check_stays
 
 LIMITS: Final[Mapping[str, str]] = {
     "pooled": "all sightings together name all tasks, or one more than there are robots",
@@ -268,147 +264,55 @@ OFFSETS: Final = (-1, 0, 1, 2)
 """Numbers of tasks, less the number of robots."""
 
 
-@dataclass(frozen=True)
-class Contender:
-    """A strategy with parameters, as a row of the figure."""
-
-    name: str
-    """Name of the row."""
-    strategy: str
-    """Name of the strategy, or the path of its file."""
-    parameters: dict[str, float] = field(default_factory=dict)
-    """Its parameters that differ from their defaults."""
-    knows_count: bool | None = None
-    """Whether robots know their number; by default if the strategy needs it, or the scenario says so."""
-
-    def scenario(self, base: Scenario) -> Scenario:
-        """Return a scenario with this contender; robots declare by votes if their strategy doesn't."""
-        own = {"decision.strategy": self.strategy, "decision.parameters": self.parameters}
-        apt = {**own, "decision.declare": None, "robots.know_count": True, "run.stop_at_decision": False}
-        manifest = base.replace(apt).manifest
-        knows = self.knows_count
-        if knows is None:
-            knows = manifest.needs_count or base.robots.know_count
-        return base.replace(
-            {**apt, "decision.declare": None if manifest.declares else RULE, "robots.know_count": knows}
-        )
+CONTENDERS: Final[Mapping[str, Mapping[str, Any]]] = {
+    "turns, alarm only": {"decision.strategy": "turns", "decision.parameters": {"names": 0.0}},
+    "turns, 1 name": {"decision.strategy": "turns", "decision.parameters": {"names": 1.0}},
+    "turns, 3 names": {"decision.strategy": "turns", "decision.parameters": {"names": 3.0}},
+    "turns, 6 names": {"decision.strategy": "turns", "decision.parameters": {"names": 6.0}},
+    "turns, all names": {"decision.strategy": "turns", "decision.parameters": {"names": -1.0}},
+    "quiet census, n known": {"decision.strategy": "quiet-census", "robots.know_count": True},
+    "quiet census, n unknown": {"decision.strategy": "quiet-census", "robots.know_count": False},
+    "map": {"decision.strategy": "map"},
+    "tally, by votes": {"decision.strategy": "tally"},
+    "census, by votes": {"decision.strategy": "census"},
+}
+"""What is compared by default: what each changes in the scenario, by the name of its row in the figure."""
 
 
-CONTENDERS: Final = (
-    Contender("turns, alarm only", "turns", {"names": 0.0}),
-    Contender("turns, 1 name", "turns", {"names": 1.0}),
-    Contender("turns, 3 names", "turns", {"names": 3.0}),
-    Contender("turns, 6 names", "turns", {"names": 6.0}),
-    Contender("turns, all names", "turns", {"names": -1.0}),
-    Contender("quiet census, n known", "quiet-census", knows_count=True),
-    Contender("quiet census, n unknown", "quiet-census", knows_count=False),
-    Contender("map", "map"),
-    Contender("tally, by votes", "tally"),
-    Contender("census, by votes", "census"),
-)
-"""What is compared by default."""
+def speakers(scenario: Scenario, strategies: Sequence[str] = ()) -> dict[str, Scenario]:
+    """Return the scenario with each strategy, by name; robots declare by votes if their strategy doesn't.
 
-
-class Spoken(NamedTuple):
-    """What the robots of a contender said by their own word at one number of tasks."""
-
-    contender: str
-    """Its name."""
-    robots: int
-    tasks: int
-    """Number of robots, and of tasks."""
-    feasible: bool
-    """Ground truth: whether the tasks are feasible."""
-    runs: int
-    """Number of runs."""
-    ok: Interval
-    wrong: Interval
-    """Share of runs in which more than the threshold's share of robots spoke rightly and none wrongly, and in
-    which any robot spoke wrongly."""
-    times: DeclareTimes
-    """Steps by which more than the threshold's share had spoken."""
-    bits: float
-    """Bits sent per robot-step, over the whole runs."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return what was said, for programs."""
-        return {**plain(self), "times": {"median": self.times.median, "p95": self.times.p95}}
-
-
-def contenders_named(strategies: Sequence[str]) -> list[Contender]:
-    """Return contenders of strategies with their default parameters; without names, `CONTENDERS`."""
-    names = [Path(name).name for name in strategies]
-    check_distinct(names)
-    return [Contender(*pair) for pair in zip(names, strategies, strict=True)] or list(CONTENDERS)
-
-
-def frontier(
-    scenario: Scenario,
-    contenders: Sequence[Contender] = CONTENDERS,
-    tasks: Sequence[int] = (),
-    runs: int = 1000,
-    seed: int = 0,
-    execution: Execution | None = None,
-) -> list[Spoken]:
-    """Simulate contenders at numbers of tasks near ratio one, all in the same worlds.
+    Robots know their number if the strategy needs it, or the scenario says so.
 
     Parameters
     ----------
     scenario : Scenario
         What all contenders have in common.
-    contenders : sequence of Contender
-        What to compare.
-    tasks : sequence of int
-        Numbers of tasks; by default from one less than robots to two more.
-    runs : int
-        Number of runs of each contender at each number of tasks.
-    seed : int
-        64 bits.
-    execution : Execution, optional
-        Where to compute and keep the runs; by default on threads, and in memory.
+    strategies : sequence of str
+        Names or files, each with its default parameters; by default `CONTENDERS`.
 
-    Returns
-    -------
-    list of Spoken
-        Contender by contender, in the order of ``tasks``.
+    Raises
+    ------
+    FeasibeeError
+        If a strategy is unknown, or named twice.
     """
-    designs = designs_of(scenario, contenders, tasks_near(scenario, tasks), runs, seed)
-    with Rounds(execution) as rounds:
-        records = rounds.run(Study(designs, runs, seed))
-        return [
-            spoken(str(design.values[CONTENDER]), design.scenario, record)
-            for design, record in zip(designs, records, strict=True)
-        ]
+    names = [Path(name).name for name in strategies]
+    check_distinct(names)
+    named = {name: {"decision.strategy": given} for name, given in zip(names, strategies, strict=True)}
+    return {name: _speaker(scenario, changes) for name, changes in (named or CONTENDERS).items()}
 
 
-def designs_of(
-    scenario: Scenario, contenders: Sequence[Contender], tasks: Sequence[int], runs: int, seed: int
-) -> list[DesignPoint]:
-    """Return a point for each contender at each number of tasks; all contenders have the same run numbers."""
-    worlds = {each.name: each.scenario(scenario) for each in contenders}
-    return design_points(worlds, tasks, runs, seed)
+def _speaker(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
+    own = {"decision.parameters": {}, **changes, "decision.declare": None, "run.stop_at_decision": False}
+    manifest = scenario.replace({**own, "robots.know_count": True}).manifest
+    knows = manifest.needs_count or scenario.robots.know_count
+    rule = None if manifest.declares else RULE
+    return scenario.replace({"robots.know_count": knows, **own, "decision.declare": rule})
 
 
 def tasks_near(scenario: Scenario, tasks: Sequence[int] = ()) -> list[int]:
     """Return the given numbers of tasks, or those near ratio one."""
     return list(tasks) or [max(0, scenario.robots.count + offset) for offset in OFFSETS]
-
-
-def spoken(contender: str, scenario: Scenario, record: Record) -> Spoken:
-    """Summarise the declarations of a contender's runs."""
-    found = measured(record, scenario)
-    assert found.declared is not None  # all contenders declare
-    return Spoken(
-        contender=contender,
-        robots=scenario.robots.count,
-        tasks=scenario.tasks.count,
-        feasible=truth(scenario),
-        runs=found.runs,
-        ok=found.declared.ok,
-        wrong=found.declared.wrong,
-        times=found.declared.step_90,
-        bits=found.bits,
-    )
 
 
 def limits_near(
@@ -429,37 +333,66 @@ def limits_near(
     return found
 
 
-def write_frontier(folder: Path, found: Sequence[Spoken], bounds: dict[int, Limits]) -> None:
-    """Write the figure (PNG, PDF) and its data, ``frontier.csv``, into a folder."""
-    panels = []
-    for number, limit in bounds.items():
-        group = [each for each in found if each.tasks == number]
-        verdict = "feasible" if group[0].feasible else "infeasible"
-        words = [Word(each.contender, each.bits, each.ok.estimate, *each.times[:2]) for each in group]
-        steps = {name: times[:2] for name, times in limit.times.items()}
-        panels.append(Panel(f"m = {number}: {verdict}", words, steps))
-    most = next(iter(bounds.values())).scenario.run.steps
-    save_both(draw_frontier(panels, most), folder / "frontier")
-    write_table(folder / "frontier.csv", list(map(_row, found)))
+def write_frontier(folder: Path, found: Sequence[Outcome], bounds: Mapping[int, Limits]) -> None:
+    """Write the figures (PNG, PDF) and their data, ``limits.csv`` and ``frontier.csv``, into a folder.
 
-
-def write_limits(path: Path, bounds: dict[int, Limits]) -> None:
-    """Write the limits at each number of tasks."""
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+    found : sequence of Outcome
+        Outcomes of `speakers` at each number of tasks. Without any, each number of tasks has a figure of its
+        limits alone.
+    bounds : mapping of int to Limits
+        The limits at each number of tasks.
+    """
     rows = [
         {"tasks": number, "limit": name, "step_median": times.median, "step_p95": times.p95}
         for number, limit in bounds.items()
         for name, times in limit.times.items()
     ]
-    write_table(path, rows)
+    write_table(folder / "limits.csv", rows)
+    for number, limit in bounds.items() if not found else ():
+        save_both(draw_limits(limit.steps, limit.scenario.run.steps), folder / f"limits-{number}")
+    if found:
+        most = next(iter(bounds.values())).scenario.run.steps
+        panels = [
+            _panel([each for each in found if each.tasks == number], bounds[number]) for number in bounds
+        ]
+        save_both(draw_frontier(panels, most), folder / "frontier")
+        write_table(folder / "frontier.csv", list(map(_row, found)))
 
 
-def _row(each: Spoken) -> dict[str, object]:
+def _panel(group: Sequence[Outcome], limit: Limits) -> Panel:
+    words = [
+        Word(each.contender, each.found.bits, each.spoken.ok.estimate, *each.spoken.step_90[:2])
+        for each in group
+    ]
+    steps = {name: times[:2] for name, times in limit.times.items()}
+    return Panel(f"m = {group[0].tasks}: {DECISIONS[int(group[0].feasible)]}", words, steps)
+
+
+def spoken(each: Outcome) -> dict[str, Any]:
+    """Return what the robots of one of `speakers` said by their own word, as plain tables, for programs."""
+    said = each.spoken
+    return {
+        **{"contender": each.contender, "robots": each.robots, "tasks": each.tasks},
+        **{"feasible": each.feasible, "runs": each.runs},
+        **{"ok": said.ok._asdict(), "wrong": said.wrong._asdict()},
+        "times": {"median": said.step_90.median, "p95": said.step_90.p95},
+        "bits": each.found.bits,
+    }
+
+
+def _row(each: Outcome) -> dict[str, object]:
+    """Return the columns of an outcome in ``frontier.csv``."""
+    said = each.spoken
     return {
         **{"contender": each.contender, "robots": each.robots, "tasks": each.tasks},
         "truth": DECISIONS[int(each.feasible)],
         "runs": each.runs,
-        **columns("ok", each.ok),
-        **columns("wrong", each.wrong),
-        **{"step_median": each.times.median, "step_p95": each.times.p95},
-        "bits_per_robot_and_step": f"{each.bits:.6g}",
+        **columns("ok", said.ok),
+        **columns("wrong", said.wrong),
+        **{"step_median": said.step_90.median, "step_p95": said.step_90.p95},
+        "bits_per_robot_and_step": f"{each.found.bits:.6g}",
     }
