@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from feasibee import wilson
-from feasibee.studies.paper import CANNOT_TELL, FAILS, HOLDS, RatioSummary, check_claims
+from feasibee.studies.paper import BASELINE, CANNOT_TELL, FAILS, HOLDS, RatioSummary, check_claims
 
 ROBOTS = 20
 TASKS = (2, 4, 8, 10, 20, 40, 50, 100, 200)
@@ -48,8 +48,10 @@ def study(shares=reliable, steps=earlier, spread=narrower, undecided=0.0, runs=4
         curves = np.repeat(np.asarray(spread(ratio, runs), np.float32)[:, None], 5, axis=1)
         points.append(
             RatioSummary(
+                panel=BASELINE,
                 robots=ROBOTS,
                 tasks=number,
+                feasible=number <= ROBOTS,
                 first_run=number * 1000,
                 decision=decision,
                 decision_step=np.asarray(steps(ratio, runs), np.int32),

@@ -114,7 +114,7 @@ def test_the_table_has_a_line_for_each_panel(study):
     header, *lines = summary(study[1])
     assert header[1:5] == ["at 10", "at 2", "at 0.5", "at 0.1"]
     assert [line[0] for line in lines] == list(WORLDS)
-    by_place = {(row.panel, row.places): row for row in study[1]}
+    by_place = {(row.panel, row.tasks): row for row in study[1]}
     for line in lines:
         assert line[1] == f"{by_place[line[0], 2].accuracy.estimate:.1%}"
         assert line[3] == f"{by_place[line[0], 40].accuracy.estimate:.1%}"

@@ -27,7 +27,7 @@ from feasibee.figures.style import figure, save_both
 from feasibee.files import atomic_write, write_csv, write_table
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.record import Record
-from feasibee.results.measures import Measured, columns, measured, together
+from feasibee.results.measures import columns
 from feasibee.results.statistics import (
     CONFIDENCE,
     Interval,
@@ -50,11 +50,15 @@ RESAMPLES = 1000
 
 @dataclass(frozen=True)
 class RatioSummary:
-    """Outcome of the runs at one ratio of robots to tasks."""
+    """Outcome of the runs in one world at one ratio of robots to tasks."""
 
+    panel: str
+    """Name of the world, a key of `WORLDS`."""
     robots: int
     tasks: int
-    """Number of robots, and of tasks."""
+    """Number of robots, and number of robots that the tasks need: one each, unless they have classes."""
+    feasible: bool
+    """Whether the tasks are feasible."""
     first_run: int
     """Number of the first run."""
     decision: NDArray[np.int8]
@@ -69,7 +73,7 @@ class RatioSummary:
 
     @property
     def ratio(self) -> float:
-        """Robots per task."""
+        """Robots per robot that the tasks need."""
         return self.robots / self.tasks
 
     @property
@@ -80,6 +84,16 @@ class RatioSummary:
     def rate(self, decision: int, confidence: float = CONFIDENCE) -> Interval:
         """Return the share of runs with a decision, with its interval."""
         return wilson(int((self.decision == decision).sum()), self.runs, confidence)
+
+    @property
+    def rates(self) -> dict[str, Interval]:
+        """Shares of the runs by decision."""
+        return {name: self.rate(code) for code, name in DECISIONS.items()}
+
+    @property
+    def accuracy(self) -> Interval:
+        """Share of the runs whose decision is the truth."""
+        return self.rate(int(self.feasible))
 
 
 @dataclass(frozen=True)
@@ -243,22 +257,28 @@ def run_study(runs: int, seed: int, execution: Execution | None = None) -> list[
                 )
                 for m in tasks
             ]
-            records = rounds.run(Study(designs, runs, seed, curves))
-            found |= {m: _summary(m, record) for m, record in zip(tasks, records, strict=True)}
+            found |= {each.tasks: each for each in _simulated(rounds, Study(designs, runs, seed, curves))}
     return [found[tasks] for tasks in TASKS]
 
 
-def _summary(tasks: int, record: Record) -> RatioSummary:
-    robots = Scenario().robots.count
-    has_curves = record.feasible_count.size > 0
+def _simulated(rounds: Rounds, study: Study) -> list[RatioSummary]:
+    records = rounds.run(study)
+    return [_summary(design, record) for design, record in zip(study.points, records, strict=True)]
+
+
+def _summary(design: DesignPoint, record: Record) -> RatioSummary:
+    scenario, counts = design.scenario, record.feasible_count
+    robots = scenario.robots.count
     return RatioSummary(
+        panel=design.values.get("panel", BASELINE),
         robots=robots,
-        tasks=tasks,
+        tasks=design.values.get("places", scenario.tasks.count),
+        feasible=truth(scenario),
         first_run=record.first_run,
         decision=record.decision,
         decision_step=record.decision_step,
-        quartiles=opinion_quartiles(record.feasible_count, robots) if has_curves else np.empty((3, 0)),
-        thinned=(record.feasible_count[:, ::25] * (100.0 / robots)).astype("float32"),
+        quartiles=opinion_quartiles(counts, robots) if counts.size else np.empty((3, 0)),
+        thinned=(counts[:, ::25] * (100.0 / robots)).astype("float32"),
     )
 
 
@@ -310,19 +330,14 @@ def _colour(ratio: float) -> str:
 
 
 def _write_decisions(folder: Path, points: Sequence[RatioSummary]) -> None:
-    rates = {name: [point.rate(code) for point in points] for code, name in DECISIONS.items()}
     with figure(4.6, 2.8) as (drawn, ax):
-        plot_decisions([point.ratio for point in points], rates, ax)
+        plot_decisions([point.ratio for point in points], _by_decision(points), ax)
     save_both(drawn, folder / "fig3_decisions")
-    rows = [
-        {
-            **{"tasks": point.tasks, "ratio": point.ratio, "first_run": point.first_run, "runs": point.runs},
-            **{name: cell for each in rates for name, cell in columns(each, rates[each][row]).items()},
-            **columns("step", decision_times(point.decision_step)),
-        }
-        for row, point in enumerate(points)
-    ]
-    write_table(folder / "fig3_decisions.csv", rows)
+    write_table(folder / "fig3_decisions.csv", [_row(point, beyond=False) for point in points])
+
+
+def _by_decision(points: Sequence[RatioSummary]) -> dict[str, list[Interval]]:
+    return {name: [point.rates[name] for point in points] for name in DECISIONS.values()}
 
 
 PLACES = (2, 4, 8, 10, 13, 16, 20, 25, 31, 40, 50, 100, 200)
@@ -349,34 +364,7 @@ WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
 """Values that differ from the paper's, by panel."""
 
 
-@dataclass(frozen=True)
-class PanelPoint:
-    """Decisions of the swarms of one panel at one ratio."""
-
-    panel: str
-    """Name of the panel, a key of `WORLDS`."""
-    robots: int
-    places: int
-    """Number of robots, and number of robots that the tasks need."""
-    first_run: int
-    """Number of the first run."""
-    truth: bool
-    """Whether the tasks are feasible."""
-    found: Measured
-    """The measures of the runs."""
-
-    @property
-    def accuracy(self) -> Interval:
-        """Share of the runs whose decision is the truth."""
-        return together([self.found], "accuracy")
-
-    @property
-    def ratio(self) -> float:
-        """Robots per place."""
-        return self.robots / self.places
-
-
-def simulate_panels(runs: int, seed: int, execution: Execution | None = None) -> list[PanelPoint]:
+def simulate_panels(runs: int, seed: int, execution: Execution | None = None) -> list[RatioSummary]:
     """Simulate so many runs at each ratio; return panel by panel, from the fewest places to the most."""
     designs = [
         DesignPoint(
@@ -388,27 +376,26 @@ def simulate_panels(runs: int, seed: int, execution: Execution | None = None) ->
         for places in PLACES
     ]
     with Rounds(execution) as rounds:
-        records = rounds.run(Study(designs, runs, seed))
-        return [_panel_point(design, record) for design, record in zip(designs, records, strict=True)]
+        return _simulated(rounds, Study(designs, runs, seed))
 
 
-def write_panels(folder: Path, points: Sequence[PanelPoint]) -> None:
+def write_panels(folder: Path, points: Sequence[RatioSummary]) -> None:
     """Write the figure as PNG and PDF, and its data as CSV."""
     drawn = draw_panels(
         [_panel(panel, [point for point in points if point.panel == panel]) for panel in WORLDS]
     )
     save_both(drawn, folder / "beyond")
-    write_table(folder / "beyond.csv", list(map(_panel_row, points)))
+    write_table(folder / "beyond.csv", [_row(point, beyond=True) for point in points])
 
 
-def summary(points: Sequence[PanelPoint]) -> list[list[str]]:
+def summary(points: Sequence[RatioSummary]) -> list[list[str]]:
     """Return a short table: each panel's accuracy at four ratios, and its median decision step at ratio 2."""
     shown = (2, 10, 40, 200)
-    ratios = [f"at {point.ratio:g}" for point in points if point.panel == BASELINE and point.places in shown]
+    ratios = [f"at {point.ratio:g}" for point in points if point.panel == BASELINE and point.tasks in shown]
     table = [["panel", *ratios, "half by (at 2)"]]
     for panel in WORLDS:
-        chosen = [point for point in points if point.panel == panel and point.places in shown]
-        step = chosen[1].found.times.median
+        chosen = [point for point in points if point.panel == panel and point.tasks in shown]
+        step = decision_times(chosen[1].decision_step).median
         shares = (f"{point.accuracy.estimate:.1%}" for point in chosen)
         table.append([panel, *shares, "not reached" if step is None else f"step {step}"])
     return table
@@ -434,31 +421,19 @@ def _mixed_tasks(places: int) -> dict[str, Any]:
     }
 
 
-def _panel_point(design: DesignPoint, record: Record) -> PanelPoint:
-    robots, feasible = design.scenario.robots.count, truth(design.scenario)
-    return PanelPoint(
-        **design.values,
-        robots=robots,
-        first_run=record.first_run,
-        truth=feasible,
-        found=measured(record, design.scenario),
-    )
-
-
-def _panel(title: str, points: Sequence[PanelPoint]) -> Panel:
-    last = max(point.places for point in points if point.truth)
-    first = min(point.places for point in points if not point.truth)
-    rates = [point.found.rates for point in points]
+def _panel(title: str, points: Sequence[RatioSummary]) -> Panel:
+    last = max(point.tasks for point in points if point.feasible)
+    first = min(point.tasks for point in points if not point.feasible)
     tip = points[0].robots / (last * first) ** 0.5
-    shown = {name: [each[name] for each in rates] for name in rates[0]}
-    return Panel(title, [point.ratio for point in points], shown, tip)
+    return Panel(title, [point.ratio for point in points], _by_decision(points), tip)
 
 
-def _panel_row(point: PanelPoint) -> dict[str, object]:
-    """Return the columns of a point in ``beyond.csv``."""
-    row: dict[str, object] = {"panel": point.panel, "robots": point.robots, "places": point.places}
-    row |= {"ratio": point.ratio, "first_run": point.first_run, "runs": point.found.runs}
-    row["truth"] = DECISIONS[int(point.truth)]
-    for name, rate in {**point.found.rates, "accuracy": point.accuracy}.items():
+def _row(point: RatioSummary, *, beyond: bool) -> dict[str, object]:
+    """Return the columns of a point in ``beyond.csv``, or those in ``fig3_decisions.csv``."""
+    world = {"panel": point.panel, "robots": point.robots, "places": point.tasks}
+    row: dict[str, object] = world if beyond else {"tasks": point.tasks}
+    row |= {"ratio": point.ratio, "first_run": point.first_run, "runs": point.runs}
+    row |= {"truth": DECISIONS[int(point.feasible)]} if beyond else {}
+    for name, rate in {**point.rates, **({"accuracy": point.accuracy} if beyond else {})}.items():
         row |= columns(name, rate)
-    return row | columns("step", point.found.times)
+    return row | columns("step", decision_times(point.decision_step))
