@@ -14,10 +14,10 @@ never.
 
 import math
 
-from feasibee.strategies.census import LAST, SHIFT, members, words_of
-
 BY_NAME = True
 PARAMETERS = {"cells_per_range": 4.0}
+MEMBERS = 31
+"""Number of a set's members in a word."""
 NAMES_STEP = 0
 MAP_STEP = 1
 FIRST_STEPS = 2
@@ -49,9 +49,14 @@ def names_start(setting):
     return FIRST_STEPS + setting.tasks + cells(setting)
 
 
+def name_words(setting):
+    """Return the number of words of the set of tasks."""
+    return (setting.tasks + MEMBERS - 1) // MEMBERS
+
+
 def message_words(setting):
     """Return the number of words of both sets."""
-    return words_of(setting.tasks) + words_of(cells(setting))
+    return name_words(setting) + (cells(setting) + MEMBERS - 1) // MEMBERS
 
 
 def words(setting):
@@ -62,7 +67,7 @@ def words(setting):
 def observe(known, thing, me):
     """Record the name of a task in sight, and when it was first seen."""
     if not thing.is_robot:
-        known[names_start(me.setting) + (thing.id >> SHIFT)] |= 1 << (thing.id & LAST)
+        known[names_start(me.setting) + thing.id // MEMBERS] |= 1 << (thing.id % MEMBERS)
         if known[FIRST_STEPS + thing.id] == 0:
             known[FIRST_STEPS + thing.id] = me.step + 1
 
@@ -100,13 +105,21 @@ def declare(known, me):
     """Record the cells in sight, and when the robot knows enough tasks and all cells; then declare."""
     setting = me.setting
     look(known, me)
-    start, names = names_start(setting), words_of(setting.tasks)
+    start, names = names_start(setting), name_words(setting)
     enough = min(setting.tasks, setting.robots + 1)
-    if known[NAMES_STEP] == 0 and members(known, start, names) >= enough:
+    if known[NAMES_STEP] == 0 and members(known, start, start + names) >= enough:
         known[NAMES_STEP] = me.step + 1
-    if known[MAP_STEP] == 0 and members(known, start + names, words_of(cells(setting))) == cells(setting):
+    if known[MAP_STEP] == 0 and members(known, start + names, len(known)) == cells(setting):
         known[MAP_STEP] = me.step + 1
     return 1 if known[NAMES_STEP] != 0 and known[MAP_STEP] != 0 else -1
+
+
+def members(known, start, stop):
+    """Return the number of members of the set in some words."""
+    found = 0
+    for k in range(start, stop):
+        found += known[k].bit_count()
+    return found
 
 
 def look(known, me):
@@ -133,5 +146,5 @@ def record_cell(known, cell, me):
     first = FIRST_STEPS + me.setting.tasks + cell
     if known[first] == 0:
         known[first] = me.step + 1
-        start = names_start(me.setting) + words_of(me.setting.tasks)
-        known[start + (cell >> SHIFT)] |= 1 << (cell & LAST)
+        start = names_start(me.setting) + name_words(me.setting)
+        known[start + cell // MEMBERS] |= 1 << (cell % MEMBERS)
