@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, UnknownFieldError
 from feasibee.files import RESULTS, atomic_write, check_output
@@ -193,21 +192,16 @@ def to_dataframe(journal: Journal) -> pd.DataFrame:
     """
     import pandas as pd
 
-    points, parts = journal.points, []
-    fields = {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
+    points = journal.points
+    fields, parts = _fields(points), [pd.DataFrame(columns=[*OF_POINTS, "run", *_of_runs(())])]
     for number, row in enumerate(points):
         results = results_in(row, journal.results(row.id))
-        columns: dict[str, Any] = {"point": row.id, **{path: fields[path][number] for path in fields}}
-        columns |= {"seed": np.uint64(row.seed), "truth": int(row.truth), **_of_runs(row, results)}
+        columns = {POINT: row.id, **{path: values[number] for path, values in fields.items()}}
+        columns |= {SEED: np.uint64(row.seed), "truth": int(row.truth), **rightness(results, row.scenario)}
+        columns |= {name: getattr(results, name) for name in PLACES}
+        columns |= measures_of_runs(results) if row.scenario.dynamic else {}
         parts.append(pd.DataFrame(columns, index=range(results.run.size)))
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
-
-
-def _of_runs(row: StoredPoint, results: SimpleNamespace) -> dict[str, Any]:
-    """Return the columns with a value per run of a point."""
-    tracked = measures_of_runs(results) if row.scenario.dynamic else {}
-    outcomes = {name: getattr(results, name) for name in PLACES}
-    return {**rightness(results, row.scenario), **outcomes, **tracked}
+    return pd.concat(parts[bool(points) :], ignore_index=True)
 
 
 def to_dataset(journal: Journal) -> xr.Dataset:
@@ -219,53 +213,78 @@ def to_dataset(journal: Journal) -> xr.Dataset:
     are NaN. If they have runs of different numbers, ``run`` counts from 0, and the variable ``run_number``
     has the numbers.
     """
+    import pandas as pd
     import xarray as xr
 
-    points = journal.points
+    points, runs = journal.points, to_dataframe(journal)
+    shared = runs["run"].nunique() == max(runs[POINT].value_counts(), default=0)
+    if not shared:
+        runs["run_number"], runs["run"] = runs["run"], runs.groupby(POINT).cumcount()
+    about = pd.DataFrame(_fields(points))
+    for name, (dtype, _) in OF_POINTS.items():
+        about[name] = np.array([getattr(row, "id" if name == POINT else name) for row in points], dtype)
     axes = _axes_of(points)
-    results = [results_in(row, journal.results(row.id)) for row in points]
-    grid = _Grid.of(points, axes, [each.run for each in results])
-    of_runs = [
-        {**_of_runs(row, each), "run_number": each.run} for row, each in zip(points, results, strict=True)
-    ]
-    data = _of_points(grid, points)
-    for name, (kind, attributes) in _about(any(row.scenario.dynamic for row in points), grid.shared).items():
-        values = [each.get(name, np.full(each["run"].size, -1)) for each in of_runs]
-        data[name] = grid.of_runs(values, kind, attributes)
-    coordinates: dict[str, Any] = {name: (name, values) for name, values in axes.items()}
-    coordinates["run"] = ("run", grid.numbers, {"long_name": NUMBER if grid.shared else "place of the run"})
+    along = {**axes, "run": np.unique(runs["run"].to_numpy(np.int64))}
+    data = {name: _variable(about, axes, name, *of) for name, of in OF_POINTS.items() if name not in axes}
+    for name, of in _of_runs(runs.columns).items():
+        data[name] = _variable(runs, along, name, *of)
+    coordinates: dict[str, Any] = {name: (name, values) for name, values in along.items()}
+    coordinates["run"] += ({"long_name": NUMBER if shared else "place of the run"},)
     if POINT in axes:
         coordinates |= {path: (POINT, values) for path, values in _fields(points).items()}
-    variables = {name: data[name] for name in data if name not in axes}
     recipes = [
         {"point": row.id, "seed": row.seed, "hash": row.hash, "scenario": row.scenario.to_dict()}
         for row in points
     ]
     recipe = json.dumps({"model_version": MODEL_VERSION, "points": recipes})
-    return xr.Dataset(variables, coordinates, {"title": "feasibee sweep", "recipe": recipe})
+    return xr.Dataset(data, coordinates, {"title": "feasibee sweep", "recipe": recipe})
 
 
-def _about(dynamic: bool, shared: bool) -> dict[str, tuple[str, dict[str, Any]]]:
-    """Return type and attributes of the variables with a value per run."""
+OF_POINTS: Final[Mapping[str, tuple[str, dict[str, Any]]]] = {
+    POINT: ("int64", {"long_name": "number of the point in the recipe"}),
+    SEED: ("uint64", {"long_name": "seed of the runs"}),
+    "truth": (
+        "int8",
+        {
+            "long_name": "ground truth before any change",
+            "flag_values": np.array([INFEASIBLE, FEASIBLE], np.int8),
+            "flag_meanings": f"{DECISIONS[INFEASIBLE]} {DECISIONS[FEASIBLE]}",
+        },
+    ),
+}
+"""Type and attributes of the variables with a value per point."""
+
+
+def _of_runs(columns: Collection[str]) -> dict[str, tuple[str, dict[str, Any]]]:
+    """Return type and attributes of the variables with a value per run, in a table with these columns."""
     right = {each.column: ("bool", {"long_name": each.of_run}) for each in MEASURES.values() if each.column}
-    tracked = {name: ("int64", {"long_name": words}) for name, words in OF_RUNS.items() if dynamic}
     outcomes = {each.name: (each.dtype, attributes_of(each)) for each in OUTCOMES}
-    numbers = {} if shared else {"run_number": ("int64", {"long_name": NUMBER})}
-    return {**right, **outcomes, **numbers, **tracked}
+    more = {"run_number": NUMBER, **OF_RUNS}
+    some = {name: ("int64", {"long_name": words}) for name, words in more.items() if name in columns}
+    return {**right, **outcomes, **some}
 
 
-def _of_points(grid: _Grid, points: Sequence[StoredPoint]) -> dict[str, Any]:
-    """Return the variables with a value per point."""
-    flags = {
-        "flag_values": np.array([INFEASIBLE, FEASIBLE], np.int8),
-        "flag_meanings": f"{DECISIONS[INFEASIBLE]} {DECISIONS[FEASIBLE]}",
-    }
-    truths = [np.int8(row.truth) for row in points]
-    return {
-        POINT: grid.of_points([row.id for row in points], "number of the point in the recipe"),
-        SEED: grid.of_points([np.uint64(row.seed) for row in points], "seed of the runs"),
-        "truth": grid.of_points(truths, "ground truth before any change", **flags),
-    }
+def _variable(
+    table: pd.DataFrame,
+    axes: Mapping[str, Sequence[Any]],
+    name: str,
+    dtype: str,
+    attributes: dict[str, Any],
+) -> tuple[Any, ...]:
+    """Return a column of a table as a variable; NaN, in a file a fill value, where a point lacks a run."""
+    import pandas as pd
+
+    shape = tuple(map(len, axes.values()))
+    whole = len(table) == math.prod(shape)
+    array = np.full(shape, 0 if whole else np.nan, dtype if whole else "float64")
+    places = tuple(pd.Index(values).get_indexer(table[path]) for path, values in axes.items())
+    values = table[name].fillna(-1).to_numpy()  # -1: a measure of worlds that change, of one that doesn't
+    array[places] = values if axes else values[0]
+    encoding: dict[str, Any] = {"zlib": True, "complevel": 4} if "run" in axes else {}
+    if not whole:
+        stored = "int8" if dtype == "bool" else dtype
+        encoding |= {"dtype": stored, "_FillValue": np.iinfo(stored).min}
+    return tuple(axes), array, attributes, encoding
 
 
 def _axes_of(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:
@@ -284,59 +303,6 @@ def _axes_of(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:
 def _fields(points: Sequence[StoredPoint]) -> dict[str, list[Any]]:
     """Return the value of each point of each field that varies."""
     return {path: _column([value_of(row, path) for row in points]) for path in varied(points)}
-
-
-class _Grid(NamedTuple):
-    """Where the values of points and runs stand in arrays with a dimension per field."""
-
-    dims: tuple[str, ...]
-    shape: tuple[int, ...]
-    cells: list[tuple[int, ...]]
-    """Of each point."""
-    numbers: NDArray[np.int64]
-    """Along the dimension ``run``."""
-    shared: bool
-    """Whether a run has the same number in all points; otherwise the numbers are places within a point."""
-    places: list[NDArray[np.int64]]
-    """Of the runs of each point along the dimension."""
-
-    @classmethod
-    def of(
-        cls,
-        points: Sequence[StoredPoint],
-        axes: Mapping[str, Sequence[Any]],
-        numbers: Sequence[NDArray[np.int64]],
-    ) -> _Grid:
-        """Return the grid of points with runs of some numbers."""
-        own = {**_fields(points), POINT: [row.id for row in points], SEED: [row.seed for row in points]}
-        indices = [[list(values).index(value) for value in own[path]] for path, values in axes.items()]
-        cells: list[tuple[int, ...]] = list(zip(*indices, strict=True)) if indices else [() for _ in points]
-        longest = max((each.size for each in numbers), default=0)
-        together = np.unique(np.concatenate([np.empty(0, np.int64), *numbers]))
-        shared = together.size == longest
-        along = together if shared else np.arange(longest)
-        places = [np.searchsorted(together, each) if shared else np.arange(each.size) for each in numbers]
-        return cls(tuple(axes), tuple(map(len, axes.values())), cells, along, shared, places)
-
-    def of_points(self, values: Sequence[Any], words: str, **attributes: Any) -> tuple[Any, ...]:
-        """Return a variable with a value per point."""
-        array = np.zeros(self.shape, np.array(values).dtype)
-        for cell, value in zip(self.cells, values, strict=True):
-            array[cell] = value
-        return self.dims, array, {"long_name": words, **attributes}
-
-    def of_runs(self, values: Sequence[Any], dtype: str, attributes: dict[str, Any]) -> tuple[Any, ...]:
-        """Return a variable with a value per run; NaN, in a file a fill value, where a point lacks a run."""
-        whole = all(each.size == self.numbers.size for each in values)
-        kind = np.dtype(dtype if whole else "float64")
-        array = np.full((*self.shape, self.numbers.size), 0 if whole else np.nan, kind)
-        for cell, places, each in zip(self.cells, self.places, values, strict=True):
-            array[cell][places] = each
-        stored = "int8" if dtype == "bool" else dtype
-        encoding: dict[str, Any] = {"zlib": True, "complevel": 4}
-        if not whole:
-            encoding |= {"dtype": stored, "_FillValue": np.iinfo(stored).min}
-        return (*self.dims, "run"), array, attributes, encoding
 
 
 def _column(values: list[Any]) -> list[Any]:
