@@ -34,7 +34,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import processors, simulate_record
 from feasibee.sweeps.plan import Study
-from feasibee.sweeps.schedule import Pace, RunRange, Schedule
+from feasibee.sweeps.schedule import FIRST_WORK, RunRange, Schedule, chunk_work, next_budget
 from feasibee.sweeps.schema import EncodedRuns, encode
 
 PATIENCE = 20.0
@@ -45,7 +45,7 @@ TRIES = 3
 """Number of tries of a chunk whose worker dies; the last one alone, since others died with it."""
 
 Pieces = list[RunRange]
-Chunk = Future[list[EncodedRuns]]
+Chunk = Future[tuple[list[EncodedRuns], float]]
 
 
 @dataclass(frozen=True)
@@ -152,9 +152,12 @@ def dask(client: Any) -> WorkerPool:
 
 def play(
     scenarios: Sequence[Scenario], pieces: Sequence[RunRange], seed: int, curves: bool
-) -> list[EncodedRuns]:
-    """Compute a chunk, wherever this runs; ``scenarios`` has one for each piece, with its strategy's text."""
-    encoded = []
+) -> tuple[list[EncodedRuns], float]:
+    """Compute a chunk, wherever this runs; return its runs and the seconds that it took.
+
+    ``scenarios`` has one for each piece, with its strategy's text.
+    """
+    encoded, begin = [], time.monotonic()
     for scenario, piece in zip(scenarios, pieces, strict=True):
         try:
             runs = Runs(piece.runs, seed, piece.first_run)
@@ -165,7 +168,7 @@ def play(
                 "use fewer workers or robots, and run the same command again: the runs in the journal are "
                 "kept"
             ) from None
-    return encoded
+    return encoded, time.monotonic() - begin
 
 
 class Workers:
@@ -179,7 +182,7 @@ class Workers:
 
     def __init__(self, pool: WorkerPool) -> None:
         self.pool = pool
-        self._pace = Pace(pool.workers)
+        self._budget: float = FIRST_WORK
         self._executor: Executor | None = None
         self._waiting: dict[Chunk, Pieces] = {}
         self._again: deque[Pieces] = deque()
@@ -208,7 +211,6 @@ class Workers:
         """
         self._again.clear()
         self._deaths.clear()
-        self._pace.rest()
         with Interrupts(self._kill) as interrupts:
             try:
                 while (schedule.queue or self._again or self._waiting) and not interrupts.seen:
@@ -222,7 +224,8 @@ class Workers:
 
     def _submit_chunks(self, schedule: Schedule) -> None:
         while self._may_submit(schedule):
-            pieces = self._again.popleft() if self._again else schedule.chunk(self._pace.share(schedule.left))
+            work = chunk_work(self._budget, schedule.left, self.pool.workers)
+            pieces = self._again.popleft() if self._again else schedule.chunk(work)
             self._waiting[self._submit(schedule.study, pieces)] = pieces
 
     def _may_submit(self, schedule: Schedule) -> bool:
@@ -255,8 +258,9 @@ class Workers:
                 self._replace(schedule.study)
                 return
             pieces = self._waiting.pop(chunk)
-            schedule.enter(pieces, chunk.result())
-            self._pace.count(schedule.work(pieces), time.monotonic())
+            encoded, seconds = chunk.result()
+            schedule.enter(pieces, encoded)
+            self._budget = next_budget(self._budget, schedule.work(pieces), seconds)
             report(False)
 
     def _replace(self, study: Study) -> None:
@@ -283,7 +287,7 @@ class Workers:
         running = [chunk for chunk in self._waiting if not chunk.cancel()]
         for chunk in as_completed(running):
             with suppress(Exception):  # the error that ended the work is the one to raise
-                schedule.enter(self._waiting[chunk], chunk.result())
+                schedule.enter(self._waiting[chunk], chunk.result()[0])
         self._waiting = {}
 
 
