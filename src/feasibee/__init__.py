@@ -12,57 +12,38 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from feasibee.errors import FeasibeeError, ScenarioError
-    from feasibee.figures.arena import plot_arena
-    from feasibee.figures.decisions import plot_decision_steps, plot_decisions, plot_opinions
-    from feasibee.results.dataset import open_results, save_results, scenario_of
-    from feasibee.results.statistics import decision_counts, decision_rates, decision_times, wilson
-    from feasibee.scenario.feasibility import truth
-    from feasibee.scenario.scenario import Scenario
-    from feasibee.simulation.ensemble import simulate
-    from feasibee.simulation.swarm import Swarm, truth_at
+    from feasibee.errors import FeasibeeError as FeasibeeError
+    from feasibee.errors import ScenarioError as ScenarioError
+    from feasibee.figures.arena import plot_arena as plot_arena
+    from feasibee.figures.decisions import plot_decision_steps as plot_decision_steps
+    from feasibee.figures.decisions import plot_decisions as plot_decisions
+    from feasibee.figures.decisions import plot_opinions as plot_opinions
+    from feasibee.results.dataset import open_results as open_results
+    from feasibee.results.dataset import save_results as save_results
+    from feasibee.results.dataset import scenario_of as scenario_of
+    from feasibee.results.statistics import decision_counts as decision_counts
+    from feasibee.results.statistics import decision_rates as decision_rates
+    from feasibee.results.statistics import decision_times as decision_times
+    from feasibee.results.statistics import wilson as wilson
+    from feasibee.scenario.feasibility import truth as truth
+    from feasibee.scenario.scenario import Scenario as Scenario
+    from feasibee.simulation.ensemble import simulate as simulate
+    from feasibee.simulation.swarm import Swarm as Swarm
+    from feasibee.simulation.swarm import truth_at as truth_at
 
-_HOMES = {
-    "FeasibeeError": "errors",
-    "Scenario": "scenario.scenario",
-    "ScenarioError": "errors",
-    "Swarm": "simulation.swarm",
-    "decision_counts": "results.statistics",
-    "decision_rates": "results.statistics",
-    "decision_times": "results.statistics",
-    "open_results": "results.dataset",
-    "plot_arena": "figures.arena",
-    "plot_decision_steps": "figures.decisions",
-    "plot_decisions": "figures.decisions",
-    "plot_opinions": "figures.decisions",
-    "save_results": "results.dataset",
-    "scenario_of": "results.dataset",
-    "simulate": "simulation.ensemble",
-    "truth": "scenario.feasibility",
-    "truth_at": "simulation.swarm",
-    "wilson": "results.statistics",
+_NAMES = {
+    "errors": ("FeasibeeError", "ScenarioError"),
+    "figures.arena": ("plot_arena",),
+    "figures.decisions": ("plot_decision_steps", "plot_decisions", "plot_opinions"),
+    "results.dataset": ("open_results", "save_results", "scenario_of"),
+    "results.statistics": ("decision_counts", "decision_rates", "decision_times", "wilson"),
+    "scenario.feasibility": ("truth",),
+    "scenario.scenario": ("Scenario",),
+    "simulation.ensemble": ("simulate",),
+    "simulation.swarm": ("Swarm", "truth_at"),
 }
-
-__all__ = [
-    "FeasibeeError",
-    "Scenario",
-    "ScenarioError",
-    "Swarm",
-    "decision_counts",
-    "decision_rates",
-    "decision_times",
-    "open_results",
-    "plot_arena",
-    "plot_decision_steps",
-    "plot_decisions",
-    "plot_opinions",
-    "save_results",
-    "scenario_of",
-    "simulate",
-    "truth",
-    "truth_at",
-    "wilson",
-]
+_HOMES = {name: home for home, names in _NAMES.items() for name in names}
+__all__ = sorted(_HOMES)  # noqa: PLE0605
 
 
 def __getattr__(name: str) -> Any:
@@ -75,4 +56,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted(__all__)
+    return __all__

@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from shutil import get_terminal_size
 from typing import TYPE_CHECKING
 
 import click
@@ -20,7 +19,6 @@ from feasibee.cli.options import (
     complete_strategy,
     count_type,
     folder_type,
-    keep_matplotlib_in_cache,
     named,
     option,
     outputs_option,
@@ -67,7 +65,6 @@ def assess(
       feasibee assess mine.toml --out mine.html
       feasibee assess --robots 40 --tasks 30 --arena 50 --range 4
     """
-    keep_matplotlib_in_cache()
     from feasibee.studies.assess import assess as simulate_all
     from feasibee.studies.report import write_report
 
@@ -95,7 +92,7 @@ def _print_assessment(assessment: Assessment, report: Path | None) -> None:
     for section in sections(assessment):
         click.echo(section.title)
         for line in section.lines:
-            click.echo(wrapped(line, "  "))
+            click.echo(wrapped(line, "  ", "    "))
         click.echo()
     if report is not None:
         click.echo(f"The page is {report}")
@@ -140,7 +137,6 @@ def size(
       feasibee size mine.toml --strategy average --right 0.99 --steps 600 --out size.png
       feasibee size mine.toml --over radio.range=1:8
     """
-    keep_matplotlib_in_cache()
     from feasibee.figures.sizing import draw_sizing
     from feasibee.figures.style import save_figure
     from feasibee.studies.size import Rule, panels_of
@@ -237,12 +233,8 @@ def _print_recommendation(found: Recommendation) -> None:
     if found.excluded:
         click.echo("Excluded:")
     for name, reason in found.excluded.items():
-        click.echo(click.wrap_text(f"{name}: {reason}", _width(), "  ", "    "))
+        click.echo(wrapped(f"{name}: {reason}", "  ", "    "))
 
 
 def _entry(title: str, text: str) -> str:
-    return f"  {title}\n" + click.wrap_text(text, _width(), "     ", "     ")
-
-
-def _width() -> int:
-    return min(100, get_terminal_size().columns)
+    return f"  {title}\n" + wrapped(text, "     ", "     ")

@@ -7,6 +7,7 @@ import math
 import os
 import re
 import sys
+import textwrap
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
@@ -17,7 +18,6 @@ from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
-from click.shell_completion import CompletionItem
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import check_output
@@ -81,27 +81,21 @@ count_type = click.IntRange(1)
 JOURNAL = "a journal of all runs, with which the same command goes on."
 
 
-def complete_field(
-    context: click.Context, parameter: click.Parameter, incomplete: str
-) -> list[CompletionItem]:
+def complete_field(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """Complete the last field of A,B,..."""
     from feasibee.scenario.fields import fields
 
     return _offered(incomplete, fields())
 
 
-def complete_change(
-    context: click.Context, parameter: click.Parameter, incomplete: str
-) -> list[CompletionItem]:
+def complete_change(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """Complete the field of FIELD=VALUE; commas belong to the value."""
     from feasibee.scenario.fields import fields
 
-    return [CompletionItem(f"{field}=") for field in fields() if field.startswith(incomplete)]
+    return [f"{field}=" for field in fields() if field.startswith(incomplete)]
 
 
-def complete_strategy(
-    context: click.Context, parameter: click.Parameter, incomplete: str
-) -> list[CompletionItem]:
+def complete_strategy(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """Complete the last strategy of A,B,..."""
     from feasibee.scenario.plugins import registered
     from feasibee.strategies import STRATEGIES
@@ -109,9 +103,9 @@ def complete_strategy(
     return _offered(incomplete, [*STRATEGIES, *registered()])
 
 
-def _offered(incomplete: str, names: Sequence[str]) -> list[CompletionItem]:
+def _offered(incomplete: str, names: Sequence[str]) -> list[str]:
     before, comma, last = incomplete.rpartition(",")
-    return [CompletionItem(before + comma + name) for name in names if name.startswith(last)]
+    return [before + comma + name for name in names if name.startswith(last)]
 
 
 def _address(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
@@ -235,6 +229,7 @@ def command(
 
         @wraps(function)
         def bundled(**values: Any) -> None:
+            keep_matplotlib_in_cache()
             several = {name: of(*map(values.pop, of._fields)) for name, of in bundles.items()}
             function(**several, **values)
 
@@ -369,9 +364,14 @@ def progress(what: str, *, hidden: bool = False) -> Iterator[Callable[[float], N
         yield lambda share: bar.update(task, completed=share)
 
 
-def wrapped(line: str, indent: str = "") -> str:
-    """Wrap a line for the terminal; never break between a number and its %."""
-    width = min(88, get_terminal_size().columns)
-    further = f"{indent}  " if indent else ""
-    text = click.wrap_text(line.replace(" %", "\u00a0%"), width, indent, further)
-    return text.replace("\u00a0%", " %")
+def wrapped(text: str, indent: str = "", further: str = "") -> str:
+    """Wrap a text for the terminal, between words only; never between a number and its %."""
+    lines = textwrap.fill(
+        text.replace(" %", "\u00a0%"),
+        min(100, get_terminal_size().columns),
+        initial_indent=indent,
+        subsequent_indent=further,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    return lines.replace("\u00a0%", " %")

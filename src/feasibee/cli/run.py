@@ -11,7 +11,6 @@ from feasibee.cli.options import (
     command,
     console,
     count_type,
-    keep_matplotlib_in_cache,
     option,
     outputs_option,
     print_json,
@@ -61,7 +60,6 @@ def run(
     with progress("Simulating") as advance:
         record = simulate_record(scenario, wanted, curves=curves, threads=workers, progress=advance)
     if outputs:
-        keep_matplotlib_in_cache()
         _write_results(record, scenario, seed, outputs)
     summary = _summary(record, scenario, seed)
     if as_json:

@@ -16,7 +16,6 @@ from feasibee.cli.options import (
     console,
     count_type,
     folder_option,
-    keep_matplotlib_in_cache,
     listed,
     numbered,
     option,
@@ -111,7 +110,6 @@ def compare(
       feasibee compare --limits --strategies quiet-census,map,mine.py --tasks 20,21
       feasibee compare mine.toml --limits --strategies none
     """
-    keep_matplotlib_in_cache()
     from feasibee.studies.comparison import as_dict, contenders_of, write_comparison
     from feasibee.studies.comparison import compare as simulate_all
 
@@ -183,8 +181,6 @@ def paper(
       feasibee paper --runs 100 --out paper-100
       feasibee paper --beyond --runs 400
     """
-    keep_matplotlib_in_cache()
-
     Runs.of_point(0, runs, seed)  # raises before the folder is made
     folder = make_folder(out)
     if beyond:

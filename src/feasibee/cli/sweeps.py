@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import textwrap
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -22,11 +21,11 @@ from feasibee.cli.options import (
     count_type,
     file_type,
     folder_type,
-    keep_matplotlib_in_cache,
     named,
     option,
     percents,
     print_json,
+    wrapped,
 )
 from feasibee.errors import FeasibeeError
 from feasibee.files import FIGURES, RESULTS, check_output, make_folder
@@ -176,7 +175,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
         for row in rows:
             _print_point(dict(zip([*names, *legend], row, strict=True)))
     until = any(point.row.until for point in points)
-    click.echo(_wrapped(CAPTION + CHANGING_CAPTION * changing + UNTIL_CAPTION * until))
+    click.echo(wrapped(CAPTION + CHANGING_CAPTION * changing + UNTIL_CAPTION * until, further="  "))
 
 
 def _table(names: Sequence[str], legend: Sequence[str], rows: Sequence[Sequence[str]], padding: int) -> Table:
@@ -235,21 +234,8 @@ def _print_point(cells: dict[str, str]) -> None:
         parts.append(f"right in {cells['steps right']} % of the steps, {cells['false alarms']} false alarms")
     if cells.get("delay"):
         parts.append(f"delay {cells['delay']}")
-    click.echo(_wrapped(", ".join(fields)))
-    click.echo(_wrapped(", ".join(parts), indent="    "))
-
-
-def _wrapped(text: str, indent: str = "") -> str:
-    """Return a text in lines that fit the terminal, broken between words only."""
-    width = console().width
-    return textwrap.fill(
-        text,
-        width,
-        initial_indent=indent,
-        subsequent_indent=indent or "  ",
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+    click.echo(wrapped(", ".join(fields), further="  "))
+    click.echo(wrapped(", ".join(parts), "    ", "    "))
 
 
 def _text(value: Any) -> str:
@@ -324,7 +310,6 @@ def plot(
       feasibee results plot --x tasks.count --hue decision.strategy
       feasibee results plot --x tasks.count --y radio.loss --out map.pdf
     """
-    keep_matplotlib_in_cache()
     from feasibee.figures.style import save_figure
     from feasibee.figures.sweep import draw_lines, draw_map
     from feasibee.results.measures import MEASURES, TRACKED

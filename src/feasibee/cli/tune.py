@@ -16,7 +16,6 @@ from feasibee.cli.options import (
     complete_field,
     count_type,
     folder_option,
-    keep_matplotlib_in_cache,
     listed,
     option,
     print_json,
@@ -88,7 +87,6 @@ def tune(
       feasibee tune changing.toml --over decision.gain --for detection_delay --false-alarms 0.1
       feasibee tune mine.toml --sensitivity --over radio.loss=0:0.5,faults.byzantine=0:0.2
     """
-    keep_matplotlib_in_cache()
     from feasibee.studies.space import dimensions
 
     scenario = given.read({"run.steps": steps})
