@@ -1,6 +1,6 @@
 """Where runs are computed: threads of this process, other processes, or a Dask cluster.
 
-`Workers` compute the chunks of a schedule, and replace a worker that dies. Ctrl-C is handled between chunks.
+``Workers`` compute the chunks of a schedule, and replace one that dies. Ctrl-C is handled between chunks.
 """
 
 from __future__ import annotations
