@@ -10,7 +10,7 @@ import numpy as np
 from websockets.sync.client import connect
 
 from feasibee.live import server as serving
-from feasibee.live.layout import FRAME, PROTOCOL, TASKS
+from feasibee.live.messages import PROTOCOL
 
 
 @contextmanager
@@ -65,19 +65,12 @@ class Page:
 
 
 def decode(message):
-    protocol, kind = message[:2]
-    assert protocol == PROTOCOL
-    if kind == TASKS.kind:
-        *_, count = TASKS.struct.unpack_from(message)
-        return {
-            "type": "tasks",
-            "places": np.frombuffer(message, "<u2", 2 * count, TASKS.struct.size).reshape(2, -1),
-        }
-    assert kind == FRAME.kind
-    frame = dict(zip((name for name, _ in FRAME.header), FRAME.struct.unpack_from(message), strict=True))
-    at = FRAME.struct.size
-    for name, form, length in FRAME.arrays:
-        frame[name] = np.frombuffer(message, form, frame[length], at)
-        at += frame[name].nbytes
-    assert at == len(message)
-    return {"type": "frame", **frame}
+    """Return a binary message as the page reads it; see messages.py."""
+    start = 4 + int.from_bytes(message[:4], "little")
+    found = json.loads(message[4:start])
+    assert found["protocol"] == PROTOCOL
+    for name, kind, length in found["arrays"]:
+        found[name] = np.frombuffer(message, f"<{kind}", length, start)
+        start += found[name].nbytes
+    assert start == len(message)
+    return found

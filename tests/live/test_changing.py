@@ -47,10 +47,10 @@ def test_each_frame_has_what_is_there_at_its_step(port):
             there = frame["flags"] >> FLAGS.index("there") & 1
             assert (there == swarm.present).all()
             assert (frame["there"], frame["tasks"]) == (swarm.present.sum(), len(swarm.tasks))
-            np.testing.assert_array_equal([frame["task_x"], frame["task_y"]], swarm.task_places())
+            np.testing.assert_array_equal([frame["taskX"], frame["taskY"]], swarm.task_places())
             assert frame["truth"] == swarm.truth
-            assert frame["robot_steps"] == swarm.robot_counts[1:].sum()
-            assert frame["counted_counts"][-1] == swarm.counted.sum()
+            assert frame["robotSteps"] == swarm.robot_counts[1:].sum()
+            assert frame["countedCounts"][-1] == swarm.counted.sum()
             truths += frame["truths"].tolist()
     assert truths == swarm.truths.tolist()
 
@@ -63,7 +63,7 @@ def test_a_step_is_reached_from_any_other_with_its_tasks(port):
             frame = page.answer("frame", type="seek", to=step, jump=jump)
             swarm = Swarm(SCENARIO, seed=5, run=2)
             swarm.advance(step)
-            np.testing.assert_array_equal([frame["task_x"], frame["task_y"]], swarm.task_places())
+            np.testing.assert_array_equal([frame["taskX"], frame["taskY"]], swarm.task_places())
             np.testing.assert_array_equal(frame["flags"], swarm.snapshot().flags)
     assert expected.step == 0
 
@@ -165,9 +165,9 @@ def test_the_preset_of_the_form_is_the_example(port):
 def test_a_world_that_stays_sends_no_tasks_with_its_frames():
     with serving_at(Catalogue(Scenario(run={"steps": 20}))) as at, Page(at) as page:
         frame = page.open()
-        assert (frame["placed"], frame["tasks"], frame["there"], frame["truth"]) == (0, 20, 20, 1)
+        assert (frame["taskX"].size, frame["tasks"], frame["there"], frame["truth"]) == (0, 20, 20, 1)
         frame = page.answer("frame", type="advance", steps=5)
-        assert frame["robot_steps"] == 100
+        assert frame["robotSteps"] == 100
         found = page.answer("outlook", type="look")
         assert found["world"] == []
 
@@ -197,5 +197,5 @@ def test_a_sweeps_runs_are_right_or_wrong_by_the_truth_of_their_decisions_step(r
             frame = page.open(
                 point=each["point"], seed=each["seed"], run=each["run"], step=each["decision_step"]
             )
-            assert frame["first_decision"] == frame["decision"] == 1 - frame["truth"]
+            assert frame["firstDecision"] == frame["decision"] == 1 - frame["truth"]
             assert each["truth"] == ("feasible" if frame["truth"] else "infeasible")

@@ -47,7 +47,7 @@ def test_a_step_is_the_same_however_it_is_reached(port):
             frame = page.answer("frame", type="seek", to=step, jump=jump)
             assert (frame["step"], frame["jump"]) == (min(step, 1000), jump)
             expected = other.open(run="3", step=step)
-            counts = ("first", "length", "feasible_counts", "infeasible_counts", "counted_counts", "truths")
+            counts = ("first", "arrays", "feasibleCounts", "infeasibleCounts", "countedCounts", "truths")
             for each in (frame, expected):
                 for name in counts:
                     del each[name]
@@ -64,9 +64,9 @@ def test_seeking_sends_every_count_once(port):
         for jump, step in enumerate((90, 20, 100, 3, 1000), 1):
             frames.append(page.answer("frame", type="seek", to=step, jump=jump))
     for frame in frames:
-        if frame["length"]:
+        if frame["truths"].size:
             assert frame["first"] == len(counts)
-            counts += frame["feasible_counts"].tolist()
+            counts += frame["feasibleCounts"].tolist()
     assert counts == expected.feasible_count[0].values.tolist()
 
 
@@ -75,7 +75,7 @@ def test_the_decision_is_gone_to_if_there_is_one(port):
     with Page(port) as page:
         page.open()
         frame = page.answer("frame", type="seek", to="decision", jump=1)
-        assert frame["step"] == frame["decision_step"] == expected.decision_step[0] > 0
+        assert frame["step"] == frame["decisionStep"] == expected.decision_step[0] > 0
         page.open(changes={"run.steps": 30}, step=17)
         page.say(type="seek", to="decision", jump=1)
         undecided, frame = messages_until_frame(page)
@@ -90,7 +90,7 @@ def test_two_strategies_are_in_one_world_and_in_step(port):
         assert [each["strategy"] for each in (first, second)] == list(strategies)
         assert first["swarms"] == second["swarms"] == 2
         swarms = [Swarm(Scenario(decision={"strategy": each}), 5, 2) for each in strategies]
-        assert np.abs(tasks["places"].T * (20 / 65536) - swarms[1].tasks).max() < 1e-3
+        assert np.abs(np.stack([tasks["x"], tasks["y"]], 1) * (20 / 65536) - swarms[1].tasks).max() < 1e-3
         for step in (40, 41, 300, 120):
             if step == 41:
                 page.say(type="advance", steps=1)
@@ -102,12 +102,12 @@ def test_two_strategies_are_in_one_world_and_in_step(port):
                 swarm = Swarm(Scenario(decision={"strategy": strategies[frame["lane"]]}), 5, 2)
                 swarm.advance(step)
                 assert frame["step"] == step
-                assert (frame["first_decision"], frame["decision_step"]) == swarm.first_decision
+                assert (frame["firstDecision"], frame["decisionStep"]) == swarm.first_decision
                 assert frame["flags"].tolist() == swarm.snapshot().flags.tolist()
             assert (frames[0]["x"] == frames[1]["x"]).all()  # they walk alike
         page.say(type="seek", to="decision", lane=1, jump=9)
         frames = messages_until_frame(page)
-        assert frames[0]["step"] == frames[0]["decision_step"] > 0
+        assert frames[0]["step"] == frames[0]["decisionStep"] > 0
         assert len(opened(page)) == 3  # one swarm again: opened, tasks, frame
 
 

@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 import numpy as np
 import pytest
 from commands import invoke
-from serving import Page, serving_at
+from serving import Page, decode, serving_at
 
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
@@ -19,8 +19,8 @@ from feasibee.field.plan import Fault, Plan, parse_fault, schedule
 from feasibee.field.supervisor import Field, Network
 from feasibee.live import fieldsession, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
-from feasibee.live.messages import Look
-from feasibee.live.scene import Logged, curves_of, step_of
+from feasibee.live.messages import Look, encode_frame
+from feasibee.live.scene import Logged
 from feasibee.reference import play
 from feasibee.simulation.snapshot import FLAGS
 
@@ -90,12 +90,12 @@ def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(ended):
     assert field.last == 60
     for step, swarm in enumerate(play(scenario, 1, 0)):
         field.step = step
-        shown = step_of(field)
-        held = {name: shown.shown.flags >> bit & 1 for bit, name in enumerate(FLAGS)}
+        shown = decode(encode_frame(field, 0, 0))
+        held = {name: shown["flags"] >> bit & 1 for bit, name in enumerate(FLAGS)}
         opinions = [robot.mind.opinion for robot in swarm.robots]
         assert (held["feasible"].astype(int) - held["neutral"]).tolist() == opinions
-        assert shown.counts[:2] == (swarm.feasible_count, swarm.infeasible_count)
-        assert shown.truth == swarm.truth
+        assert (shown["feasible"], shown["infeasible"]) == (swarm.feasible_count, swarm.infeasible_count)
+        assert shown["truth"] == swarm.truth
 
 
 def test_a_log_that_grows_is_that_of_the_whole_file(ended, tmp_path):
@@ -110,7 +110,7 @@ def test_a_log_that_grows_is_that_of_the_whole_file(ended, tmp_path):
     whole = Logged(ended[0])
     whole.step = copy.step = whole.last
     assert copy.has_ended
-    np.testing.assert_array_equal(curves_of(copy, 0), curves_of(whole, 0))
+    assert encode_frame(copy, 0, 0) == encode_frame(whole, 0, 0)
     growing.write_text(lines[0].replace("session", "another") + lines[1])
     assert not copy.grow()
 
@@ -179,9 +179,9 @@ def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
     field, there = Logged(tmp_path), FLAGS.index("there")
     for step, swarm in enumerate(play(scenario, 1, 0)):
         field.step = step
-        shown = step_of(field)
-        numbers = np.flatnonzero(shown.shown.flags >> there & 1).tolist()
-        found = numbers, len(shown.places), shown.truth
+        shown = decode(encode_frame(field, 0, 0))
+        numbers = np.flatnonzero(shown["flags"] >> there & 1).tolist()
+        found = numbers, shown["taskX"].size, shown["truth"]
         assert found == ([robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth)
 
 
@@ -205,7 +205,7 @@ def test_a_page_names_robots_that_are_silent_and_goes_back(tmp_path):
             elif message["type"] == "field" and message["problems"]:
                 assert message["problems"] == ["robot 3 is silent"]
         assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 120)
-        assert sum(len(each["feasible_counts"]) for each in received) == 121
+        assert sum(len(each["feasibleCounts"]) for each in received) == 121
         working = FLAGS.index("working")
         assert received[-1]["flags"][3] >> working & 1 == 0
         assert received[-1]["counted"] == 3

@@ -1,8 +1,9 @@
-"""The layout of frames: what Python writes is what the page's generated decoder reads."""
+"""The layout of frames: what Python writes is what the page's decoder reads."""
 
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 
@@ -11,11 +12,12 @@ import pytest
 from declaring import declaring
 
 from feasibee import Scenario, Swarm
-from feasibee.live import layout
-from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.live.messages import PROTOCOL, encode_frame, encode_tasks
+from feasibee.live.page import STATIC
 from feasibee.simulation.snapshot import FLAGS
 
 NODE = shutil.which("node")
+DECODER = STATIC / "frames.js"
 SCRIPT = """
 import { readFileSync } from "node:fs";
 const url = "data:text/javascript," + encodeURIComponent(readFileSync(process.argv[2], "utf-8"));
@@ -29,22 +31,13 @@ console.log(JSON.stringify(process.argv.slice(3).map(read), plain));
 """
 
 
-def test_the_decoder_of_the_page_is_that_of_the_layout():
-    """If this fails, run python -m feasibee.live.layout."""
-    assert layout.MODULE.read_text("utf-8").startswith(layout.javascript())
-    assert layout.MODULE.read_text("utf-8").count(layout.END) == 1
-
-
-@pytest.mark.parametrize("kind", [layout.FRAME, layout.TASKS])
-def test_arrays_are_aligned_as_javascript_needs_them(kind):
-    """An array of items of n bytes begins at a multiple of n, whatever the lengths of those before."""
-    at = kind.struct.size
-    for _, form, _ in kind.arrays:
-        size = layout.ARRAYS[form][1]
-        assert at % size == 0
-        at = size  # those before have any number of items of at least this size
-    sizes = [layout.ARRAYS[form][1] for _, form, _ in kind.arrays]
-    assert sizes == sorted(sizes, reverse=True)
+def test_the_page_knows_the_flags_and_the_version():
+    text = DECODER.read_text("utf-8")
+    (flags,) = re.findall(r"export const (FEASIBLE[^;]+);", text)
+    assert re.findall(r"(\w+) = (\d+)", flags) == [
+        (name.upper(), str(1 << k)) for k, name in enumerate(FLAGS)
+    ]
+    assert f"const PROTOCOL = {PROTOCOL};" in text
 
 
 @pytest.mark.skipif(NODE is None, reason="runs the page's code in Node")
@@ -63,11 +56,11 @@ def test_the_page_reads_what_python_writes(tmp_path):
         (tmp_path / name).write_bytes(message)
     module = tmp_path / "read.mjs"
     module.write_text(SCRIPT)
-    command = [NODE, module, layout.MODULE, *(tmp_path / name for name in messages)]
+    command = [NODE, module, DECODER, *(tmp_path / name for name in messages)]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     frame, tasks, sure = json.loads(done.stdout)
     shown, places = swarm.snapshot(), swarm.task_places()
-    assert (frame["kind"], frame["generation"], frame["robots"], frame["step"]) == ("frame", 2, 33, 40)
+    assert (frame["type"], frame["generation"], frame["robots"], frame["step"]) == ("frame", 2, 33, 40)
     assert (frame["first"], frame["feasible"]) == (5, swarm.feasible_count)
     assert (frame["firstDecision"], frame["decisionStep"]) == swarm.first_decision
     assert (frame["infeasible"], frame["decision"]) == (swarm.infeasible_count, swarm.decision)
@@ -88,5 +81,5 @@ def test_the_page_reads_what_python_writes(tmp_path):
     flags = np.array(sure["flags"]) >> FLAGS.index("declared") & 1
     assert flags.tolist() == (quiet.declared >= 0).tolist()
     assert (sure["counted"], quiet.counted.sum()) == (16, 16)
-    assert (tasks["kind"], tasks["generation"]) == ("tasks", 3)
+    assert (tasks["type"], tasks["generation"]) == ("tasks", 3)
     assert (tasks["x"], tasks["y"]) == (places[0].tolist(), places[1].tolist())

@@ -63,17 +63,17 @@ def test_what_the_page_is_sent_is_what_simulate_computes(world):
     with serving_at(Catalogue(scenario, 7, 3)) as port, Page(port) as page:
         frame = page.open()
         for steps in (1, 1, 17, 100, 50):
-            feasible += frame["feasible_counts"].tolist()
-            infeasible += frame["infeasible_counts"].tolist()
-            assert frame["first"] + frame["length"] == frame["step"] + 1 == len(feasible)
+            feasible += frame["feasibleCounts"].tolist()
+            infeasible += frame["infeasibleCounts"].tolist()
+            assert frame["first"] + frame["truths"].size == frame["step"] + 1 == len(feasible)
             assert frame["feasible"] == expected.feasible_count[0, frame["step"]]
             frame = page.answer("frame", type="advance", steps=steps)
-        feasible += frame["feasible_counts"].tolist()
-        infeasible += frame["infeasible_counts"].tolist()
+        feasible += frame["feasibleCounts"].tolist()
+        infeasible += frame["infeasibleCounts"].tolist()
     assert frame["step"] == 120  # and no further
     assert feasible == expected.feasible_count[0].values.tolist()
     assert infeasible == expected.infeasible_count[0].values.tolist()
-    assert (frame["first_decision"], frame["decision_step"]) == (
+    assert (frame["firstDecision"], frame["decisionStep"]) == (
         expected.decision[0],
         expected.decision_step[0],
     )
@@ -99,7 +99,7 @@ def test_places_headings_and_marks_are_the_swarms(port, boundary):
             pass
     pixel = 30 / 65536
     assert np.abs(np.stack([frame["x"], frame["y"]], 1) * pixel - swarm.positions).max() <= pixel
-    assert np.abs(tasks["places"].T * pixel - swarm.tasks).max() <= pixel
+    assert np.abs(np.stack([tasks["x"], tasks["y"]], 1) * pixel - swarm.tasks).max() <= pixel
     turned = np.exp(1j * (frame["heading"] * np.pi / 128 - swarm.headings))
     assert np.abs(np.angle(turned)).max() <= np.pi / 250
     flags = {name: (frame["flags"] >> bit & 1).astype(bool) for bit, name in enumerate(FLAGS)}
@@ -170,9 +170,9 @@ def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
             frame = page.open(
                 point=each["point"], seed=each["seed"], run=each["run"], step=each["decision_step"]
             )
-            assert (frame["first_decision"], frame["decision_step"]) == wrong[each["point"], int(each["run"])]
+            assert (frame["firstDecision"], frame["decisionStep"]) == wrong[each["point"], int(each["run"])]
             assert frame["step"] == each["decision_step"]
-            assert frame["decision"] == frame["first_decision"]
+            assert frame["decision"] == frame["firstDecision"]
 
 
 def test_a_long_list_has_as_many_runs_of_each_point(results, monkeypatch):

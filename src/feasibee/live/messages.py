@@ -1,22 +1,26 @@
 """The messages between page and server.
 
-The page sends JSON, which is validated here. The server answers in JSON and in binary messages, whose layout
-is in `feasibee.live.layout`.
+The page sends JSON, which is validated here. The server answers in JSON and in binary messages: the length of
+a head (uint32), the head in JSON, and arrays that JavaScript reads in place. All is little-endian. The head
+lists the arrays with their types and lengths; ``static/frames.js`` describes and decodes them.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable
 from typing import Annotated, Any, Final, Literal
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, JsonValue, TypeAdapter, ValidationError
 
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
-from feasibee.live.layout import FRAME, TASKS
-from feasibee.live.scene import Logged, curves_of, step_of
+from feasibee.live.scene import Logged
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.simulation.swarm import Swarm
 
+PROTOCOL: Final = 5
+"""Version of the messages; raise it when a page of the previous version could not read them."""
 MESSAGE_LIMIT: Final = 16 * 1024
 """Most bytes of a message of the page."""
 
@@ -115,39 +119,54 @@ def encode_frame(
     swarm: Swarm | Logged, generation: int, first: int, *, lane: int = 0, jump: int = 0
 ) -> bytes:
     """Encode the current step, with the counts of each step from ``first`` on, so that the plot has all."""
-    step, curves = step_of(swarm), curves_of(swarm, first)
-    having = {name: int((step.shown.flags >> bit & 1).sum()) for bit, name in enumerate(FLAGS)}
-    decision, first_decision, decision_step = step.decision
-    return FRAME.encode(
-        generation=generation & 0xFFFF,
-        lane=lane,
-        jump=jump,
-        robots=step.shown.x.size,
-        step=step.step,
-        first=first,
-        length=len(curves),
-        decision_step=decision_step,
-        decision=decision,
-        first_decision=first_decision,
-        **dict(zip(("feasible", "infeasible", "counted"), step.counts, strict=True)),
+    shown, task_places = swarm.snapshot(), swarm.task_places()
+    having = {name: (shown.flags >> bit & 1).sum() for bit, name in enumerate(FLAGS)}
+    curves = (swarm.feasible_counts, swarm.infeasible_counts, swarm.counted_counts, swarm.truths)
+    feasible, infeasible, counted, truths = (each[first:] for each in curves)
+    first_decision, decision_step = swarm.first_decision
+    head = {
+        "lane": lane,
+        "jump": jump,
+        "robots": shown.x.size,
+        "step": swarm.step,
+        "first": first,
+        "decisionStep": decision_step,
+        "decision": swarm.decision,
+        "firstDecision": first_decision,
+        "feasible": swarm.feasible_count,
+        "infeasible": swarm.infeasible_count,
+        "counted": swarm.counted.sum(),
         **{name: having[name] for name in ("disseminating", "working", "there")},
-        **dict(zip(("declared_feasible", "declared_infeasible"), step.declared, strict=True)),
-        tasks=step.tasks,
-        placed=len(step.places),
-        truth=step.truth,
-        bits=step.bits,
-        robot_steps=step.robot_steps,
-        feasible_counts=curves[:, 0],
-        infeasible_counts=curves[:, 1],
-        counted_counts=curves[:, 2],
-        truths=curves[:, 3],
-        task_x=step.places[:, 0],
-        task_y=step.places[:, 1],
-        **step.shown._asdict(),
-    )
+        "declaredFeasible": swarm.declared_counts[0],
+        "declaredInfeasible": swarm.declared_counts[1],
+        "tasks": task_places[0].size,
+        "truth": int(swarm.truth),
+        "bits": swarm.bits_sent,
+        "robotSteps": swarm.robot_counts[1:].sum(),
+    }
+    task_x, task_y = task_places if swarm.scenario.dynamic else (each[:0] for each in task_places)
+    arrays = {
+        "feasibleCounts": feasible.astype("<i4"),
+        "infeasibleCounts": infeasible.astype("<i4"),
+        "countedCounts": counted.astype("<i4"),
+        **shown._asdict(),
+        "taskX": task_x,
+        "taskY": task_y,
+        "truths": truths.astype("u1"),
+    }
+    return _binary("frame", generation, head, arrays)
 
 
 def encode_tasks(swarm: Swarm | Logged, generation: int) -> bytes:
     """Encode the positions of the tasks."""
-    x, y = swarm.task_places()
-    return TASKS.encode(generation=generation & 0xFFFF, count=x.size, x=x, y=y)
+    return _binary("tasks", generation, {}, dict(zip("xy", swarm.task_places(), strict=True)))
+
+
+def _binary(kind: str, generation: int, numbers: dict[str, Any], arrays: dict[str, Any]) -> bytes:
+    """Return a binary message; arrays of larger items come first, so that each is aligned."""
+    ordered = sorted(arrays.items(), key=lambda each: -each[1].itemsize)
+    listed = [[name, each.dtype.str[1:], each.size] for name, each in ordered]
+    marks = {"type": kind, "protocol": PROTOCOL, "generation": generation & 0xFFFF}
+    head = json.dumps({**marks, **numbers, "arrays": listed}, default=int).encode()
+    head += b" " * (-len(head) % 4)
+    return b"".join([np.uint32(len(head)).tobytes(), head, *(each.tobytes() for _, each in ordered)])

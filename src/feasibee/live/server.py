@@ -27,9 +27,9 @@ from feasibee.live.catalogue import Catalogue
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.form import form
 from feasibee.live.guard import Connection, Guard, Once, check_host, is_loopback, log_config
-from feasibee.live.layout import PROTOCOL
 from feasibee.live.messages import (
     MESSAGE_LIMIT,
+    PROTOCOL,
     Advance,
     Inspect,
     Look,

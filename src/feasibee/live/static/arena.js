@@ -75,6 +75,7 @@ export class Arena {
     this.before = null;
     this.px = new Float32Array(0);
     this.py = new Float32Array(0);
+    /** @type {Uint16Array} */
     this.flags = new Uint16Array(0); // of the frame that is drawn
     this.width = this.height = this.longer = this.scale = this.unit = this.radius = this.ratio = 1;
     this.calm = false;

@@ -1,5 +1,6 @@
-// Made by `python -m feasibee.live.layout`. A test compares it with that module.
-export const PROTOCOL = 4;
+// The binary messages of the server, from messages.py, and the bits of a robot's flags.
+
+export const PROTOCOL = 5;
 export const FEASIBLE = 1,
   NEUTRAL = 2,
   DISSEMINATING = 4,
@@ -8,79 +9,36 @@ export const FEASIBLE = 1,
   BYZANTINE = 32,
   STUBBORN = 64,
   THERE = 128;
-const FRAME = 1;
+const ARRAYS = { i4: Int32Array, u2: Uint16Array, u1: Uint8Array };
 
+/** @typedef {{x: Uint16Array, y: Uint16Array}} Places In 65,536ths of the arena's longer side. */
+/** @typedef {Places & {type: "tasks", generation: number}} Tasks Positions of the tasks at the start. */
+/** @typedef {"feasible" | "infeasible" | "counted" | "disseminating" | "working" | "there"} Count Robots at this step. */
+/** @typedef {"declaredFeasible" | "declaredInfeasible"} Declared Counted robots only. */
+/** @typedef {"tasks" | "truth" | "decision"} Now At this step; decision: 1, 0, or -1 for none. */
+/** @typedef {"firstDecision" | "decisionStep"} Decided The first decision; -1 for none. */
+/** @typedef {"bits" | "robotSteps"} Total Bits sent, and robots summed over the steps, so far. */
+/** @typedef {"feasibleCounts" | "infeasibleCounts" | "countedCounts"} Curve Counts of the steps from `first` on. */
 /**
- * @param {ArrayBuffer} buffer
- * @param {DataView} view
+ * One step of a swarm, and of that beside it; robots: number of numbers that robots may have; lane: 0, or 1 for the
+ * second swarm; jump: number of the page's last jump.
+ * @typedef {Places & {type: "frame", beside?: Frame} & Record<"flags" | "taskX" | "taskY", Uint16Array>
+ *   & Record<"heading" | "truths", Uint8Array> & Record<Curve, Int32Array>
+ *   & Record<"generation" | "lane" | "jump" | "robots" | "step" | "first", number>
+ *   & Record<Count | Declared | Now | Decided | Total, number>} Frame
  */
-function frame(buffer, view) {
-  const length = view.getInt32(16, true),
-    robots = view.getUint32(4, true),
-    placed = view.getUint32(64, true);
-  return {
-    kind: /** @type {const} */ ("frame"),
-    generation: view.getUint16(2, true),
-    robots,
-    step: view.getUint32(8, true),
-    first: view.getUint32(12, true),
-    decisionStep: view.getInt32(20, true),
-    decision: view.getInt8(24),
-    firstDecision: view.getInt8(25),
-    lane: view.getUint8(26),
-    jump: view.getUint8(27),
-    feasible: view.getUint32(28, true),
-    infeasible: view.getUint32(32, true),
-    counted: view.getUint32(36, true),
-    disseminating: view.getUint32(40, true),
-    working: view.getUint32(44, true),
-    declaredFeasible: view.getUint32(48, true),
-    declaredInfeasible: view.getUint32(52, true),
-    there: view.getUint32(56, true),
-    tasks: view.getUint32(60, true),
-    placed,
-    truth: view.getUint32(68, true),
-    bits: Number(view.getBigUint64(72, true)),
-    robotSteps: Number(view.getBigUint64(80, true)),
-    feasibleCounts: new Int32Array(buffer, 88, length),
-    infeasibleCounts: new Int32Array(buffer, 88 + 4 * length, length),
-    countedCounts: new Int32Array(buffer, 88 + 8 * length, length),
-    x: new Uint16Array(buffer, 88 + 12 * length, robots),
-    y: new Uint16Array(buffer, 88 + 12 * length + 2 * robots, robots),
-    flags: new Uint16Array(buffer, 88 + 12 * length + 4 * robots, robots),
-    taskX: new Uint16Array(buffer, 88 + 12 * length + 6 * robots, placed),
-    taskY: new Uint16Array(buffer, 88 + 12 * length + 6 * robots + 2 * placed, placed),
-    heading: new Uint8Array(buffer, 88 + 12 * length + 6 * robots + 4 * placed, robots),
-    truths: new Uint8Array(buffer, 88 + 12 * length + 7 * robots + 4 * placed, length),
-  };
-}
-
-/**
- * @param {ArrayBuffer} buffer
- * @param {DataView} view
- */
-function tasks(buffer, view) {
-  const count = view.getUint32(4, true);
-  return {
-    kind: /** @type {const} */ ("tasks"),
-    generation: view.getUint16(2, true),
-    x: new Uint16Array(buffer, 8, count),
-    y: new Uint16Array(buffer, 8 + 2 * count, count),
-  };
-}
-
-// End of the generated part.
-
-/** @typedef {ReturnType<typeof frame> & {beside?: Frame}} Frame One step of a swarm, and of that beside it. */
-/** @typedef {ReturnType<typeof tasks>} Tasks Positions of the tasks at the start. */
-/** @typedef {{x: Uint16Array, y: Uint16Array}} Places Of tasks. */
 
 /**
  * @param {ArrayBuffer} buffer
  * @returns {Frame | Tasks}
  */
 export function decode(buffer) {
-  const view = new DataView(buffer);
-  if (view.getUint8(0) !== PROTOCOL) throw new Error("the server has another version; reload the page");
-  return view.getUint8(1) === FRAME ? frame(buffer, view) : tasks(buffer, view);
+  let at = 4 + new DataView(buffer).getUint32(0, true);
+  const message = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, at - 4)));
+  if (message.protocol !== PROTOCOL) throw new Error("the server has another version; reload the page");
+  for (const [name, kind, length] of message.arrays) {
+    message[name] = new ARRAYS[/** @type {keyof typeof ARRAYS} */ (kind)](buffer, at, length);
+    at += message[name].byteLength;
+  }
+  return message;
 }

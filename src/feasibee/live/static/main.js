@@ -266,7 +266,7 @@ const connection = new Connection({
   binary(buffer) {
     const message = decode(buffer);
     if (!world || message.generation !== world.generation) return;
-    if (message.kind === "tasks") {
+    if (message.type === "tasks") {
       fit();
       for (const each of shownLanes()) each.arena.setTasks(message);
     } else receive(message);

@@ -20,7 +20,7 @@ enum number {
     HEARD, QUORUM, QUORUM_OF, K, VOTERS, CREDENCE, POSITIVE_FEEDBACK, ID_BITS, NEEDED, NUMBERS
 };
 
-/* Bits of a robot's flags, as in live/layout.py; a test compares them. */
+/* Bits of a robot's flags, as FLAGS in simulation/snapshot.py; a test compares them. */
 enum flag { FEASIBLE = 1, NEUTRAL = 2, DISSEMINATING = 4, DECLARED = 8, WORKING = 16, THERE = 128 };
 
 /* A robot's body: its place is in the arrays that the page reads. */
