@@ -13,7 +13,7 @@ import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib.metadata import version
-from itertools import chain, count, product
+from itertools import count, product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, NamedTuple, Self
@@ -60,8 +60,8 @@ class Journal:
 
     Parameters
     ----------
-    folder : path
-        Folder of the journal.
+    folder : path, optional
+        Folder of the journal; by default it is in memory, and gone when it is closed.
     write : bool
         Whether to write. Then it is made if need be, and locked against other writers.
     rescue : bool
@@ -78,10 +78,22 @@ class Journal:
         If it is missing, damaged or of another model version, or another process writes to it.
     """
 
-    _lock: sqlite3.Connection | None
-
-    def __init__(self, folder: str | Path, write: bool = False, rescue: bool = False) -> None:
-        self._begin(Path(folder))
+    def __init__(self, folder: str | Path | None = None, write: bool = False, rescue: bool = False) -> None:
+        self.folder = Path(folder or ":memory:")
+        self.path = self.folder / NAME
+        self.rescued = ""
+        self._lock: sqlite3.Connection | None = None
+        self._writing = False
+        self._totals = {"commits": 0, "points": 0, "chunks": 0}
+        self._versions = {
+            "format": str(FORMAT),
+            "model_version": str(MODEL_VERSION),
+            "version": version("feasibee"),
+        }
+        if folder is None:
+            self._database = sqlite3.connect(":memory:", isolation_level=None)
+            self._make_tables()
+            return
         if not write and not self.path.is_file():
             raise FeasibeeError(f"{self.folder}: has no {NAME}; name the folder of a sweep or study")
         try:
@@ -93,19 +105,6 @@ class Journal:
         except BaseException:
             self.close()
             raise
-
-    def _begin(self, folder: Path) -> None:
-        self.folder = folder
-        self.path = folder / NAME
-        self.rescued = ""
-        self._lock = None
-        self._writing = False
-        self._totals = {"commits": 0, "points": 0, "chunks": 0}
-        self._versions = {
-            "format": str(FORMAT),
-            "model_version": str(MODEL_VERSION),
-            "version": version("feasibee"),
-        }
 
     def __enter__(self) -> Self:
         return self
@@ -156,17 +155,17 @@ class Journal:
 
     def record(self, point: int, record: Record) -> Record:
         """Return an empty record filled with its runs of a point, and what it has room for by step."""
-        columns, first = self.columns(point), record.first_run
-        wanted = columns[(first <= columns[:, 0]) & (columns[:, 0] < first + record.runs)]
-        for place, outcome in enumerate(OUTCOMES, start=1):
-            getattr(record, outcome.name)[wanted[:, 0] - first] = wanted[:, place]
-        for kind, outcomes in ((Kind.CURVES, CURVES), (Kind.TRACES, TRACES)):
-            if not getattr(record, outcomes[0].name).shape[1]:
-                continue
-            for run, *blobs in chain.from_iterable(self.chunks(kind, point)):
+        results, first = self.results(point), record.first_run
+        wanted = (first <= results.run) & (results.run < first + record.runs)
+        for outcome in (*OUTCOMES, *TRACES):
+            values = getattr(record, outcome.name)
+            if values.shape[1:] != (0,):
+                values[results.run[wanted] - first] = getattr(results, outcome.name)[wanted]
+        if record.feasible_count.shape[1]:
+            for run, *counts in self.curves(point):
                 if 0 <= run - first < record.runs:
-                    for outcome, blob in zip(outcomes, blobs, strict=True):
-                        getattr(record, outcome.name)[run - first] = curve_of(blob, outcome.dtype)
+                    for outcome, values in zip(CURVES, counts, strict=True):
+                        getattr(record, outcome.name)[run - first] = values
         return record
 
     def results(self, point: int) -> SimpleNamespace:
@@ -335,11 +334,9 @@ class Journal:
                 raise
             finally:
                 self._writing = False
-        self._seal()
-
-    def _seal(self) -> None:
         with suppress(OSError):  # without a seal, less damage is found
-            write_seal(self.folder, self._totals["commits"])
+            if self._lock is not None:
+                write_seal(self.folder, self._totals["commits"])
 
     def _sum_up(self) -> None:
         """Write the totals, the versions, and their digest."""
@@ -447,18 +444,6 @@ def stored_point(entry: Entry) -> StoredPoint:
         json.loads(entry.until or "null"),
         entry.source,
     )
-
-
-class MemoryJournal(Journal):
-    """A journal that is gone when it is closed; it reads and writes as one in a folder does."""
-
-    def __init__(self) -> None:
-        self._begin(Path(":memory:"))
-        self._database = sqlite3.connect(":memory:", isolation_level=None)
-        self._make_tables()
-
-    def _seal(self) -> None:
-        """Do nothing: a seal finds what a file has lost."""
 
 
 def merge(journal: Journal, folders: Sequence[Path]) -> int:

@@ -20,7 +20,7 @@ from feasibee.model.record import Record
 from feasibee.simulation.ensemble import CURVES_LIMIT
 from feasibee.simulation.loading import load_engine
 from feasibee.sweeps.executors import WorkerPool, Workers, threads
-from feasibee.sweeps.journal import Journal, MemoryJournal
+from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import Study
 from feasibee.sweeps.schedule import Schedule, Totals
 
@@ -225,9 +225,7 @@ def sweep(
 
 
 def _journal_in(folder: str | Path | None) -> Journal:
-    if folder is None:
-        return MemoryJournal()
-    journal = Journal(make_folder(folder), write=True, rescue=True)
+    journal = Journal(folder and make_folder(folder), write=True, rescue=True)
     if journal.rescued:
         print(f"feasibee: {journal.rescued}", file=sys.stderr, flush=True)
     return journal

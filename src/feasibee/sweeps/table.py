@@ -224,7 +224,7 @@ def to_dataset(journal: Journal) -> xr.Dataset:
     for name, (dtype, _) in OF_POINTS.items():
         about[name] = np.array([getattr(row, "id" if name == POINT else name) for row in points], dtype)
     axes = _axes_of(points)
-    along = {**axes, "run": np.unique(runs["run"].to_numpy(np.int64))}
+    along: dict[str, Any] = {**axes, "run": np.unique(runs["run"].to_numpy(np.int64))}
     data = {name: _variable(about, axes, name, *of) for name, of in OF_POINTS.items() if name not in axes}
     for name, of in _of_runs(runs.columns).items():
         data[name] = _variable(runs, along, name, *of)
