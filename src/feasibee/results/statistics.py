@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from feasibee.errors import quoted
-from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE
+from feasibee.model.codes import DECISIONS
 
 CONFIDENCE = 0.95
 MOST = 2**53
@@ -114,7 +114,9 @@ def decision_counts(decision: ArrayLike) -> dict[str, int]:
     TypeError
         If it doesn't contain numbers.
     """
-    values = _decisions(decision)
+    values = _whole_numbers("decision", decision)
+    if values.size and not -1 <= values.min() <= values.max() <= 1:
+        raise ValueError("decision: must be 1 feasible, 0 infeasible, or -1 undecided")
     return {name: int((values == code).sum()) for code, name in DECISIONS.items()}
 
 
@@ -137,12 +139,20 @@ def decision_times(decision_step: ArrayLike) -> Quartiles:
     Quartiles
         The first step by which at least a quarter, half and three quarters of all runs had decided.
     """
-    steps = _whole_numbers("decision_step", decision_step).astype(np.int64)
-    if steps.size == 0:
-        return Quartiles(None, None, None)
-    ordered = np.sort(np.where(steps < 0, NEVER, steps))
-    found = (int(ordered[math.ceil(share * steps.size) - 1]) for share in SHARES)
-    return Quartiles(*(step if step < NEVER else None for step in found))
+    ordered = _ordered(_whole_numbers("decision_step", decision_step))
+    return Quartiles(*(_at_rank(ordered, max(1, math.ceil(share * ordered.size))) for share in SHARES))
+
+
+def _ordered(steps: NDArray[np.generic]) -> NDArray[np.int64]:
+    """Return steps in ascending order, those that never came last."""
+    whole = steps.astype(np.int64)
+    return np.sort(np.where(whole < 0, NEVER, whole))
+
+
+def _at_rank(ordered: NDArray[np.int64], rank: int) -> int | None:
+    """Return the step of a rank from 1 on; None if never, or above all ranks; 0 below rank 1."""
+    step = 0 if rank < 1 else NEVER if rank > ordered.size else int(ordered[rank - 1])
+    return None if step == NEVER else step
 
 
 def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.float64]:
@@ -202,9 +212,9 @@ def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE
     confidence : float
         Confidence level, between 0 and 1.
     """
-    values = _decisions(decision)
-    right = values == (FEASIBLE if _is_true("feasible", feasible) else INFEASIBLE)
-    return wilson(int(right.sum()), values.size, confidence)
+    return decision_rates(decision, confidence)[
+        "feasible" if _is_true("feasible", feasible) else "infeasible"
+    ]
 
 
 def bits_per_robot_and_step(
@@ -244,30 +254,14 @@ def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) ->
     ----------
     David, Nagaraja, "Order Statistics", 2003, section 7.1.
     """
-    steps = np.asarray(declare_step, np.int64)
-    if not steps.size:
+    ordered = _ordered(np.asarray(declare_step))
+    if not ordered.size:
         return DeclareTimes(None, None, (None, None), (None, None))
-    ordered = np.sort(np.where(steps < 0, NEVER, steps))
-    (median, around_median), (p95, around_p95) = (
-        _quantile(ordered, percent, confidence) for percent in (50, 95)
+    middles = (_at_rank(ordered, -(-percent * ordered.size // 100)) for percent in (50, 95))
+    around = (_ranks(ordered.size, share, (1 - confidence) / 2) for share in (0.5, 0.95))
+    return DeclareTimes(
+        *middles, *((_at_rank(ordered, low), _at_rank(ordered, high)) for low, high in around)
     )
-    return DeclareTimes(median, p95, around_median, around_p95)
-
-
-def _quantile(
-    ordered: NDArray[np.int64], percent: int, confidence: float
-) -> tuple[int | None, tuple[int | None, int | None]]:
-    """Return a quantile of steps in order, and its interval."""
-    middle = -(-percent * ordered.size // 100)
-    low, high = _ranks(ordered.size, percent / 100, (1 - confidence) / 2)
-
-    def at(rank: int) -> int | None:
-        if rank < 1:
-            return 0  # no step is earlier
-        step = int(ordered[rank - 1]) if rank <= ordered.size else NEVER
-        return None if step == NEVER else step
-
-    return at(middle), (at(low), at(high))
 
 
 def _ranks(runs: int, share: float, tail: float) -> tuple[int, int]:
@@ -314,12 +308,7 @@ def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONF
     first, second = _truths("one", one), _truths("other", other)
     if first.size == 0 or first.shape != second.shape:
         raise ValueError(f"{first.size} and {second.size} runs: both must have the same number, at least 1")
-    runs = first.size
-    gained, lost = int((first & ~second).sum()), int((second & ~first).sum())
-    up, down = (gained + 1) / (runs + 2), (lost + 1) / (runs + 2)
-    z = normal_quantile(confidence)
-    half = z * math.sqrt((up + down - (up - down) ** 2) / (runs + 2))
-    return Interval((gained - lost) / runs, max(-1.0, up - down - half), min(1.0, up - down + half))
+    return mean_difference(first, second, confidence)
 
 
 def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
@@ -342,12 +331,12 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
     return best
 
 
-def ranks(values: NDArray[np.generic]) -> NDArray[np.float64]:
-    """Return ranks, equal values sharing their mean rank."""
-    _, place, count = np.unique(values, return_inverse=True, return_counts=True)
-    last = np.cumsum(count)
-    mean: NDArray[np.float64] = last - (count - 1) / 2
-    return mean[place]
+def rank_correlation(one: NDArray[np.generic], other: NDArray[np.generic]) -> float:
+    """Return Spearman's rank correlation of two quantities; 0 if one is constant."""
+    from pandas import DataFrame
+
+    found = DataFrame({"one": one, "other": other}).corr(method="spearman").iloc[0, 1]
+    return 0.0 if np.isnan(found) else float(found)
 
 
 def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
@@ -646,14 +635,6 @@ def _whole_numbers(name: str, values: ArrayLike, dimensions: int = 1) -> NDArray
     if array.dtype.kind == "f" and (whole != array).any():
         raise ValueError(f"{name}: must be whole numbers")
     return whole
-
-
-def _decisions(decision: ArrayLike) -> NDArray[np.signedinteger[Any]]:
-    """Validate an array of decisions: 1, 0 or -1."""
-    values = _whole_numbers("decision", decision)
-    if values.size and not -1 <= values.min() <= values.max() <= 1:
-        raise ValueError("decision: must be 1 feasible, 0 infeasible, or -1 undecided")
-    return values
 
 
 def _truths(name: str, values: ArrayLike) -> NDArray[np.bool_]:

@@ -34,7 +34,7 @@ from feasibee.results.statistics import (
     decision_times,
     normal_quantile,
     opinion_quartiles,
-    ranks,
+    rank_correlation,
     wilson,
 )
 from feasibee.scenario.feasibility import truth
@@ -184,7 +184,7 @@ def _earlier(points: Sequence[RatioSummary]) -> Claim:
     if np.ptp(step) == 0:
         r, half = 0.0, math.inf  # all runs decided at one step, or none did
     else:
-        r = float(np.clip(np.corrcoef(ranks(ratio), ranks(step))[0, 1], -1 + 1e-12, 1 - 1e-12))
+        r = float(np.clip(rank_correlation(ratio, step), -1 + 1e-12, 1 - 1e-12))
         # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
         half = normal_quantile(CONFIDENCE) * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
     interval = Interval(r, math.tanh(math.atanh(r) - half), math.tanh(math.atanh(r) + half))

@@ -22,7 +22,7 @@ from feasibee.results.statistics import (
     mean_of,
     mean_share,
     paired_difference,
-    ranks,
+    rank_correlation,
     wilson,
 )
 from feasibee.scenario.runs import Runs
@@ -419,16 +419,9 @@ def spearman(one: NDArray[np.float64], other: NDArray[np.float64], seed: int) ->
     """Return the rank correlation of two quantities with a bootstrap interval; 0 if one is constant."""
     random = np.random.default_rng(seed)
     drawn = random.integers(0, one.size, (RESAMPLES, one.size))
-    resampled = np.array([_correlation(one[rows], other[rows]) for rows in drawn])
+    resampled = [rank_correlation(one[rows], other[rows]) for rows in drawn]
     low, high = np.quantile(resampled, (0.025, 0.975))
-    return Interval(_correlation(one, other), float(low), float(high))
-
-
-def _correlation(one: NDArray[np.float64], other: NDArray[np.float64]) -> float:
-    first, second = (ranks(each) for each in (one, other))
-    first, second = first - first.mean(), second - second.mean()
-    scale = float(np.sqrt((first**2).sum() * (second**2).sum()))
-    return float((first * second).sum() / scale) if scale > 0 else 0.0
+    return Interval(rank_correlation(one, other), float(low), float(high))
 
 
 def draw_sensitivities(found: Sequence[Sensitivity]) -> Figure:
