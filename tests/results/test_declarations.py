@@ -12,7 +12,7 @@ from feasibee import Scenario
 from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.results.measures import declarations, declared_right, declared_wrong, ended_right
-from feasibee.results.statistics import declare_times, wilson
+from feasibee.results.statistics import declare_times, plain, wilson
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_the_statistics_are_shares_with_intervals_and_quantiles_of_all_runs(quie
     assert (found.ok, found.wrong) == (wilson(7, 10), wilson(1, 10))
     assert found.step_90 == declare_times(record.declare_step)
     assert (found.step_90.median, found.step_90.p95) == (105, None)
-    assert found.to_dict() == {
+    assert plain(found) == {
         "feasible": 164 / 200,
         "infeasible": 1 / 200,
         "ok": wilson(7, 10)._asdict(),

@@ -71,5 +71,5 @@ def test_a_swarm_is_compared_with_the_number_that_has_enough_as_often():
     assert found.robots == 4
     assert found.as_often.feasible_share.estimate >= found.own.feasible_share.estimate
     assert list(found.fixed) == [3, 4, 6]
-    assert set(found.to_dict()) == {*found.own.to_dict(), "oracle", "fixed"}
+    assert set(found.to_dict()) == {*found.own._fields, "oracle", "fixed"}
     assert judgement(record, Scenario()) is None

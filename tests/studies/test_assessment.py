@@ -15,14 +15,14 @@ from scipy import stats
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
 from feasibee.results.measures import declarations
-from feasibee.results.statistics import Interval, paired_difference
+from feasibee.results.statistics import Interval, paired_difference, plain
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare, percent, wait_for
 from feasibee.studies.needs import asked_of, suitable
 from feasibee.studies.report import Trial, _declared, bias_in_words, sections, write_report
-from feasibee.studies.size import Rule, band_within
+from feasibee.studies.size import Rule, band_of
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.tuning import (
     Objective,
@@ -53,9 +53,8 @@ def text_of(assessment):
 def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
     (outcome,) = compare({"as it is": SHORT}, (), 30, 2)
     np.testing.assert_array_equal(assessment.outcome.right, outcome.right)
-    shares = [getattr(assessment, name).estimate for name in ("right", "wrong", "split")]
-    assert abs(sum(shares) - 1) < 1e-12
-    assert assessment.right.estimate == outcome.right.mean()
+    assert abs(sum(share.estimate for share in assessment.shares.values()) - 1) < 1e-12
+    assert assessment.shares["right"].estimate == outcome.right.mean()
 
 
 @pytest.mark.slow
@@ -64,7 +63,7 @@ def test_declarations_are_assessed(tmp_path):
     record = simulate_record(found.scenario, Runs(6, 1))
     expected = declarations(record, found.scenario)
     told = found.to_dict()
-    assert told["declared"] == expected.to_dict()
+    assert told["declared"] == plain(expected)
     assert {each["name"]: each["declared"] for each in told["strategies"]}["dmmd"] is None
     text = text_of(found)
     assert f"By their own word, {percent(expected.ok)} are right" in text
@@ -327,7 +326,7 @@ def judged(assessment, here, there, target):
     return replace(
         assessment,
         target=target,
-        right=having(assessment.outcome, here).accuracy,
+        outcome=having(assessment.outcome, here),
         opposite=having(assessment.opposite, there),
     ).verdict
 
@@ -393,7 +392,7 @@ def test_a_bias_is_explained():
     """Robots that average what they see do not see themselves: n tasks look like one too many."""
     scenario = Scenario(decision={"strategy": "average"}, run={"steps": 400})
     with Rounds() as rounds:
-        band = band_within(rounds, scenario, Rule(0.9, most=150), 2)
+        band = band_of(rounds, scenario, Rule(0.9, most=150), 2, 3)
     shares, why = bias_in_words(band, scenario)
     assert shares.startswith("With 20 tasks 1.0 % ")
     assert why.startswith("The swarm leans to infeasible around 20 tasks. Robots don't see themselves")

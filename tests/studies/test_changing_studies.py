@@ -62,7 +62,7 @@ def test_census_sees_tasks_appear_and_dmmd_does_not(outcomes):
     assert census.tracking.missed.estimate < 0.2
     assert dmmd.tracking.missed.estimate > 0.8
     gain = difference(census, dmmd)
-    assert gain == mean_difference(census.right_steps, dmmd.right_steps)
+    assert gain == mean_difference(census.shares, dmmd.shares)
     assert gain.low > 0
 
 

@@ -12,6 +12,7 @@ from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.model.record import Record
+from feasibee.results import statistics
 from feasibee.results.statistics import decision_rates, paired_difference, pareto
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -155,9 +156,7 @@ def test_declarations_are_those_of_the_runs(with_quiet):
         assert 20 < each.step_90.median <= each.step_90.p95 < 150
     plain = as_dict(with_quiet, 20, 3)
     assert plain == json.loads(json.dumps(plain))
-    assert [each["declared"] for each in plain["outcomes"]] == [
-        None if each is None else each.to_dict() for each in declared
-    ]
+    assert [each["declared"] for each in plain["outcomes"]] == [statistics.plain(each) for each in declared]
     assert plain["outcomes"][1]["right_at_end"] == with_quiet[1].accuracy._asdict()
 
 

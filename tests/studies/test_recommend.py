@@ -13,6 +13,7 @@ from feasibee import FeasibeeError, Scenario, truth
 from feasibee.cli import main
 from feasibee.results.statistics import Interval, confidence_sequence
 from feasibee.studies.comparison import compare
+from feasibee.studies.needs import Asked
 from feasibee.studies.recommend import (
     Candidate,
     Constraints,
@@ -59,7 +60,7 @@ def test_the_best_come_first_and_the_others_have_reasons(free):
 
 def test_shares_are_those_of_a_comparison(free):
     best = free.ranking[0]
-    worlds = {each.tasks: each for each in best.worlds}
+    worlds = {each.outcome.tasks: each for each in best.worlds}
     assert set(worlds) == {10, 14}
     for tasks, measured in worlds.items():
         (outcome,) = compare({"": best.scenario.replace({"tasks.count": tasks})}, (), measured.test.trials, 1)
@@ -136,12 +137,12 @@ def candidate(*shares, steps=(3, 5), bits=10.0, answer="enough"):
     right_at = [np.array([0] * step + [100] * (9 - step)) for step in steps]
     sent = ([bits - 1, bits + 1], [99.0])  # of the scenario's world the mean counts
     outcomes = [
-        SimpleNamespace(bits=np.array(each), right_at=right, runs=100)
-        for each, right in zip(sent, right_at, strict=True)
+        SimpleNamespace(tasks=20 + place, bits=np.array(each), right_at=right, runs=100)
+        for place, (each, right) in enumerate(zip(sent, right_at, strict=True))
     ]
     tests = [Finding(0, 0, 100, Interval(share, 0, 1), answer) for share in shares]
-    worlds = [Measured(20 + place, *each) for place, each in enumerate(zip(tests, outcomes, strict=False))]
-    return Candidate("", ROOM, worlds, 8, (), 0.95)
+    worlds = [Measured(*each) for each in zip(tests, outcomes, strict=False)]
+    return Candidate("", ROOM, worlds, Asked((), 8, 0, 2.0, 2.0), 0.95)
 
 
 def test_a_candidate_may_reach_its_limits_and_is_judged_in_the_worse_world():
@@ -149,7 +150,7 @@ def test_a_candidate_may_reach_its_limits_and_is_judged_in_the_worse_world():
     assert found.reasons(Constraints(message_bits=8, bits=10.0)) == {}
     assert list(found.reasons(Constraints(message_bits=7, bits=9.9))) == ["--message-bits", "--bits"]
     assert list(candidate(0.99, 0.96, answer="open").reasons(Constraints())) == ["--right"]
-    assert (found.worst.tasks, found.step) == (21, 5)
+    assert (found.worst.outcome.tasks, found.step) == (21, 5)
     assert candidate(0.99, 0.96, steps=(3, 9)).step is None
     assert found.to_dict()["runs"] == 100
 

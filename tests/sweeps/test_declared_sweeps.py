@@ -10,7 +10,7 @@ from commands import invoke
 from declaring import declaring
 
 from feasibee.results.measures import MEASURES, TRACKED, declarations, ended_right, together
-from feasibee.results.statistics import confidence_sequence, declare_times, wilson
+from feasibee.results.statistics import confidence_sequence, declare_times, plain, wilson
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps.journal import Journal
@@ -52,7 +52,7 @@ def test_status_has_the_declarations_of_each_point(folder, scenarios):
         if name != "dmmd":
             found = declarations(record, scenario)
             assert 0 < found.wrong.estimate < 1
-            assert told[name]["declared"] == found.to_dict()
+            assert told[name]["declared"] == plain(found)
 
 
 def test_a_stopping_rule_makes_the_intervals_valid_at_every_look(scenarios, tmp_path):

@@ -96,6 +96,7 @@ def _write_results(record: Record, scenario: Scenario, seed: int, outputs: dict[
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.model.codes import DECISIONS, MODEL_VERSION
     from feasibee.results.measures import measured, together, tracked
+    from feasibee.results.statistics import plain
     from feasibee.scenario.feasibility import truth
 
     found = measured(record, scenario)
@@ -107,7 +108,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         **{name: together([found], name)._asdict() for name in ("accuracy", "right_at_end")},
         "bits_per_robot_and_step": found.bits,
         **tracked(record, scenario),
-        **({} if found.declared is None else {"declared": found.declared.to_dict()}),
+        **({} if found.declared is None else {"declared": plain(found.declared)}),
         "seed": seed,
         "first_run": record.first_run,
         "scenario": scenario.to_dict(),

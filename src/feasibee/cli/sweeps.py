@@ -259,8 +259,8 @@ def _as_json(point: Summary) -> dict[str, Any]:
         **{name: share._asdict() if share else None for name, share in shares.items()},
         "decision_step": found.times._asdict(),
         "bits_per_robot_and_step": found.bits,
-        "declared": found.declared.to_dict() if found.declared else None,
-        **(found.tracking.to_dict() if found.tracking else dict.fromkeys(TRACKED)),
+        **dict.fromkeys(TRACKED),
+        **found.to_dict(),
     }
 
 

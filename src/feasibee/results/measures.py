@@ -150,11 +150,6 @@ class Declarations(NamedTuple):
     step_90: DeclareTimes
     """Steps by which more than the threshold's share of the robots had declared."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the statistics as plain tables, for programs."""
-        tables: dict[str, Any] = plain(self)
-        return tables
-
 
 def declarations(results: Any, scenario: Scenario) -> Declarations | None:
     """Return the shares of runs that declared rightly and wrongly, and when; None without declarations.
@@ -167,13 +162,6 @@ def declarations(results: Any, scenario: Scenario) -> Declarations | None:
         What the runs were simulated from.
     """
     return measured(results, scenario).declared
-
-
-def _declared_shares(results: Any, scenario: Scenario) -> tuple[float, float]:
-    """Return the shares of the counted robots of all runs that declared feasible, and infeasible."""
-    feasible, infeasible = (column(results, f"declared_{name}") for name in ("feasible", "infeasible"))
-    robots = max(1, int(counted_robots(results, scenario).sum()))
-    return float(feasible.sum() / robots), float(infeasible.sum() / robots)
 
 
 def declared_right(results: Any, scenario: Scenario, feasible: bool | None = None) -> NDArray[np.bool_]:
@@ -504,10 +492,8 @@ class Measured(NamedTuple):
     """Steps of the decisions."""
     bits: float
     """Bits per robot-step."""
-    declared_shares: tuple[float, float] | None
-    """Shares of the counted robots that declared feasible, and infeasible; None if they can't declare."""
-    declare_times: DeclareTimes | None
-    """None if the robots can't declare."""
+    declared: Declarations | None
+    """Declarations in the runs; None without runs, or if the robots can't declare."""
     followed: RunCounts | None
     """What is counted of how swarms tracked the truth; None in a world that doesn't change."""
     sequential: bool = False
@@ -528,13 +514,10 @@ class Measured(NamedTuple):
         played = self.followed is not None and self.followed.steps.sum()
         return summarised([self.followed]) if self.followed and played else None
 
-    @property
-    def declared(self) -> Declarations | None:
-        """Declarations in the runs; None without runs, or if the robots can't declare."""
-        ok, wrong = self.share("declared_ok"), self.share("declared_wrong")
-        if ok is None or wrong is None or self.declare_times is None or self.declared_shares is None:
-            return None
-        return Declarations(*self.declared_shares, ok, wrong, self.declare_times)
+    def to_dict(self) -> dict[str, Any]:
+        """Return declarations, and how swarms tracked the truth if it changes, as plain tables."""
+        tracking = self.tracking
+        return {"declared": plain(self.declared), **({} if tracking is None else tracking.to_dict())}
 
 
 def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Measured:
@@ -550,16 +533,24 @@ def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Meas
         Whether a stopping rule chose the number of runs; shares then have confidence sequences.
     """
     had = [each for each in _TABLE if each.needs is None or each.needs.is_met(scenario)]
-    return Measured(
+    found = Measured(
         column(results, "decision").size,
         {each.name: int(each.holds(results, scenario).sum()) for each in had if each.holds},
         decision_times(results.decision_step),
         mean_bits(results, scenario),
-        _declared_shares(results, scenario) if scenario.declares else None,
-        declare_times(column(results, "declare_step")) if scenario.declares else None,
+        None,
         counts_of(results) if scenario.dynamic else None,
         sequential,
     )
+    if not (found.runs and scenario.declares):
+        return found
+    robots = max(1, int(counted_robots(results, scenario).sum()))
+    shares = (
+        float(column(results, name).sum() / robots) for name in ("declared_feasible", "declared_infeasible")
+    )
+    rates = (together([found], name) for name in ("declared_ok", "declared_wrong"))
+    times = declare_times(column(results, "declare_step"))
+    return found._replace(declared=Declarations(*shares, *rates, times))
 
 
 def together(parts: Sequence[Measured], name: str) -> Interval:

@@ -34,11 +34,6 @@ class Service(NamedTuple):
     too_few_per_call: float
     """Robots that were still missing when the called ones came."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the measures as plain tables, for programs."""
-        tables: dict[str, Any] = plain(self)
-        return tables
-
 
 class Judgement(NamedTuple):
     """The service of a swarm, and what it is to be compared with on the same tasks."""
@@ -59,8 +54,8 @@ class Judgement(NamedTuple):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the measures as plain tables, for programs."""
-        fixed = [{"robots": number, **each.to_dict()} for number, each in self.fixed.items()]
-        return {**self.own.to_dict(), "oracle": self.oracle.to_dict(), "fixed": fixed}
+        fixed = [{"robots": number, **plain(each)} for number, each in self.fixed.items()]
+        return {**plain(self.own), "oracle": plain(self.oracle), "fixed": fixed}
 
 
 def judgement(results: Any, scenario: Scenario) -> Judgement | None:

@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any, Final
 
 from feasibee.errors import ScenarioError
-from feasibee.results.statistics import wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
-from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of, wait_for
-from feasibee.studies.needs import all_strategies, asked_of, suitable
+from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of
+from feasibee.studies.needs import asked_of, suitable
 from feasibee.studies.recommend import (
     TOLERATES,
     Candidate,
@@ -20,16 +19,17 @@ from feasibee.studies.recommend import (
     Recommendation,
     numbered,
     opposite_of,
-    recommend_within,
-    world_of,
+    recommend,
 )
 from feasibee.studies.report import Assessment, Trial
-from feasibee.studies.size import Rule, band_within, size_within
+from feasibee.studies.size import Rule, Sizing, band_of, size
 from feasibee.sweeps.sweep import Execution, Rounds
 
 AS_IT_IS: Final = "as it is"
 RESOLUTION: Final = 0.15
 """Of the numbers of robots and of tasks that are enough: a finer search would take most of the time."""
+SHORT_REACH: Final = 3
+"""Searches go up to so many times the number of robots or tasks."""
 LEAST_RUNS: Final = 400
 """A search may use so many runs of a value: 100 % of 200 is not enough to exclude 95 %."""
 LOST: Final = 0.2
@@ -89,7 +89,6 @@ class _Assessing:
         strategies = _trials(others, outcomes, base)
         better = {trial.name: others[trial.name] for trial in strategies if trial.difference.low > 0}
         opposite = self._outcomes(_turned({AS_IT_IS: scenario, **better}))
-        right, held = int(base.right.sum()), int(base.agreed.sum())
         recommendation, recommended = self._recommended()
         rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
         chosen = None if recommended is None else recommended.scenario
@@ -98,19 +97,16 @@ class _Assessing:
             truth=explain(scenario),
             target=self.right,
             outcome=base,
-            right=wilson(right, self.runs),
-            wrong=wilson(held - right, self.runs),
-            split=wilson(self.runs - held, self.runs),
-            wait=wait_for(base, self.right),
             asked=asked_of(scenario, self.seed),
-            sizing=None if scenario.dynamic else size_within(self.rounds, scenario, rule, self.seed),
+            sizing=self._sizing(rule),
             limits=_trials(changed, outcomes, base),
             strategies=[replace(trial, opposite=opposite.get(trial.name)) for trial in strategies],
             opposite=opposite.get(AS_IT_IS),
             recommendation=recommendation,
             recommended=recommended,
-            recommended_asked=None if chosen is None else asked_of(chosen, self.seed),
-            recommended_band=None if chosen is None else band_within(self.rounds, chosen, rule, self.seed),
+            recommended_band=(
+                None if chosen is None else band_of(self.rounds, chosen, rule, self.seed, SHORT_REACH)
+            ),
             faults=self._faults(chosen or scenario),
             seed=self.seed,
         )
@@ -120,20 +116,20 @@ class _Assessing:
         designs = design_points(kinds, (), self.runs, self.seed)
         return {each.contender: each for each in outcomes_of(self.rounds, designs, self.runs, self.seed)}
 
+    def _sizing(self, rule: Rule) -> Sizing | None:
+        """Return how many robots are enough; None if their number can't vary, or the world changes."""
+        robots = self.scenario.robots
+        if self.scenario.dynamic or robots.classes or robots.points:
+            return None
+        return size(self.scenario, rule=rule, seed=self.seed, execution=self.rounds, reach=SHORT_REACH)
+
     def _recommended(self) -> tuple[Recommendation, Candidate | None]:
         """Return which strategies reach the target, and of these the scenario's, or else the first."""
         own, constraints = self.scenario.decision.strategy, Constraints(self.right)
         if self.scenario.dynamic:
             return Recommendation(self.scenario, constraints, [], {}, (), self.seed), None
-        found = recommend_within(
-            self.rounds,
-            self.scenario,
-            world_of(self.scenario, constraints),
-            constraints,
-            all_strategies(self.scenario),
-            max(LEAST_RUNS, self.runs),
-            self.seed,
-        )
+        runs = max(LEAST_RUNS, self.runs)
+        found = recommend(self.scenario, constraints, (), runs, self.seed, self.rounds)
         first = found.ranking[0] if found.ranking else None
         return found, next((each for each in found.ranking if each.strategy == own), first)
 

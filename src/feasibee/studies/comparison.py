@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -44,7 +45,6 @@ from feasibee.results.responding import Judgement, Service, judgement
 from feasibee.results.statistics import (
     Interval,
     mean_difference,
-    paired_difference,
     wilson,
 )
 from feasibee.scenario.feasibility import truth
@@ -80,8 +80,6 @@ class Outcome:
     held the true opinion; shape (runs,)."""
     agreed: NDArray[np.bool_]
     """Whether that share of them held either opinion; shape (runs,)."""
-    right_steps: NDArray[np.float64]
-    """Share of the steps at which each swarm was right, shape (runs,); empty in a world that stays."""
     right_at: NDArray[np.int64]
     """Number of runs that were right at each step; shape (steps + 1,)."""
     bits: NDArray[np.float64]
@@ -91,7 +89,7 @@ class Outcome:
     judgement: Judgement | None
     """How well the swarms were served; None if nobody responds to what they hold."""
     infeasible_at: NDArray[np.float64]
-    """Share of the runs whose tasks are infeasible at each step; shape (steps + 1,)."""
+    """Share of the runs whose tasks are infeasible at each step, if the world changes; shape (steps + 1,)."""
 
     @property
     def runs(self) -> int:
@@ -129,10 +127,10 @@ class Outcome:
         assert self.declared is not None
         return self.declared
 
-    def words_and_tracking(self) -> dict[str, Any]:
-        """Return declarations, and how the swarms tracked the truth if it changes, as plain tables."""
-        declared = None if self.declared is None else self.declared.to_dict()
-        return {"declared": declared, **({} if self.tracking is None else self.tracking.to_dict())}
+    @property
+    def shares(self) -> NDArray[np.float64]:
+        """Whether each swarm was right, or in a world that changes, share of the steps; shape (runs,)."""
+        return self.right.astype(np.float64) if self.found.followed is None else self.found.followed.shares
 
     def to_dict(self) -> dict[str, Any]:
         """Return the outcome as plain tables, for programs."""
@@ -146,7 +144,7 @@ class Outcome:
             "first_decision_right": self.first._asdict(),
             "decision_step": self.found.times._asdict(),
             "bits_per_robot_and_step": float(self.bits.mean()),
-            **self.words_and_tracking(),
+            **self.found.to_dict(),
             **({} if self.judgement is None else {"response": self.judgement.to_dict()}),
         }
 
@@ -280,16 +278,11 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         feasible=feasible,
         right=ended_right(record, scenario),
         agreed=ended_agreed(record, scenario),
-        right_steps=np.empty(0) if found.followed is None else found.followed.shares,
         right_at=_right_at(record, scenario, feasible),
         bits=record.bits_sent / (robot_steps(record) if scenario.dynamic else steps),
         found=found,
         judgement=judgement(record, scenario),
-        infeasible_at=(
-            infeasible_share(record.truth)
-            if scenario.dynamic
-            else np.full(scenario.run.steps + 1, float(not feasible))
-        ),
+        infeasible_at=infeasible_share(record.truth) if scenario.dynamic else np.empty(0),
     )
 
 
@@ -308,13 +301,19 @@ def _right_at(record: Record, scenario: Scenario, feasible: bool) -> NDArray[np.
 
 def as_dict(outcomes: Sequence[Outcome], runs: int, seed: int) -> dict[str, Any]:
     """Return a comparison as plain tables, for programs."""
-    return {
-        "runs": runs,
-        "seed": seed,
-        "version": version("feasibee"),
-        "model_version": MODEL_VERSION,
-        "outcomes": [each.to_dict() for each in outcomes],
-    }
+    return {"runs": runs, **origin(seed), "outcomes": [each.to_dict() for each in outcomes]}
+
+
+def origin(seed: int, scenario: Scenario | None = None) -> dict[str, Any]:
+    """Return what tells how an answer was computed, as a part of plain tables."""
+    scenario_hash = {} if scenario is None else {"scenario_hash": scenario.hash}
+    versions = {"version": version("feasibee"), "model_version": MODEL_VERSION}
+    return {"seed": seed, **scenario_hash, **versions}
+
+
+def rounds_of(execution: Execution | Rounds | None) -> AbstractContextManager[Rounds]:
+    """Return the rounds of a study of unknown length, which may be a part of another one with rounds."""
+    return nullcontext(execution) if isinstance(execution, Rounds) else Rounds(execution, most=None)
 
 
 def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
@@ -332,14 +331,8 @@ def overall(group: Sequence[Outcome]) -> Interval:
 
 def overall_difference(group: Sequence[Outcome], baseline: Sequence[Outcome]) -> Interval:
     """Return a contender's share of right runs less that of the baseline, paired by run; else of steps."""
-    if group[0].tracking is not None:
-        return mean_difference(
-            np.concatenate([each.right_steps for each in group]),
-            np.concatenate([each.right_steps for each in baseline]),
-        )
-    return paired_difference(
-        np.concatenate([each.right for each in group]), np.concatenate([each.right for each in baseline])
-    )
+    one, other = (np.concatenate([each.shares for each in outcomes]) for outcomes in (group, baseline))
+    return mean_difference(one, other)
 
 
 def difference(one: Outcome, other: Outcome) -> Interval:

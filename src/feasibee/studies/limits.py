@@ -14,7 +14,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
@@ -25,7 +24,7 @@ from feasibee.errors import Problem, ScenarioError
 from feasibee.figures.limits import Panel, Word, draw_frontier, draw_limits
 from feasibee.figures.style import save_both
 from feasibee.files import write_table
-from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
+from feasibee.model.codes import DECISIONS, exact
 from feasibee.results.measures import columns
 from feasibee.results.statistics import DeclareTimes, declare_times, plain
 from feasibee.scenario.runs import Runs, check_integer
@@ -35,7 +34,7 @@ from feasibee.simulation.loading import load_engine
 from feasibee.simulation.snapshot import members
 from feasibee.simulation.swarm import Swarm
 from feasibee.studies import oracle
-from feasibee.studies.comparison import Outcome, check_distinct, check_stays
+from feasibee.studies.comparison import Outcome, check_distinct, check_stays, origin
 
 LIMITS: Final[Mapping[str, str]] = {
     "pooled": "all sightings together name all tasks, or one more than there are robots",
@@ -83,11 +82,8 @@ class Limits:
             "bounds": dict(BOUNDS),
             "cell": list(self.cell),
             "runs": self.runs,
-            "seed": self.seed,
             "scenario": self.scenario.to_dict(),
-            "scenario_hash": self.scenario.hash,
-            "version": version("feasibee"),
-            "model_version": MODEL_VERSION,
+            **origin(self.seed, self.scenario),
         }
 
 

@@ -76,7 +76,7 @@ class Asked(NamedTuple):
 
 def asked_of(scenario: Scenario, seed: int = 0) -> Asked:
     """Return what a scenario asks of its robots."""
-    plain, longest = longest_parts(scenario, seed)
+    plain, longest = _longest_parts(scenario, seed)
     strategy = scenario.strategy
     words = strategy.row_lengths(scenario.setting)[0] if strategy.knowledge else 0
     known = max(WORD_BITS * words, longest)  # names of tasks take more room in a message than here
@@ -105,12 +105,7 @@ def quiet_times_in_words(scenario: Scenario) -> list[str]:
     ]
 
 
-def longest_message(scenario: Scenario, seed: int = 0) -> int:
-    """Return the length in bits of the longest message that a robot could send in a run."""
-    return sum(longest_parts(scenario, seed))
-
-
-def longest_parts(scenario: Scenario, seed: int = 0) -> tuple[int, int]:
+def _longest_parts(scenario: Scenario, seed: int = 0) -> tuple[int, int]:
     """Return the lengths in bits of a message without its knowledge, and of the longest knowledge in one.
 
     Knowledge is measured in one run, at 20 steps, of all robots.

@@ -6,11 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from importlib.metadata import version
 from typing import Any, Final
 
 from feasibee.errors import FeasibeeError, ScenarioError
-from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.statistics import Interval
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
@@ -20,11 +18,13 @@ from feasibee.studies.comparison import (
     Outcome,
     check_distinct,
     check_stays,
+    origin,
     outcomes_of,
     percent,
+    rounds_of,
     wait_for,
 )
-from feasibee.studies.needs import IDS, NAMES, all_strategies, longest_message, needs_of, strategy_change
+from feasibee.studies.needs import IDS, NAMES, Asked, all_strategies, asked_of, strategy_change
 from feasibee.studies.size import Finding, Rule, finding_at
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
@@ -66,8 +66,6 @@ def numbered(number: int, name: str) -> str:
 class Measured:
     """A world in which a strategy was tested."""
 
-    tasks: int
-    """Number of tasks."""
     test: Finding
     """Its test, with an interval that holds for all tests together."""
     outcome: Outcome
@@ -89,10 +87,8 @@ class Candidate:
     """The scenario with it."""
     worlds: Sequence[Measured]
     """The scenario's world, then that of the opposite truth, if it was tested."""
-    message_bits: int
-    """Length of the longest message."""
-    needs: Sequence[str]
-    """What it needs, in words."""
+    asked: Asked
+    """What it asks of the robots."""
     right: float
     """Share of swarms that must be right."""
 
@@ -115,12 +111,12 @@ class Candidate:
     def reasons(self, constraints: Constraints) -> dict[str, str]:
         """Return which constraints it does not meet, by the option's name, each with the reason in words."""
         found = {}
-        if not constraints.ids and IDS in self.needs:
+        if not constraints.ids and IDS in self.asked.needs:
             found["--no-ids"] = f"needs {IDS}"
-        if not constraints.names and NAMES in self.needs:
+        if not constraints.names and NAMES in self.asked.needs:
             found["--no-names"] = f"needs {NAMES}"
-        if constraints.message_bits is not None and self.message_bits > constraints.message_bits:
-            found["--message-bits"] = f"messages of up to {self.message_bits} bits"
+        if constraints.message_bits is not None and self.asked.message_bits > constraints.message_bits:
+            found["--message-bits"] = f"messages of up to {self.asked.message_bits} bits"
         if constraints.bits is not None and self.bits > constraints.bits:
             found["--bits"] = f"{self.bits:.3g} bits per robot-step"
         short = [each for each in self.worlds if each.test.answer != "enough"]
@@ -134,17 +130,19 @@ class Candidate:
             "strategy": self.strategy,
             "parameters": dict(self.scenario.decision.parameters),
             "right": self.worlds[0].right._asdict(),
-            "opposite": [{"tasks": each.tasks, "right": each.right._asdict()} for each in self.worlds[1:]],
+            "opposite": [
+                {"tasks": each.outcome.tasks, "right": each.right._asdict()} for each in self.worlds[1:]
+            ],
             "runs": self.worlds[0].test.trials,
             "step": self.step,
             "bits": self.bits,
-            "message_bits": self.message_bits,
-            "needs": list(self.needs),
+            "message_bits": self.asked.message_bits,
+            "needs": list(self.asked.needs),
         }
 
 
 def _short(world: Measured, first: Measured, constraints: Constraints) -> str:
-    given = ["" if world is first else f"{world.tasks} tasks", constraints.faults]
+    given = ["" if world is first else f"{world.outcome.tasks} tasks", constraints.faults]
     having = " and ".join(each for each in given if each)
     close = ", too close to tell" if world.test.answer == "open" else ""
     right = f"right in {world.test.successes} of {world.test.trials}{close}"
@@ -210,10 +208,7 @@ class Recommendation:
             "relax": [each.to_dict() for each in self.relax],
             "constraints": vars(self.constraints),
             "by": self.scenario.run.steps,
-            "seed": self.seed,
-            "scenario_hash": self.scenario.hash,
-            "version": version("feasibee"),
-            "model_version": MODEL_VERSION,
+            **origin(self.seed, self.scenario),
         }
 
 
@@ -235,10 +230,10 @@ def described(candidate: Candidate) -> str:
     step = "" if found is None else f", from {step_in_words(candidate.scenario, found)} on"
     defaults, values = candidate.scenario.manifest.parameters, candidate.scenario.decision.parameters
     changed = [f"{name} = {value:g}" for name, value in values.items() if value != defaults[name]]
-    needs = f"needs {', '.join(candidate.needs)}" if candidate.needs else "needs nothing more"
+    needs = f"needs {', '.join(candidate.asked.needs) or 'nothing more'}"
     return (
         f"right in {percent(candidate.worst.right)}{step}; {candidate.bits:.3g} bits per robot-step, "
-        f"{candidate.message_bits} in the longest message; {needs}"
+        f"{candidate.asked.message_bits} in the longest message; {needs}"
         + (f"; with {', '.join(changed)}" if changed else "")
     )
 
@@ -253,7 +248,7 @@ def recommend(
     strategies: Sequence[str] = (),
     runs: int = 1000,
     seed: int = 0,
-    execution: Execution | None = None,
+    execution: Execution | Rounds | None = None,
 ) -> Recommendation:
     """Find the strategies that meet some constraints in a scenario's world, and rank them.
 
@@ -275,7 +270,7 @@ def recommend(
         Largest number of runs of each strategy in each world; a test begins with 100.
     seed : int
         64 bits.
-    execution : Execution, optional
+    execution : Execution or Rounds, optional
         Where to compute and keep the runs; by default on threads, and in memory.
 
     Raises
@@ -288,26 +283,13 @@ def recommend(
     names = list(strategies or all_strategies(scenario))
     check_distinct(names)
     world = world_of(scenario, constraints)  # raises before the work
-    with Rounds(execution, most=None) as rounds:
-        return recommend_within(rounds, scenario, world, constraints, names, runs, seed)
-
-
-def recommend_within(
-    rounds: Rounds,
-    scenario: Scenario,
-    world: Scenario,
-    constraints: Constraints,
-    names: Sequence[str],
-    runs: int,
-    seed: int,
-) -> Recommendation:
-    """Recommend as a part of another study; ``world`` is the scenario with what strategies must bear."""
-    rounds.phase = "testing strategies"
-    trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
-    candidates, problems = trials.candidates(world, names, constraints)
-    reasons = {each.strategy: each.reasons(constraints) for each in candidates}
-    ranking = ranked([each for each in candidates if not reasons[each.strategy]])
-    relax = () if ranking else _relaxations(trials, scenario, constraints, names, candidates)
+    with rounds_of(execution) as rounds:
+        rounds.phase = "testing strategies"
+        trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
+        candidates, problems = trials.candidates(world, names, constraints)
+        reasons = {each.strategy: each.reasons(constraints) for each in candidates}
+        ranking = ranked([each for each in candidates if not reasons[each.strategy]])
+        relax = () if ranking else _relaxations(trials, scenario, constraints, names, candidates)
     excluded = {name: "; ".join(why.values()) for name, why in reasons.items() if why}
     return Recommendation(world, constraints, ranking, {**excluded, **problems}, relax, seed)
 
@@ -375,8 +357,7 @@ class Trials:
             strategy=scenario.decision.strategy,
             scenario=scenario,
             worlds=worlds,
-            message_bits=longest_message(scenario, self.seed),
-            needs=needs_of(scenario),
+            asked=asked_of(scenario, self.seed),
             right=self.rule.target,
         )
 
@@ -388,7 +369,7 @@ class Trials:
             return int(last[0].right.sum())
 
         test = finding_at(0, count, self.rule, self.tests)
-        return Measured(scenario.tasks.count, test, last[0])
+        return Measured(test, last[0])
 
 
 def _design(scenario: Scenario) -> DesignPoint:

@@ -19,12 +19,20 @@ from feasibee.figures.comparison import draw_against_bits, draw_against_time
 from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.results.statistics import Interval, pareto
+from feasibee.results.statistics import Interval, pareto, wilson
 from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words
-from feasibee.studies.comparison import Outcome, difference, percent, points, tracking_figures, wait_for
+from feasibee.studies.comparison import (
+    Outcome,
+    difference,
+    origin,
+    percent,
+    points,
+    tracking_figures,
+    wait_for,
+)
 from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, quiet_times_in_words
 from feasibee.studies.recommend import Candidate, Recommendation
 from feasibee.studies.size import Band, Sizing, band_sentence, edge_sentence, panels_of, sentences
@@ -72,13 +80,6 @@ class Assessment:
     """Share of swarms that must be right."""
     outcome: Outcome
     """Outcome of the unchanged scenario."""
-    right: Interval
-    wrong: Interval
-    split: Interval
-    """Share of the swarms of each kind at the last step. More than the threshold's share of the robots holds
-    the true opinion, the other one, or neither."""
-    wait: int | None
-    """First step from which the target's share of the swarms is right until the end; None without one."""
     asked: Asked
     """What the strategy asks of the robots."""
     sizing: Sizing | None
@@ -95,14 +96,27 @@ class Assessment:
     """Strategies that reach the target in both worlds."""
     recommended: Candidate | None
     """The scenario's own strategy if it is among these, or the first of them; None without any."""
-    recommended_asked: Asked | None
-    """What it asks of the robots."""
     recommended_band: Band | None
     """Its blind band."""
     faults: list[Trial]
     """The recommended strategy with single faults, or its own one if none is recommended."""
     seed: int
     """Seed of the runs."""
+
+    @property
+    def shares(self) -> dict[str, Interval]:
+        """Shares of the swarms that are right, wrong and split at the last step.
+
+        More than the threshold's share of the robots holds the true opinion, the other one, or neither.
+        """
+        right, held, runs = int(self.outcome.right.sum()), int(self.outcome.agreed.sum()), self.outcome.runs
+        counts = {"right": right, "wrong": held - right, "split": runs - held}
+        return {name: wilson(count, runs) for name, count in counts.items()}
+
+    @property
+    def wait(self) -> int | None:
+        """First step from which the target's share of the swarms is right until the end; None without one."""
+        return wait_for(self.outcome, self.target)
 
     @property
     def better(self) -> list[Trial]:
@@ -116,8 +130,7 @@ class Assessment:
     @property
     def verdict(self) -> Judged:
         """Whether the swarm can be deployed: judged in its world and at the opposite truth."""
-        own = self.right if self.outcome.tracking is None else self.outcome.judged
-        worlds = [(own, self.outcome.tasks)]
+        worlds = [(self.outcome.judged, self.outcome.tasks)]
         if self.opposite is not None:
             worlds.append((self.opposite.accuracy, self.opposite.tasks))
         worst, tasks = min(worlds, key=lambda world: world[0].estimate)
@@ -132,16 +145,15 @@ class Assessment:
         return {
             "verdict": {**sign, "right": right._asdict(), "tasks": tasks, "target": self.target},
             "scenario": self.scenario.to_dict(),
-            "scenario_hash": self.scenario.hash,
             "runs": self.outcome.runs,
             "steps": self.scenario.run.steps,
             "truth": self.truth.to_dict(),
-            **{name: getattr(self, name)._asdict() for name in ("right", "wrong", "split")},
+            **{name: share._asdict() for name, share in self.shares.items()},
             "first_decision_right": self.outcome.first._asdict(),
             "right_from_step": self.wait,
             "bits_per_robot_and_step": float(self.outcome.bits.mean()),
             "asked": self.asked._asdict(),
-            **self.outcome.words_and_tracking(),
+            **self.outcome.found.to_dict(),
             "opposite": _opposite_as_dict(self.opposite),
             "size": None if self.sizing is None else self.sizing.to_dict(),
             "recommended": self._recommended_as_dict(),
@@ -149,9 +161,7 @@ class Assessment:
             "faults": [self._as_dict(trial) for trial in self.faults],
             "limits": [self._as_dict(trial) for trial in self.limits],
             "strategies": [self._as_dict(trial) for trial in self.strategies],
-            "seed": self.seed,
-            "version": version("feasibee"),
-            "model_version": MODEL_VERSION,
+            **origin(self.seed, self.scenario),
         }
 
     def _repr_html_(self) -> str:
@@ -162,10 +172,10 @@ class Assessment:
         return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
 
     def _recommended_as_dict(self) -> dict[str, Any] | None:
-        if self.recommended is None or self.recommended_asked is None:
+        if self.recommended is None:
             return None
         band = None if self.recommended_band is None else self.recommended_band.to_dict()
-        asked = self.recommended_asked._asdict()
+        asked = self.recommended.asked._asdict()
         return {**self.recommended.to_dict(), "asked": asked, "blind_band": band}
 
     def _as_dict(self, trial: Trial) -> dict[str, Any]:
@@ -175,7 +185,7 @@ class Assessment:
             "difference": trial.difference._asdict(),
             "right_from_step": wait_for(trial.outcome, self.target),
             "bits_per_robot_and_step": float(trial.outcome.bits.mean()),
-            **trial.outcome.words_and_tracking(),
+            **trial.outcome.found.to_dict(),
             "opposite": _opposite_as_dict(trial.opposite),
         }
 
@@ -228,10 +238,8 @@ def verdict_sentence(assessment: Assessment) -> str:
 
 def _expected(assessment: Assessment) -> list[str]:
     outcome, target = assessment.outcome, f"{100 * assessment.target:g} %"
-    shares = [
-        f"{percent(getattr(assessment, name))} {answer}"
-        for name, answer in (("right", "are right"), ("wrong", "are wrong"), ("split", "are undecided"))
-    ]
+    answers = {"right": "are right", "wrong": "are wrong", "split": "are undecided"}
+    shares = [f"{percent(share)} {answers[name]}" for name, share in assessment.shares.items()]
     waiting = (
         f"From {step_in_words(assessment.scenario, assessment.wait)} on, at least {target} of the swarms are "
         "right."
@@ -332,17 +340,10 @@ def bias_in_words(band: Band, scenario: Scenario) -> list[str]:
 
 
 def _asked(assessment: Assessment) -> list[str]:
-    lines = [
-        f"{assessment.scenario.decision.strategy}: {_asked_in_words(assessment.asked, assessment.scenario)}."
-    ]
-    recommended, asked = assessment.recommended, assessment.recommended_asked
-    if (
-        recommended is not None
-        and asked is not None
-        and recommended.strategy != assessment.scenario.decision.strategy
-    ):
-        lines.append(f"{recommended.strategy}: {_asked_in_words(asked, assessment.scenario)}.")
-    return lines
+    asked = {assessment.scenario.decision.strategy: assessment.asked}
+    if assessment.recommended is not None:
+        asked.setdefault(assessment.recommended.strategy, assessment.recommended.asked)
+    return [f"{name}: {_asked_in_words(each, assessment.scenario)}." for name, each in asked.items()]
 
 
 def _asked_in_words(asked: Asked, scenario: Scenario) -> str:
@@ -371,7 +372,7 @@ def _recommended(assessment: Assessment) -> list[str]:
             " feasibee recommend says which constraint to relax."
         ]
     text = (
-        f"right in {percent(found.worst.right)}, with {found.worst.tasks} tasks; "
+        f"right in {percent(found.worst.right)}, with {found.worst.outcome.tasks} tasks; "
         f"{found.bits:.3g} bits per robot-step"
         + (
             ""

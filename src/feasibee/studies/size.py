@@ -10,18 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
 from typing import Any, Final, Literal, NamedTuple
 
 from feasibee.errors import FeasibeeError
 from feasibee.figures.sizing import Panel
-from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.measures import ended_right
 from feasibee.results.statistics import CONFIDENCE, Interval, confidence_sequence
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import axis_of, step_in_words, value_in_words
-from feasibee.studies.comparison import check_stays
+from feasibee.studies.comparison import check_stays, origin, rounds_of
 from feasibee.studies.space import ladder, valid_values
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
@@ -277,10 +275,7 @@ class Sizing:
             "strategy": self.scenario.decision.strategy,
             "confidence": self.rule.confidence,
             "assumes": {"text": self.assumption, "refuted": self.edge.crossing.refuted is not None},
-            "seed": self.seed,
-            "scenario_hash": self.scenario.hash,
-            "version": version("feasibee"),
-            "model_version": MODEL_VERSION,
+            **origin(self.seed, self.scenario),
         }
 
 
@@ -392,8 +387,8 @@ def panels_of(sizing: Sizing) -> list[Panel]:
 
 
 TASKS: Final = "tasks.count"
-REACH, SHORT_REACH = 8, 3
-"""A search goes up to so many times the number of robots or tasks; as a part of another study, to less."""
+REACH: Final = 8
+"""A search goes by default up to so many times the number of robots or tasks."""
 
 Tell = Callable[[str], None]
 
@@ -403,8 +398,9 @@ def size(
     over: str = ROBOTS,
     rule: Rule | None = None,
     seed: int = 0,
-    execution: Execution | None = None,
+    execution: Execution | Rounds | None = None,
     tell: Tell | None = None,
+    reach: int = REACH,
 ) -> Sizing:
     """Search the least value of a field from which a swarm is right often enough, and its blind band.
 
@@ -424,10 +420,12 @@ def size(
         Share of swarms that must be right, and numbers of runs; by default 0.95, 100 and 2,000.
     seed : int
         64 bits.
-    execution : Execution, optional
+    execution : Execution or Rounds, optional
         Where to compute and keep the runs; by default on threads, and in memory.
     tell : callable, optional
         Called with a line of text after each tested value.
+    reach : int
+        A search goes up to so many times the number of robots or tasks.
 
     Raises
     ------
@@ -438,27 +436,15 @@ def size(
     check_stays(scenario, "size")
     scenario = scenario.replace({"run.stop_at_decision": False})
     path = over.partition("=")[0]
-    field = _robots(scenario, over, REACH) if path == ROBOTS else ladder(scenario, over)
-    with Rounds(execution, most=None) as rounds:
-        return _sized(rounds, scenario, rule, seed, [field, *_task_lists(scenario, REACH)], tell)
-
-
-def size_within(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int) -> Sizing | None:
-    """Size a swarm by its number of robots, as a part of another study; None if it can't vary."""
-    if scenario.robots.classes or scenario.robots.points:
-        return None
-    lists = [_robots(scenario, ROBOTS, SHORT_REACH), *_task_lists(scenario, SHORT_REACH)]
-    return _sized(rounds, scenario, rule, seed, lists)
-
-
-def _sized(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int, *searched: Any) -> Sizing:
-    edge, *ends = _search_all(rounds, scenario, rule, seed, *searched)
+    field = _robots(scenario, over, reach) if path == ROBOTS else ladder(scenario, over)
+    with rounds_of(execution) as rounds:
+        edge, *ends = _search_all(rounds, scenario, rule, seed, [field, *_task_lists(scenario, reach)], tell)
     return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
 
 
-def band_within(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int) -> Band | None:
-    """Search the blind band of a swarm, as a part of another study; None if its tasks can't vary."""
-    ends = _search_all(rounds, scenario, rule, seed, _task_lists(scenario, SHORT_REACH))
+def band_of(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int, reach: int = REACH) -> Band | None:
+    """Search the blind band of a swarm; None if its tasks can't vary. The arguments are those of `size`."""
+    ends = _search_all(rounds, scenario, rule, seed, _task_lists(scenario, reach))
     return Band(*ends) if ends else None
 
 
