@@ -545,12 +545,11 @@ def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Meas
     if not (found.runs and scenario.declares):
         return found
     robots = max(1, int(counted_robots(results, scenario).sum()))
-    shares = (
-        float(column(results, name).sum() / robots) for name in ("declared_feasible", "declared_infeasible")
-    )
-    rates = (together([found], name) for name in ("declared_ok", "declared_wrong"))
+    feasible, infeasible = (column(results, f"declared_{name}").sum() for name in ("feasible", "infeasible"))
+    ok, wrong = (together([found], name) for name in ("declared_ok", "declared_wrong"))
     times = declare_times(column(results, "declare_step"))
-    return found._replace(declared=Declarations(*shares, *rates, times))
+    declared = Declarations(float(feasible / robots), float(infeasible / robots), ok, wrong, times)
+    return found._replace(declared=declared)
 
 
 def together(parts: Sequence[Measured], name: str) -> Interval:

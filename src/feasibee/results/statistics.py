@@ -257,11 +257,10 @@ def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) ->
     ordered = _ordered(np.asarray(declare_step))
     if not ordered.size:
         return DeclareTimes(None, None, (None, None), (None, None))
-    middles = (_at_rank(ordered, -(-percent * ordered.size // 100)) for percent in (50, 95))
-    around = (_ranks(ordered.size, share, (1 - confidence) / 2) for share in (0.5, 0.95))
-    return DeclareTimes(
-        *middles, *((_at_rank(ordered, low), _at_rank(ordered, high)) for low, high in around)
-    )
+    median, p95 = (_at_rank(ordered, -(-percent * ordered.size // 100)) for percent in (50, 95))
+    ranks = (_ranks(ordered.size, share, (1 - confidence) / 2) for share in (0.5, 0.95))
+    around = ((_at_rank(ordered, low), _at_rank(ordered, high)) for low, high in ranks)
+    return DeclareTimes(median, p95, *around)
 
 
 def _ranks(runs: int, share: float, tail: float) -> tuple[int, int]:
