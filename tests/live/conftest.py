@@ -118,7 +118,12 @@ def play(node):
 
     def played(runs):
         cases = [
-            {"numbers": numbers_of(scenario), "seed": str(seed), "run": run, "steps": scenario.run.steps}
+            {
+                "numbers": list(numbers_of(scenario).values()),
+                "seed": str(seed),
+                "run": run,
+                "steps": scenario.run.steps,
+            }
             for scenario, seed, run in runs
         ]
         said = subprocess.run(

@@ -27,6 +27,8 @@ SCENARIO = Scenario(
     run={"steps": 120},
 )
 
+GONE = [["Phase", "no robot has this number at this step"]]
+
 pytestmark = pytest.mark.usefixtures("patient")
 
 
@@ -94,11 +96,11 @@ def test_a_robot_that_has_left_is_told_as_such():
     swarm.advance(41)
     gone = int(np.flatnonzero(~swarm.present)[0])
     said = reasons_of(swarm, gone)
-    assert (said["flags"], said["reasons"]) == (0, [["Phase", "no robot has this number at this step"]])
+    assert said == GONE
     joined = Swarm(SCENARIO, seed=5, run=2)
     joined.advance(75)
     for robot in np.flatnonzero(joined.present).tolist():
-        assert dict(reasons_of(joined, robot)["reasons"])["Knows"]
+        assert dict(reasons_of(joined, robot))["Knows"]
 
 
 def test_a_robot_is_inspected_while_it_is_there_and_after(port):
@@ -109,11 +111,11 @@ def test_a_robot_is_inspected_while_it_is_there_and_after(port):
         page.open(step=30)
         page.say(type="inspect", robot=gone)
         said = page.answer("robot", type="advance", steps=1)
-        assert said["flags"] >> FLAGS.index("there") & 1
+        assert said["reasons"] != GONE
         page.receive()
         while said["step"] < 41:
             said = page.answer("robot", type="advance", steps=41 - said["step"])
-        assert said["flags"] == 0
+        assert said["reasons"] == GONE
         page.receive()
         assert "robot = 9999" in page.answer("error", type="inspect", robot=9999)["problems"][0]["text"]
 
@@ -189,7 +191,6 @@ def test_a_sweeps_runs_are_right_or_wrong_by_the_truth_of_their_decisions_step(r
     found = {pick: read_catalogue(results, pick) for pick in ("right", "wrong", "all")}
     decided = [each for each in found["all"].replays if each.decision != -1]
     assert found["right"].found + found["wrong"].found == len(decided)
-    assert {each.truth for each in decided} == {0, 1}
     with serving_at(found["wrong"]) as at, Page(at) as page:
         listed = page.welcome["replays"]
         assert len(listed) == found["wrong"].found > 3
@@ -198,4 +199,3 @@ def test_a_sweeps_runs_are_right_or_wrong_by_the_truth_of_their_decisions_step(r
                 point=each["point"], seed=each["seed"], run=each["run"], step=each["decision_step"]
             )
             assert frame["firstDecision"] == frame["decision"] == 1 - frame["truth"]
-            assert each["truth"] == ("feasible" if frame["truth"] else "infeasible")

@@ -148,7 +148,7 @@ def test_a_robot_that_leaves_is_inspected_and_arrows_pass_over_it(visit, port):
     at(page, 39)
     page.locator("#robot").fill(str(gone))
     page.keyboard.press("Tab")
-    expected = dict(reasons_of(before, gone)["reasons"])["Phase"]
+    expected = dict(reasons_of(before, gone))["Phase"]
     expect(page.locator("#reasons-0 dd").first).to_have_text(expected)
     focus_nothing(page)
     page.keyboard.press(".")

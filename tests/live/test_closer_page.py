@@ -241,7 +241,7 @@ def expect_reasons_of_the_step_that_is_shown(page):
         step, lines = lines_of(page)
         swarm = Swarm(Scenario(), 1)
         swarm.advance(step)
-        assert lines == [list(each) for each in reasons_of(swarm, 11)["reasons"]]
+        assert lines == reasons_of(swarm, 11)
         assert step
 
     eventually(page, check)

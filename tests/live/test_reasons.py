@@ -14,7 +14,7 @@ from feasibee.strategies import STRATEGIES, census
 
 
 def said(swarm, robot):
-    return dict(reasons_of(swarm, robot)["reasons"])
+    return dict(reasons_of(swarm, robot))
 
 
 def test_each_strategy_is_told_in_words():
@@ -126,6 +126,6 @@ def test_a_users_strategy_describes_what_is_known(tmp_path, told):
 def test_an_opinion_that_follows_knowledge_is_told_as_such():
     swarm = Swarm(Scenario(decision={"strategy": "roster"}), seed=3)
     swarm.advance(60)
-    lines = [dict(reasons_of(swarm, robot)["reasons"]) for robot in np.flatnonzero(swarm.disseminating)]
+    lines = [dict(reasons_of(swarm, robot)) for robot in np.flatnonzero(swarm.disseminating)]
     assert lines
     assert all("its opinion follows what it knows in any step" in each["Next"] for each in lines)

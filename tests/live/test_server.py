@@ -264,7 +264,7 @@ def test_a_strategy_that_fails_in_a_run_is_an_error_and_the_page_goes_on(tmp_pat
 
 def test_an_error_of_the_program_ends_neither_page_nor_server(port, monkeypatch, caplog):
     with Page(port) as page:
-        monkeypatch.setattr(serving.Session, "request_of", lambda *_: {}["nothing"])
+        monkeypatch.setattr(serving.Session, "begin", lambda *_: {}["nothing"])
         assert page.problems(type="open") == [""]
         monkeypatch.undo()
         assert page.open()["step"] == 0

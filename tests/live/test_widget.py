@@ -10,9 +10,9 @@ import pytest
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.catalogue import Catalogue
-from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.live.messages import Open, encode_frame, encode_tasks
 from feasibee.live.page import joined
-from feasibee.live.session import RunRequest, Session
+from feasibee.live.session import Session
 from feasibee.live.widget import SWARMS_LIMIT, Arena
 
 SCENARIO = Scenario(tasks={"count": 12}, run={"steps": 50})
@@ -68,7 +68,7 @@ def test_what_is_no_message_gets_an_error_and_no_frame(asked, content):
 def test_the_world_is_told_as_to_the_page():
     scenario = Scenario(arena={"side": (30.0, 20.0), "boundary": "walls"})
     session = Session(Catalogue(scenario))
-    session.begin(RunRequest(scenario, 0, 0, 0))
+    session.begin(Open(type="open"))
     opened, world = session.lane(0).opened(), Arena(scenario)._world
     assert world == {name: opened[name] for name in world}
 

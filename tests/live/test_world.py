@@ -14,7 +14,7 @@ import pytest
 from feasibee import Scenario, Swarm
 from feasibee.live.page import WASM
 from feasibee.live.world import build
-from feasibee.live.world.lowering import NUMBERS, PAGE_STRATEGIES
+from feasibee.live.world.lowering import PAGE_STRATEGIES, numbers_of
 from feasibee.model import purposes
 from feasibee.simulation.snapshot import FLAGS
 
@@ -136,7 +136,7 @@ def constants(text, name):
 
 def test_the_page_and_the_package_agree_on_numbers_flags_and_purposes():
     world, draws = ((build.FOLDER / name).read_text("utf-8") for name in ("world.c", "draws.h"))
-    assert list(constants(world, "number")) == [*(name.upper() for name in NUMBERS), "NUMBERS"]
+    assert list(constants(world, "number")) == [*(name.upper() for name in numbers_of(Scenario())), "NUMBERS"]
     for name, bit in constants(world, "flag").items():
         assert bit == BITS[name.lower()]
     for name, number in constants(draws, "purpose").items():

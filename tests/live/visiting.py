@@ -52,7 +52,7 @@ def focus_nothing(page):
 
 def expect_reasons(page, swarm, robot, lane=0):
     """Expect that the page says why a robot thinks what it does."""
-    expected = [list(each) for each in reasons_of(swarm, robot)["reasons"]]
+    expected = reasons_of(swarm, robot)
 
     def check():
         assert lines_of(page, lane)[1] == expected

@@ -42,8 +42,6 @@ class Replay:
     run: int
     decision: int
     decision_step: int
-    truth: int
-    """Whether the tasks were feasible at the step of the decision."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +122,6 @@ class Catalogue:
                     "values": {path: _text(value) for path, value in self.points[each.point].values.items()},
                     "decision": DECISIONS[each.decision],
                     "decision_step": each.decision_step,
-                    "truth": DECISIONS[each.truth],
                 }
                 for each in self.replays
             ],
@@ -181,7 +178,7 @@ def _trusted(row: StoredPoint) -> StoredPoint:
 
 
 def _picked(row: StoredPoint, results: Any, pick: str) -> NDArray[np.int64]:
-    """Return number, decision, its step and the truth of that step, of each run that matches ``pick``."""
+    """Return number, decision and its step of each run that matches ``pick``."""
     true = truth_of_decisions(results) if row.scenario.dynamic else int(row.truth)
     decisions = results.decision
     chosen = {
@@ -192,6 +189,6 @@ def _picked(row: StoredPoint, results: Any, pick: str) -> NDArray[np.int64]:
         "infeasible": decisions == INFEASIBLE,
         "all": slice(None),
     }[pick]
-    runs = np.broadcast_arrays(results.run, decisions, results.decision_step, true)
-    picked: NDArray[np.int64] = np.stack(runs, axis=1).astype(np.int64)[chosen]
+    runs = np.stack([results.run, decisions, results.decision_step], axis=1)
+    picked: NDArray[np.int64] = runs.astype(np.int64)[chosen]
     return picked

@@ -12,7 +12,6 @@ from feasibee.errors import FeasibeeError
 from feasibee.live.lane import opening
 from feasibee.live.messages import Look, Open, encode_frame, encode_tasks
 from feasibee.live.scene import Logged
-from feasibee.live.timeline import nothing_ahead
 from feasibee.scenario.runs import check_integer
 from feasibee.simulation.snapshot import FLAGS
 
@@ -66,11 +65,10 @@ class FieldSession:
         self._robot: int | None = None
         self._told: dict[str, Any] = {}
 
-    def request_of(self, asked: Open) -> None:
-        """Return nothing: a page can't choose another field."""
+    def begin(self, asked: Open) -> int:
+        """Wait for the field's first step; return the step to show, whatever the page asks for.
 
-    def begin(self, request: object) -> None:
-        """Wait for the field's first step, and show its newest one; of a field that has ended, the first one.
+        It is the newest one, or the first one of a field that has ended.
 
         Raises
         ------
@@ -85,6 +83,7 @@ class FieldSession:
         self._field.step = 0 if self._field.has_ended else self._field.last
         self._generation += 1
         self._jump, self._counts_sent, self._robot, self._told = 0, 0, None, {}
+        return self.step
 
     @property
     def step(self) -> int:
@@ -122,9 +121,7 @@ class FieldSession:
 
     def look(self, asked: Look, seconds: float) -> dict[str, Any]:
         """Return that a field can't be looked ahead in."""
-        return self._marked(
-            {"lane": asked.lane, **nothing_ahead(asked.robot, asked.first, asked.seen, NO_OUTLOOK)}
-        )
+        return self._marked(asked.nothing(NO_OUTLOOK))
 
     def next_messages(self, steps: int, seconds: float) -> list[dict[str, Any] | bytes]:
         """Wait for the next step for a limited time; return its messages, or those of this one again.

@@ -42,15 +42,10 @@ def form() -> list[dict[str, Any]]:
     return sections
 
 
-def typed_as_toml() -> frozenset[str]:
-    """Return the paths of the fields that a page sends as text in TOML."""
-    fields = (field for section in form() for field in section["fields"])
-    return frozenset(field["path"] for field in fields if field["kind"] == "value")
-
-
 def typed(path: str, value: Any) -> Any:
     """Return the value of a field that somebody typed on the page: text of some fields is TOML."""
-    return read_value(value) if isinstance(value, str) and path in typed_as_toml() else value
+    kinds = {field["path"]: field["kind"] for section in form() for field in section["fields"]}
+    return read_value(value) if isinstance(value, str) and kinds.get(path) == "value" else value
 
 
 def shown(value: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from feasibee.live.form import EVENTS, shown
 from feasibee.live.messages import encode_frame
@@ -18,16 +18,6 @@ ROOM: Final = 256 * 2**20
 """Most bytes of a page's swarms, in addition to what is proportional to robots and tasks."""
 LONGEST: Final = 2000
 """Most characters of a field that isn't a number or a word, in the form of settings."""
-
-
-class RunRequest(NamedTuple):
-    """A validated request of a page: a run, the step to go to, and the second swarm, if any."""
-
-    scenario: Scenario
-    seed: int
-    run: int
-    step: int
-    second: Scenario | None = None
 
 
 def last_step(scenario: Scenario) -> int:
@@ -82,8 +72,9 @@ class Lane:
 
     def reasons(self, robot: int) -> dict[str, Any]:
         """Return what a robot knows at this step, in words."""
-        words = reasons_of(self.swarm, robot)
-        return {"type": "robot", "lane": self.number, "step": self.swarm.step, "robot": robot, **words}
+        reasons = reasons_of(self.swarm, robot)
+        at = {"lane": self.number, "step": self.swarm.step}
+        return {"type": "robot", **at, "robot": robot, "reasons": reasons}
 
     def opened(self) -> dict[str, Any]:
         """Return the message ``opened``: the run, its scenario and its ground truth."""

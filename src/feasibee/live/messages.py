@@ -84,20 +84,26 @@ class Look(_Message):
     seen: int = Field(0, ge=0)
     """Number of changes of the world that the page has."""
 
+    def nothing(self, problem: str) -> dict[str, Any]:
+        """Return the answer for a run in which nothing can be looked for, and why."""
+        return {**self.model_dump(), "type": "outlook", "done": True, "problem": problem}
+
 
 Request = Open | Advance | Seek | Inspect | Look
 """A message of the page."""
 _ADAPTER: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="type")])
 
 
-def read(text: str) -> Request:
-    """Parse a message of the page.
+def read(text: str | None) -> Request:
+    """Parse a message of the page; None stands for bytes.
 
     Raises
     ------
     FeasibeeError
         If the message is invalid.
     """
+    if text is None:
+        raise FeasibeeError("message: must be text, not bytes; reload the page")
     try:
         return _ADAPTER.validate_json(text)
     except ValidationError as error:

@@ -14,7 +14,6 @@ from urllib.parse import quote
 
 from feasibee.files import atomic_write
 from feasibee.live.world.lowering import (
-    NUMBERS,
     PAGE_STRATEGIES,
     ROBOTS_LIMIT,
     TASKS_LIMIT,
@@ -78,7 +77,6 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
         "version": version("feasibee"),
         "toml": scenario.to_toml(),
         "wasm": base64.b64encode(WASM.read_bytes()).decode(),
-        "names": NUMBERS,
         "numbers": numbers_of(scenario),
         "strategies": [{"name": each, "rule": _rule(each)} for each in PAGE_STRATEGIES],
         "threshold": [str(threshold.numerator), str(threshold.denominator)],

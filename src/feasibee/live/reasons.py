@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
-from typing import Any, Final, NamedTuple
+from typing import Final, NamedTuple
 
 from feasibee.errors import FeasibeeError
 from feasibee.reference.robot import settings_of
@@ -37,16 +37,11 @@ class Prospect(NamedTuple):
     """Mean duration of the phase that follows, in steps."""
 
 
-def reasons_of(swarm: Swarm, number: int) -> dict[str, Any]:
-    """Return what a robot knows at this step as pairs of a title and a text, and its numbers."""
+def reasons_of(swarm: Swarm, number: int) -> list[list[str]]:
+    """Return what a robot knows at this step as pairs of a title and a text."""
     if not swarm.present[number]:
-        return {"flags": 0, "left": 0, "reasons": [["Phase", "no robot has this number at this step"]]}
-    state = swarm.robot(number)
-    return {
-        "flags": state.flags,
-        "left": state.phase_left if _has(state, "working") else 0,
-        "reasons": [list(each) for each in _lines(swarm, state, number)],
-    }
+        return [["Phase", "no robot has this number at this step"]]
+    return [list(each) for each in _lines(swarm, swarm.robot(number), number)]
 
 
 def _has(state: RobotState, name: str) -> bool:

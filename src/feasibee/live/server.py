@@ -10,10 +10,11 @@ import socket
 import time
 import webbrowser
 from collections.abc import Callable
+from concurrent.futures import Future
 from contextlib import closing, suppress
 from errno import EADDRINUSE
 from threading import Thread
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 import uvicorn
 from starlette.applications import Starlette
@@ -62,9 +63,9 @@ TRY_LATER = 1013
 LOG: Final = logging.getLogger("feasibee.live")
 LOG.addFilter(Once())
 
-Result = TypeVar("Result")
 AnyCatalogue = Catalogue | FieldCatalogue
 AnySession = Session | FieldSession
+Waiting = asyncio.Queue[dict[str, Any] | None]
 
 
 def application(catalogue: AnyCatalogue, host: str = "127.0.0.1") -> ASGIApp:
@@ -94,7 +95,7 @@ def application(catalogue: AnyCatalogue, host: str = "127.0.0.1") -> ASGIApp:
 
 async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) -> None:
     """Answer the messages of a page in order, until it closes."""
-    waiting: asyncio.Queue[dict[str, Any] | None] = asyncio.Queue(QUEUE)
+    waiting: Waiting = asyncio.Queue(QUEUE)
     reading = asyncio.create_task(_read_all(page, waiting))
     try:
         welcome = {"type": "welcome", "protocol": PROTOCOL, "form": form(), **catalogue.to_dict()}
@@ -102,7 +103,7 @@ async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) 
         while (event := await waiting.get()) is not None:
             request = None
             try:
-                message = _message(event)
+                message = read(event.get("text"))
                 request = message.request if isinstance(message, Open) else None
                 await _answer(page, session, message, waiting)
             except (WebSocketDisconnect, RuntimeError):
@@ -129,22 +130,12 @@ def _reported(error: Exception) -> FeasibeeError:
     return FeasibeeError("internal error of feasibee; see the terminal for details")
 
 
-async def _read_all(page: WebSocket, waiting: asyncio.Queue[dict[str, Any] | None]) -> None:
+async def _read_all(page: WebSocket, waiting: Waiting) -> None:
     """Put the messages of a page into a queue, and None when it has closed."""
     with suppress(RuntimeError):
         while (event := await page.receive())["type"] != "websocket.disconnect":
             await waiting.put(dict(event))
     await waiting.put(None)
-
-
-def _message(event: dict[str, Any]) -> Request:
-    text = event.get("text")
-    if text is None:
-        raise FeasibeeError("message: must be text, not bytes; reload the page")
-    return read(text)
-
-
-Waiting = asyncio.Queue[dict[str, Any] | None]
 
 
 async def _answer(page: WebSocket, session: AnySession, message: Request, waiting: Waiting) -> None:
@@ -158,9 +149,7 @@ async def _answer(page: WebSocket, session: AnySession, message: Request, waitin
         case Seek():
             await _seek(page, session, message, waiting)
         case Open():
-            request = await asyncio.to_thread(session.request_of, message)
-            await _begin(page, session, request, message.request)
-            await _go(page, session, request.step if request else session.step, waiting)
+            await _go(page, session, await _begin(page, session, message), waiting)
 
 
 async def _send(page: WebSocket, messages: list[dict[str, Any] | bytes]) -> None:
@@ -192,9 +181,9 @@ async def _seek(page: WebSocket, session: AnySession, asked: Seek, waiting: Wait
     await _go(page, session, min(step, session.last), waiting)
 
 
-async def _begin(page: WebSocket, session: AnySession, request: Any, number: int | None) -> None:
-    """Begin a run; meanwhile report to the page which engine compiles, also for another page."""
-    begun = asyncio.ensure_future(in_daemon_thread(lambda: session.begin(request)))
+async def _begin(page: WebSocket, session: AnySession, asked: Open) -> int:
+    """Begin a run and return the step to go to; report which engine compiles meanwhile, for any page."""
+    begun = asyncio.ensure_future(_in_daemon_thread(lambda: session.begin(asked)))
     reported = None
     try:
         while not (await asyncio.wait([begun], timeout=GLANCE))[0]:
@@ -204,39 +193,27 @@ async def _begin(page: WebSocket, session: AnySession, request: Any, number: int
                 text = f"Compiling the {current.engine}, once for this machine"
                 seconds = round(time.monotonic() - current.since, 1)
                 await page.send_json({"type": "compiling", "text": text, "seconds": seconds})
-        begun.result()
+        step = begun.result()
     finally:
         begun.cancel()
-    numbered = (
-        each if isinstance(each, bytes) else {**each, "request": number} for each in session.openings()
-    )
-    await _send(page, list(numbered))
+    for each in session.openings():
+        await _send(page, [each if isinstance(each, bytes) else {**each, "request": asked.request}])
+    return step
 
 
-async def in_daemon_thread(work: Callable[[], Result]) -> Result:
+async def _in_daemon_thread(work: Callable[[], int]) -> int:
     """Return the result of work in a daemon thread, so that the program can end while it compiles."""
-    loop = asyncio.get_running_loop()
-    done: asyncio.Future[Result] = loop.create_future()
-
-    def finish(result: Result | None, error: BaseException | None) -> None:
-        if done.cancelled():
-            return
-        if error is not None:
-            done.set_exception(error)
-        else:
-            done.set_result(result)  # type: ignore[arg-type]  # without an error there is a result
+    done: Future[int] = Future()
+    done.set_running_or_notify_cancel()
 
     def run() -> None:
-        result, error = None, None
         try:
-            result = work()
-        except BaseException as raised:  # whoever awaits gets any error
-            error = raised
-        with suppress(RuntimeError):  # the loop may have ended meanwhile
-            loop.call_soon_threadsafe(finish, result, error)
+            done.set_result(work())
+        except BaseException as error:  # whoever awaits gets any error
+            done.set_exception(error)
 
     Thread(target=run, daemon=True).start()
-    return await done
+    return await asyncio.wrap_future(done)
 
 
 def listen(host: str, port: int | None) -> socket.socket:

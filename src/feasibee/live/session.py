@@ -8,9 +8,9 @@ from typing import Any, Final
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.form import EVENTS, typed
-from feasibee.live.lane import ROOM, Lane, RunRequest, last_step
+from feasibee.live.lane import ROOM, Lane, last_step
 from feasibee.live.messages import Look, Open, encode_tasks
-from feasibee.live.timeline import advance_together, nothing_ahead
+from feasibee.live.timeline import advance_together
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.runs import check_integer
@@ -29,8 +29,8 @@ AGAINST: Final = "against"
 """Path of the second swarm's strategy, in the form and in errors."""
 
 
-def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
-    """Validate what a page asks for.
+def runs_of(asked: Open, catalogue: Catalogue) -> tuple[list[Scenario], int, int]:
+    """Return the scenario of each swarm that a page asks for, their seed and their run.
 
     Raises
     ------
@@ -54,8 +54,8 @@ def request_of(asked: Open, catalogue: Catalogue) -> RunRequest:
     problems.extend(_too_many(scenario))
     if problems:
         raise ScenarioError(problems)
-    second = None if asked.against is None else second_of(base, scenario, allowed, asked.against)
-    return RunRequest(scenario, *numbers, min(asked.step, last_step(scenario)), second)
+    second = [] if asked.against is None else [second_of(base, scenario, allowed, asked.against)]
+    return [scenario, *second], *numbers
 
 
 def second_of(base: Scenario, scenario: Scenario, changes: Mapping[str, Any], strategy: str) -> Scenario:
@@ -140,11 +140,6 @@ def _number(name: str, value: str | int | float, limit: int, problems: list[Prob
     return 0
 
 
-def check_number(swarm: Swarm, robot: int) -> None:
-    """Raise if no robot of this swarm can have a number; at this step, the number may be free."""
-    check_integer("robot", robot, 0, swarm.present.size - 1)
-
-
 class Session:
     """The swarms of one page: one, or two side by side that are always at the same step."""
 
@@ -183,26 +178,25 @@ class Session:
         """The last step that the page can show."""
         return last_step(self.swarm.scenario)
 
-    def request_of(self, asked: Open) -> RunRequest:
-        """Validate what the page asks for, as the function of this name."""
-        return request_of(asked, self._catalogue)
+    def begin(self, asked: Open) -> int:
+        """Replace the swarms by those that a page asks for, at step 0; return the step to go to.
 
-    def begin(self, request: RunRequest) -> None:
-        """Replace the swarms by those of a request, at step 0; on an error the previous ones stay."""
-        scenarios = [request.scenario, *([request.second] if request.second else [])]
+        Raises
+        ------
+        FeasibeeError
+            If the request is invalid, or its swarms take too much memory; the previous ones stay.
+        """
+        scenarios, seed, run = runs_of(asked, self._catalogue)
         room = ROOM // len(scenarios)
-        self._lanes = [
-            Lane(number, scenario, request.seed, request.run, room)
-            for number, scenario in enumerate(scenarios)
-        ]
+        self._lanes = [Lane(number, each, seed, run, room) for number, each in enumerate(scenarios)]
         self._generation += 1
         self._jump = 0
         self._inspected = None
+        return min(asked.step, self.last)
 
     def advance(self, step: int, seconds: float) -> bool:
         """Advance to a step, or to the last, for a limited time; return whether it is reached."""
-        until = min(step, last_step(self.swarm.scenario))
-        return advance_together([each.timeline for each in self._lanes], until, seconds)
+        return advance_together([each.timeline for each in self._lanes], min(step, self.last), seconds)
 
     def rewind(self, step: int, jump: int) -> None:
         """Go to a step before a given one, from which `advance` leads there; number the frames anew."""
@@ -224,7 +218,7 @@ class Session:
             If there is no such robot.
         """
         if robot is not None:
-            check_number(self.swarm, robot)
+            check_integer("robot", robot, 0, self.swarm.present.size - 1)
         self._inspected = robot
 
     def next_messages(self, steps: int, seconds: float) -> list[dict[str, Any] | bytes]:
@@ -247,13 +241,13 @@ class Session:
         """Look ahead in a run for a limited time, and return what is found."""
         lane = self.lane(asked.lane)
         if asked.robot is not None:
-            check_number(lane.swarm, asked.robot)
+            check_integer("robot", asked.robot, 0, lane.swarm.present.size - 1)
         try:
             lane.outlook.follow(asked.robot)
             lane.outlook.look(seconds)
             found = lane.outlook.to_dict(asked.first, asked.seen)
         except FeasibeeError as error:  # it needs too much memory, or the strategy fails later in the run
-            found = nothing_ahead(asked.robot, asked.first, asked.seen, str(error))
+            found = asked.nothing(str(error))
         return self._marked({"lane": asked.lane, **found})
 
     def _marked(self, message: dict[str, Any]) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 from bisect import bisect_right
+from collections.abc import Iterator
 from typing import Any, Final
 
 import numpy as np
@@ -82,33 +83,24 @@ def advance_together(timelines: list[Timeline], until: int, seconds: float) -> b
 
     They advance by one step at least, however busy the machine is.
     """
-    before, chunk = time.monotonic(), 1
-    end = before + seconds
-    while (step := timelines[0].swarm.step) < until:
+    for chunk in _chunks(seconds):
+        if (step := timelines[0].swarm.step) >= until:
+            return True
         for each in timelines:
             each.advance(min(step + chunk, until))
-        now = time.monotonic()
-        if now >= end:
-            break
-        chunk = 2 * chunk if now - before < seconds / 8 else chunk
-        before = now
     return timelines[0].swarm.step >= until
 
 
-def nothing_ahead(robot: int | None, first: int, seen: int, problem: str) -> dict[str, Any]:
-    """Return the message for a run in which no swarm can look ahead, and why."""
-    return {
-        "type": "outlook",
-        "robot": robot,
-        "first": first,
-        "changes": [],
-        "seen": seen,
-        "world": [],
-        "decision": -1,
-        "declaration": -1,
-        "done": True,
-        "problem": problem,
-    }
+def _chunks(seconds: float) -> Iterator[int]:
+    """Yield how many steps to simulate next, at least once, until a time is over; more while quick."""
+    now, chunk = time.monotonic(), 1
+    end = now + seconds
+    while True:
+        yield chunk
+        past, now = now, time.monotonic()
+        if now >= end:
+            return
+        chunk = 2 * chunk if now - past < seconds / 8 else chunk
 
 
 class Outlook:
@@ -120,22 +112,23 @@ class Outlook:
         The run, at step 0; another one than that of the page.
     last : int
         Last step to look at.
+
+    Attributes
+    ----------
+    decision_step : int
+        Step of the first decision; -1 if it isn't found yet, or there is none.
     """
 
     def __init__(self, swarm: Swarm, last: int) -> None:
         self._swarm = swarm
-        self._start = Timeline(swarm, room=0)
+        self._start = swarm.save()
         self._last = last
         self._robot: int | None = None
         self._changes: list[tuple[int, int]] = []
         self._seen = self._noted = -1
         self._world: list[tuple[int, int, int, int]] = []
-        self._decision = self._declaration = -1
-
-    @property
-    def decision_step(self) -> int:
-        """Step of the first decision; -1 if it isn't found yet, or there is none."""
-        return self._decision
+        self._declaration = -1
+        self.decision_step = -1
 
     @property
     def done(self) -> bool:
@@ -147,19 +140,18 @@ class Outlook:
         if robot != self._robot:
             self._robot = robot
             if robot is not None:
-                self._start.rewind(0)
+                self._swarm.restore(self._start)
                 self._seen = -1
                 self._changes = []
                 self._note()
 
     def look(self, seconds: float) -> bool:
         """Go ahead for a limited time; return whether all is found."""
-        end, chunk = time.monotonic() + seconds, 1
-        while not self.done and time.monotonic() < end:
-            before = time.monotonic()
+        for chunk in _chunks(seconds):
+            if self.done:
+                break
             self._swarm.advance(min(self._until_change(chunk), self._last - self._swarm.step))
             self._note()
-            chunk = 2 * chunk if time.monotonic() - before < seconds / 8 else chunk
         return self.done
 
     def to_dict(self, first: int, seen: int = 0) -> dict[str, Any]:
@@ -179,7 +171,7 @@ class Outlook:
             "changes": self._changes[first:],
             "seen": seen,
             "world": self._world[seen:],
-            "decision": self._decision,
+            "decision": self.decision_step,
             "declaration": self._declaration,
             "done": self.done,
         }
@@ -202,7 +194,7 @@ class Outlook:
         """Add what has changed at this step."""
         swarm = self._swarm
         self._seen = swarm.step
-        self._decision = max(self._decision, swarm.first_decision[1])
+        self.decision_step = max(self.decision_step, swarm.first_decision[1])
         self._declaration = max(self._declaration, swarm.declaration_step)
         if swarm.scenario.dynamic:
             self._note_world()

@@ -55,16 +55,16 @@ export class Lane {
 
   /**
    * Add what the server has found; return whether it is of the robot that is followed.
-   * @param {Outlook & {first: number, seen: number}} found
+   * @param {Partial<Outlook> & {first: number, seen: number}} found Only a problem, if nothing can be found.
    */
   foresee(found) {
     const { robot, changes, world } = this.outlook;
     if (found.robot !== robot || found.first !== changes.length || found.seen !== world.length) return false;
-    this.outlook = {
-      ...found,
-      changes: [...changes, ...found.changes],
-      world: [...world, ...found.world],
+    const more = {
+      changes: [...changes, ...(found.changes ?? [])],
+      world: [...world, ...(found.world ?? [])],
     };
+    this.outlook = { ...this.outlook, ...found, ...more };
     return true;
   }
 

@@ -47,7 +47,7 @@ class Page {
     this.shown = -1;
     this.said = "";
     this.stale = false;
-    this.declares = given.numbers[given.names.indexOf("rounds")] > 0;
+    this.declares = given.numbers.rounds > 0;
     $("legend-declared").hidden = !this.declares;
     this.controls = new Controls(given, (settings) => this.begin(settings));
     this.player.play(!this.calm.matches);
@@ -112,8 +112,6 @@ class Page {
 
   repaint() {
     this.stale = false;
-    this.declares = given.numbers[given.names.indexOf("rounds")] > 0;
-    $("legend-declared").hidden = !this.declares;
     this.shades = colours();
     this.arena.setColours(this.shades);
     this.shown = -1;

@@ -7,8 +7,7 @@
  * @property {string} version Of feasibee.
  * @property {string} toml
  * @property {string} wasm In base64.
- * @property {string[]} names Of the numbers.
- * @property {number[]} numbers
+ * @property {Record<string, number>} numbers In the order of world.c.
  * @property {{name: string, rule: string}[]} strategies By their numbers.
  * @property {[string, string]} threshold Numerator and denominator.
  * @property {{robots: number, tasks: number}} most
@@ -60,11 +59,9 @@ export class World {
   /** @param {Settings} settings */
   begin({ robots, tasks, strategy, seed, run }) {
     const { given, exports } = this,
-      { numbers, names } = given,
-      changed = { robots, tasks, strategy, needed: neededOf(given.threshold, robots) };
-    const all = new Float64Array(exports.memory.buffer, exports.world_numbers(), numbers.length);
-    all.set(numbers);
-    for (const [name, value] of Object.entries(changed)) all[names.indexOf(name)] = value;
+      needed = neededOf(given.threshold, robots),
+      numbers = Object.values({ ...given.numbers, robots, tasks, strategy, needed });
+    new Float64Array(exports.memory.buffer, exports.world_numbers(), numbers.length).set(numbers);
     this.robots = robots;
     this.tasks = tasks;
     const words = BigInt(seed);

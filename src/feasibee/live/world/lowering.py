@@ -35,38 +35,6 @@ MOST: Final = {
 """Largest values of fields in a page."""
 EVERY_MESSAGE_LIMIT: Final = 20.0
 """Most steps of both phases together, on average, with which an inbox of every message can't overflow."""
-NUMBERS: Final = (
-    "robots",
-    "tasks",
-    "reach",
-    "mean_run",
-    "sight_high",
-    "sight_low",
-    "radio_high",
-    "radio_low",
-    "count_self",
-    "strategy",
-    "exploration",
-    "gain",
-    "dissemination_floor",
-    "quality_floor",
-    "listens_for",
-    "inbox_size",
-    "own_vote",
-    "every_message",
-    "switching",
-    "rounds",
-    "heard",
-    "quorum",
-    "quorum_of",
-    "k",
-    "voters",
-    "credence",
-    "positive_feedback",
-    "id_bits",
-    "needed",
-)
-"""The numbers of a scenario in the order in which world.c takes them."""
 
 
 def check_scenario(scenario: Scenario) -> None:
@@ -75,13 +43,13 @@ def check_scenario(scenario: Scenario) -> None:
         raise ScenarioError(problems)
 
 
-def numbers_of(scenario: Scenario) -> list[float]:
-    """Return the numbers of a scenario, in the order of `NUMBERS`."""
+def numbers_of(scenario: Scenario) -> dict[str, float]:
+    """Return the numbers of a scenario, in the order in which world.c takes them."""
     decision, rule = scenario.decision, scenario.decision.declare
     unit = max(map(exact, scenario.arena.size)) / TURN
     quorum = exact(rule.quorum) if rule else Fraction(1)
     switching = decision.switching
-    numbers: dict[str, float] = {
+    return {
         "robots": scenario.robots.count,
         "tasks": scenario.tasks.count,
         "reach": float(exact(scenario.robots.speed) / unit),
@@ -107,7 +75,6 @@ def numbers_of(scenario: Scenario) -> list[float]:
         "id_bits": scenario.radio.id_bits or 0,
         "needed": math.floor(exact(decision.threshold) * scenario.robots.count) + 1,
     }
-    return [numbers[name] for name in NUMBERS]
 
 
 def _squared(name: str, length: float, unit: Fraction) -> dict[str, float]:

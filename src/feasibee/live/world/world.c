@@ -13,7 +13,7 @@
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
-/* The numbers of a scenario, in the order of NUMBERS in lowering.py; a test compares them. */
+/* The numbers of a scenario, in the order of numbers_of in lowering.py; a test compares them. */
 enum number {
     ROBOTS, TASKS, REACH, MEAN_RUN, SIGHT_HIGH, SIGHT_LOW, RADIO_HIGH, RADIO_LOW, COUNT_SELF, STRATEGY, EXPLORATION,
     GAIN, DISSEMINATION_FLOOR, QUALITY_FLOOR, LISTENS_FOR, INBOX_SIZE, OWN_VOTE, EVERY_MESSAGE, SWITCHING, ROUNDS,
