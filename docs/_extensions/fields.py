@@ -94,11 +94,8 @@ def _rule(schema: dict[str, Any]) -> str:
         most = f" of {schema['maxItems']} at most" if "maxItems" in schema else ""
         return f"a list{most}, each {_rule(schema['items'])}"
     if kind == "object":
-        values = schema.get("additionalProperties") or {}
-        if "properties" in schema:
-            inner = ", ".join(f"{name} = {_rule(each)}" for name, each in schema["properties"].items())
-            return f"`{{...}}` with {inner}"
-        return f"a table of names, each with {_rule(values)}"
+        name, values = schema.get("propertyNames", {}).get("const"), _rule(schema["additionalProperties"])
+        return f"`{{...}}` with {name} = {values}" if name else f"a table of names, each with {values}"
     words = {"number": "a number", "integer": "an integer", "boolean": "`true` or `false`"}
     return words.get(str(kind), "text") + _bounds(schema)
 

@@ -14,7 +14,7 @@ from feasibee import (
     simulate,
 )
 from feasibee.scenario import units
-from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.fields import unit_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import takes_fast_path
 from feasibee.simulation.ensemble import simulate_record
@@ -43,19 +43,11 @@ def test_impossible_units_are_errors(field, value):
         Scenario(units={field: value})
 
 
-def test_every_length_time_and_speed_is_known():
-    """The types of the fields are the other place where it stands that a field is a length."""
-    known = {"Length": units.LENGTHS, "Duration": units.TIMES, "Speed": units.SPEEDS}
-    found = {
-        (kind, f"{name}.{key}")
-        for name, section in SECTIONS.items()
-        for cls in section.__mro__
-        for key, annotation in vars(cls).get("__annotations__", {}).items()
-        for kind in known
-        if kind in str(annotation).split(" | ")
-    }
-    assert len(found) >= 9
-    assert all(path in known[kind] for kind, path in found)
+def test_fields_have_the_unit_of_their_type_also_if_they_may_be_off():
+    with_units = {"robots.spread": "units", "robots.speed": "units per step", "tasks.lifetime": "steps"}
+    with_units |= {"arena.side": "units", "response.patience": "steps", "run.steps": "steps"}
+    without = dict.fromkeys(("tasks.count", "robots.classes.0.count", "events.0.step", "preset"), "")
+    assert {path: unit_of(path) for path in with_units | without} == with_units | without
 
 
 @pytest.mark.parametrize(

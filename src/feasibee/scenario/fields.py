@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, LiteralString, get_args
 from unicodedata import category
 
 from pydantic import (
     AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Field,
     Strict,
+    TypeAdapter,
+    ValidationError,
     ValidationInfo,
+    ValidatorFunctionWrapHandler,
     WithJsonSchema,
+    WrapValidator,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
 
 from feasibee.errors import FeasibeeError
-from feasibee.model.codes import exact, is_whole
+from feasibee.model.codes import exact
 from feasibee.scenario.plugins import manifest_of, registered
 from feasibee.strategies import STRATEGIES
 
@@ -52,16 +54,6 @@ def _plain(value: Any) -> Any:
     return value.tolist() if hasattr(value, "tolist") else value
 
 
-Million = Annotated[int, Field(ge=0, le=1_000_000)]
-Some = Annotated[int, Field(ge=1, le=1_000_000)]
-ManyTasks = Annotated[int, Field(ge=0, le=10_000_000)]
-Step = Annotated[int, Field(ge=0, le=1_000_000_000)]
-Steps = Annotated[int, Field(ge=1, le=1_000_000_000)]
-Bits = Annotated[int, Field(ge=1, le=32)]
-Length = Annotated[float, Field(gt=0, le=1e6)]
-Duration = Annotated[float, Field(gt=0, le=1e6)]
-
-
 def _without_minus(value: float) -> float:
     """Return 0.0 for -0.0, so that equal scenarios have equal texts and hashes."""
     return value + 0.0
@@ -81,65 +73,11 @@ def _printable(text: str) -> str:
     return text
 
 
-Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
-Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
-Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny)]
-Lifetime = Annotated[float, Field(gt=0, le=1e9)]
-Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus)]
-Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
-Point = tuple[float, float]
-
-
-def without_default(schema: dict[str, Any]) -> None:
-    """Remove a default that depends on another field from the JSON Schema."""
-    schema.pop("default", None)
-
-
-def _as_side(value: Any) -> Any:
-    """Validate the side of a square arena, or its width and height."""
-    lengths = value if isinstance(value, list | tuple) and len(value) == 2 else [value]
-    if all(_is_number(each) and 0 < each <= 1e6 for each in lengths):
-        return tuple(float(each) for each in lengths) if len(lengths) == 2 else float(lengths[0])
-    raise PydanticCustomError("side", "must be > 0 and ≤ 1000000, or two such numbers [width, height]")
-
-
-def _is_number(value: Any) -> bool:
-    try:
-        return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    except OverflowError:  # a whole number beyond the largest float
-        return False
-
-
-def _as_faulty(value: Any) -> Any:
-    """Validate a share of the robots, or ``{count = robots}``; 1 could be meant as either, and is neither."""
-    count = value.get("count") if isinstance(value, Mapping) and len(value) == 1 else None
-    if is_whole(count, 1_000_000):
-        return {"count": count}
-    if _is_number(value) and 0 <= value < 1:
-        return _without_minus(float(value))
-    rule = "must be a share of the robots, a finite number ≥ 0 and < 1, or a count of them"
-    raise PydanticCustomError("faulty", rule)
-
-
-def _as_points(value: Any) -> Any:
-    """Validate pairs of numbers; `Scenario` has already replaced the name of a file by its points."""
-    if isinstance(value, list | tuple) and all(
-        isinstance(pair, list | tuple) and len(pair) == 2 and all(_is_number(each) for each in pair)
-        for pair in value
-    ):
-        return tuple((float(x), float(y)) for x, y in value)
-    raise PydanticCustomError("points", "must be the name of a CSV file, or pairs of numbers [x, y]")
-
-
-def _as_listen(value: Any) -> Any:
-    """Validate ``"always"``, ``"dissemination"`` or ``{last = steps}``."""
-    if value in ("always", "dissemination"):
-        return value
-    steps = value.get("last") if isinstance(value, Mapping) and len(value) == 1 else None
-    if isinstance(steps, int) and not isinstance(steps, bool) and 1 <= steps <= 1_000_000:
-        return {"last": steps}
-    rule = "must be 'always', 'dissemination', or {last = 3} for the last 3 steps of dissemination"
-    raise PydanticCustomError("listen", rule)
+def _few_decimals(value: float) -> float:
+    """Raise an error for too many decimals: a share of an inbox is compared with the value exactly."""
+    if exact(value).denominator > 10**9:
+        raise PydanticCustomError("decimals", "must have at most 9 decimals")
+    return value
 
 
 def _known_strategy(name: str, info: ValidationInfo) -> str:
@@ -156,44 +94,67 @@ def _known_strategy(name: str, info: ValidationInfo) -> str:
     return name
 
 
-def few_decimals(value: float) -> float:
-    """Raise an error for too many decimals: a share of an inbox is compared with the value exactly."""
-    if exact(value).denominator > 10**9:
-        raise PydanticCustomError("decimals", "must have at most 9 decimals")
-    return value
+def _one_rule(kind: LiteralString, rule: LiteralString) -> WrapValidator:
+    """Return a validator that raises one error in place of those about each type of a union."""
+
+    def validate(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+        try:
+            return handler(value)
+        except ValidationError:
+            raise PydanticCustomError(kind, rule) from None
+
+    return WrapValidator(validate)
 
 
-POSITIVE = {"type": "number", "exclusiveMinimum": 0, "maximum": 1e6}
-PAIRS = {"type": "array", "items": {"type": "array", "items": {"type": "number"}}}
-Side = Annotated[
-    Any,
-    BeforeValidator(_as_side),
-    WithJsonSchema({"anyOf": [POSITIVE, {"type": "array", "items": POSITIVE, "minItems": 2, "maxItems": 2}]}),
-]
-LAST = {
-    "type": "object",
-    "properties": {"last": {"type": "integer", "minimum": 1, "maximum": 1_000_000}},
-    "required": ["last"],
-    "additionalProperties": False,
-}
-Listen = Annotated[
-    Any,
-    BeforeValidator(_as_listen),
-    WithJsonSchema({"anyOf": [{"enum": ["always", "dissemination"]}, LAST]}),
-]
-COUNTED = {
-    "type": "object",
-    "properties": {"count": {"type": "integer", "minimum": 0, "maximum": 1_000_000}},
-    "required": ["count"],
-    "additionalProperties": False,
-}
-Faulty = Annotated[
-    Any,
-    BeforeValidator(_as_faulty),
-    WithJsonSchema({"anyOf": [{"type": "number", "minimum": 0, "exclusiveMaximum": 1}, COUNTED]}),
-]
+def without_default(schema: dict[str, Any]) -> None:
+    """Remove a default that depends on another field from the JSON Schema."""
+    schema.pop("default", None)
+
+
+LENGTH: Final = "units"
+TIME: Final = "steps"
+SPEED: Final = "units per step"
+
+Million = Annotated[int, Field(ge=0, le=1_000_000)]
+Some = Annotated[int, Field(ge=1, le=1_000_000)]
+ManyTasks = Annotated[int, Field(ge=0, le=10_000_000)]
+Step = Annotated[int, Field(ge=0, le=1_000_000_000), TIME]
+Steps = Annotated[int, Field(ge=1, le=1_000_000_000), TIME]
+Bits = Annotated[int, Field(ge=1, le=32)]
+Length = Annotated[float, Field(gt=0, le=1e6), LENGTH]
+Duration = Annotated[float, Field(gt=0, le=1e6), TIME]
+Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
+Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
+Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny)]
+Lifetime = Annotated[float, Field(gt=0, le=1e9), TIME]
+Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), SPEED]
+Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
+Quorum = Annotated[Share, AfterValidator(_few_decimals)]
 StrategyName = Annotated[str, AfterValidator(_known_strategy)]
-Points = Annotated[Any, BeforeValidator(_as_points), WithJsonSchema({"anyOf": [{"type": "string"}, PAIRS]})]
+Point = tuple[float, float]
+Side = Annotated[
+    Length | Annotated[tuple[Length, Length], Strict(False)],
+    _one_rule("side", "must be > 0 and ≤ 1000000, or two such numbers [width, height]"),
+]
+Listen = Annotated[
+    Literal["always", "dissemination"] | Annotated[dict[Literal["last"], Some], Field(min_length=1)],
+    _one_rule(
+        "listen", "must be 'always', 'dissemination', or {last = 3} for the last 3 steps of dissemination"
+    ),
+]
+Faulty = Annotated[
+    Annotated[float, Field(ge=0, lt=1), AfterValidator(_without_minus)]
+    | Annotated[dict[Literal["count"], Million], Field(min_length=1)],
+    _one_rule("faulty", "must be a share of the robots, a finite number ≥ 0 and < 1, or a count of them"),
+]
+"""A share of the robots, or ``{count = robots}``; 1 could be meant as either, and is neither."""
+Points = Annotated[
+    tuple[Annotated[Point, Strict(False)], ...],
+    Strict(False),
+    _one_rule("points", "must be the name of a CSV file, or pairs of numbers [x, y]"),
+    WithJsonSchema({"anyOf": [{"type": "string"}, TypeAdapter(tuple[Point, ...]).json_schema()]}),
+]
+"""Pairs of numbers; `Scenario` has already replaced the name of a file by its points."""
 
 
 class NewSensing(Section):
@@ -396,7 +357,7 @@ class Radio(Section):
 class Declare(Section):
     """When a robot declares its opinion, because those whom it hears hold it, too (model.md 6.14)."""
 
-    quorum: Annotated[Share, AfterValidator(few_decimals)] = Field(
+    quorum: Quorum = Field(
         0.9, description="Least share of a robot's inbox that must agree with its decision."
     )
     rounds: Some = Field(3, description="Number of consecutive decisions that must reach the quorum.")
@@ -538,3 +499,13 @@ SECTIONS: Final[Mapping[str, type[Section]]] = {
 def fields() -> list[str]:
     """Return the dotted paths of all fields of a scenario."""
     return [f"{name}.{key}" for name, section in SECTIONS.items() for key in section.model_fields]
+
+
+def unit_of(path: str) -> str:
+    """Return the unit of the field at a dotted path, such as `LENGTH`; empty for numbers without one."""
+    section, _, key = path.partition(".")
+    field = SECTIONS[section].model_fields.get(key) if section in SECTIONS else None
+    if field is None:
+        return ""
+    optional = [mark for each in get_args(field.annotation) for mark in getattr(each, "__metadata__", ())]
+    return next((mark for mark in (*field.metadata, *optional) if isinstance(mark, str)), "")

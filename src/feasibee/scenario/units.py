@@ -2,34 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Any
 
+from feasibee.scenario.fields import LENGTH, SPEED, TIME, unit_of
 from feasibee.scenario.scenario import Scenario
 
-LENGTHS: Final = frozenset(
-    {
-        "robots.spread",
-        "robots.diameter",
-        "tasks.spread",
-        "sensing.range",
-        "radio.range",
-    }
-)
-"""Fields in units."""
-TIMES: Final = frozenset(
-    {
-        "walk.mean_run",
-        "decision.exploration",
-        "decision.gain",
-        "faults.stop_step",
-        "run.steps",
-        "response.patience",
-        "response.delay",
-    }
-)
-"""Fields in steps."""
-SPEEDS: Final = frozenset({"robots.speed"})
-"""Fields in units per step."""
 HOUR, MINUTE = 3600, 60
 
 
@@ -100,12 +77,12 @@ def value_in_words(scenario: Scenario, path: str, value: Any) -> str:
     >>> value_in_words(Scenario(units={"metres": 0.5}), "radio.range", 3.0)
     'radio.range = 3 units (1.5 m)'
     """
-    units = scenario.units
-    if path in LENGTHS:
+    units, unit = scenario.units, unit_of(path)
+    if unit == LENGTH:
         return f"{path} = {length_in_words(scenario, value)}"
-    if path in TIMES:
+    if unit == TIME:
         return f"{path} = {steps_in_words(scenario, value)}"
-    if path in SPEEDS:
+    if unit == SPEED:
         known = units.metres is not None and units.seconds is not None
         speed = f" ({value * units.metres / units.seconds:.4g} m/s)" if known else ""
         return f"{path} = {value:g} {'unit' if value == 1 else 'units'} per step{speed}"
@@ -122,9 +99,9 @@ def axis_of(scenario: Scenario, path: str) -> tuple[str, float]:
     >>> axis_of(Scenario(units={"metres": 0.5}), "radio.range"), axis_of(Scenario(), "radio.range")
     (('radio.range (m)', 0.5), ('radio.range (units)', 1.0))
     """
-    units = scenario.units
-    if path in LENGTHS:
-        return (f"{path} (units)", 1.0) if units.metres is None else (f"{path} (m)", units.metres)
-    if path in TIMES:
-        return (f"{path} (steps)", 1.0) if units.seconds is None else (f"{path} (s)", units.seconds)
-    return path, 1.0
+    sizes = {LENGTH: ("m", scenario.units.metres), TIME: ("s", scenario.units.seconds)}
+    unit = unit_of(path)
+    if unit not in sizes:
+        return path, 1.0
+    name, size = sizes[unit]
+    return (f"{path} ({unit})", 1.0) if size is None else (f"{path} ({name})", size)
