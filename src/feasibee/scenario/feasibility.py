@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.scenario.fields import RobotClass, Robots, TaskClass, Tasks
-from feasibee.scenario.sections import Sections
+from feasibee.scenario.scenario import Scenario
 
 ANY = "any"
 """The skill that tasks without classes need and every robot has.
@@ -59,7 +59,7 @@ class Verdict(NamedTuple):
         return {"feasible": True, "assignment": rows}
 
 
-def truth(scenario: Sections) -> bool:
+def truth(scenario: Scenario) -> bool:
     """Return the ground truth: whether the swarm can do all tasks at once, each robot in one place.
 
     Parameters
@@ -81,7 +81,7 @@ def truth(scenario: Sections) -> bool:
     return explain(scenario).feasible
 
 
-def explain(scenario: Sections) -> Verdict:
+def explain(scenario: Scenario) -> Verdict:
     """Return the ground truth with its proof.
 
     Parameters
@@ -109,7 +109,7 @@ def explain(scenario: Sections) -> Verdict:
     >>> explain(Scenario(robots=robots, tasks=tasks)).violator
     Violator(skills=('lift',), demand=6, robots=5)
     """
-    if not isinstance(scenario, Sections):
+    if not isinstance(scenario, Scenario):
         raise FeasibeeError(f"scenario = {quoted(scenario)}: must be a Scenario; write Scenario(...)")
     return _verdict(scenario.robots, scenario.tasks)
 
@@ -125,12 +125,12 @@ def _verdict(some_robots: Robots, some_tasks: Tasks) -> Verdict:
     return Verdict(_assignment(_serving(robots, demand), tasks), None)
 
 
-def explain_numbers(scenario: Sections, robots: Sequence[int], tasks: Sequence[int]) -> Verdict:
+def explain_numbers(scenario: Scenario, robots: Sequence[int], tasks: Sequence[int]) -> Verdict:
     """Return the truth if there are so many robots and tasks of each class, in a world that changes."""
     return _verdict(_with_counts(scenario.robots, robots), _with_counts(scenario.tasks, tasks))
 
 
-def explain_kinds(scenario: Sections, robots: Iterable[int], tasks: Iterable[int]) -> Verdict:
+def explain_kinds(scenario: Scenario, robots: Iterable[int], tasks: Iterable[int]) -> Verdict:
     """Return the truth if there are robots and tasks of these classes, each class by its number."""
     counts = []
     for kinds, section in ((robots, scenario.robots), (tasks, scenario.tasks)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final
+from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.strategies.contract import Setting, Strategy
@@ -14,6 +14,19 @@ WORDS_LIMIT: Final = 2**24
 """Words of one robot's knowledge, and of one message."""
 
 
+PAPER: Final = {
+    "knows_count": True,
+    "colluding": False,
+    "walled": False,
+    "sight": 2.0,
+    "radio": 2.0,
+    "speed": 1.0,
+    "exploration": 10.0,
+    "dissemination": 10.0,
+}
+"""Numbers of the paper's world, with robots that know their number."""
+
+
 def setting_from(
     counts: tuple[int, int],
     classes: tuple[int, int],
@@ -22,16 +35,8 @@ def setting_from(
     parameters: Iterable[float],
     *,
     misnames: bool = False,
-    count: int | None = None,
-    knows_count: bool = True,
-    colluding: bool = False,
     size: tuple[float, float] = (20.0, 20.0),
-    walled: bool = False,
-    sight: float = 2.0,
-    radio: float = 2.0,
-    speed: float = 1.0,
-    phases: tuple[float, float] = (10.0, 10.0),
-    mean_run: float = 10.0,
+    **others: Any,
 ) -> Setting:
     """Return the numbers of a scenario that a strategy's knowledge may depend on.
 
@@ -45,15 +50,14 @@ def setting_from(
         Width of a robot's id; by default the least that tells all robots apart.
     parameters : iterable of float
         Those of the strategy.
-    count : int, optional
-        Number of robots at the start; by default all that have ids.
-    knows_count, colluding, size, walled, sight, radio, speed, phases, mean_run
-        See `Setting`; by default the paper's world. Phases are exploration and dissemination.
+    size : tuple of float
+        Width and height of the arena, in units.
+    **others
+        Other fields of `Setting`; by default all robots are there at the start, and the world is the paper's.
     """
     robots, tasks = counts
     return Setting(
         robots=robots,
-        count=robots if count is None else count,
         tasks=tasks,
         robot_ids=robots + (tasks if liars else 0),
         task_ids=tasks + (robots + 1 if liars else 0) + (tasks if misnames else 0),
@@ -61,17 +65,9 @@ def setting_from(
         task_classes=max(1, classes[1]),
         id_bits=id_bits or max(1, (robots - 1).bit_length()),
         parameters=tuple(float(each) for each in parameters),
-        knows_count=knows_count,
-        colluding=colluding,
-        width=float(size[0]),
-        height=float(size[1]),
-        walled=walled,
-        sight=float(sight),
-        radio=float(radio),
-        speed=float(speed),
-        exploration=float(phases[0]),
-        dissemination=float(phases[1]),
-        mean_run=float(mean_run),
+        width=size[0],
+        height=size[1],
+        **{"count": robots, **PAPER, **others},
     )
 
 
