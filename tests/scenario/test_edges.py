@@ -7,231 +7,165 @@ import pytest
 from feasibee import Scenario, ScenarioError
 from feasibee.scenario.setting import KNOWLEDGE_LIMIT, excess
 
-TORUS, WALLS = {"arena.boundary": "torus"}, {"arena.boundary": "walls"}
-BODIES = {"robots.avoid_collisions": True}
+WALLS, NARROW = {"arena.boundary": "walls"}, {"arena.side": [20.0, 8.0]}
+BODIES, AT_POINTS = {"robots.avoid_collisions": True}, {"robots.placement": "points"}
+TASKS_AT_POINTS = {"tasks.placement": "points"}
+TWO_POINTS = {**AT_POINTS, "robots.points": [[1, 1], [3, 3]]}
+CLUSTERS = {**NARROW, "tasks.placement": "clusters"}
+UNIQUE = {"sensing.observation": "unique", "robots.count": 2**17}
+JOINING = {"robots.most": 20, "robots.arrival_rate": 0.1}
+QUIET = {"decision.strategy": "quiet-census"}
+FEWER, MORE = {"step": 5, "robots": -1}, {"step": 5, "tasks": 1}
+EVENT, CROWDED = {"events": [{"step": 5}]}, {"robots.most": 25, "events": [{"step": 5}]}
+HALF, INSIDE = "must be at most half the side of the torus", "point 1: must be inside the arena"
+APART, TAKES = "robots 1 and 2 must be more than 1 units apart", "takes away more than there are at step"
 
 
-def at_points(section, *points):
-    return {f"{section}.placement": "points", f"{section}.points": [list(point) for point in points]}
-
-
-def robots_of(count):
-    return {"robots.classes": [{"name": "a", "count": count}]}
-
-
-def skilled(skills):
-    return {"robots.classes": [{"name": "a", "count": 3, "skills": [f"s{k}" for k in range(skills)]}]}
-
-
-def event(**changes):
-    return {"events": [{"step": 5, **changes}]}
+def robots_of(count, skills=0):
+    return [{"name": "a", "count": count, "skills": [f"s{k}" for k in range(skills)]}]
 
 
 def events(*pairs):
-    return {"events": [{"step": step, "robots": robots} for step, robots in pairs]}
+    return [{"step": step, "robots": robots} for step, robots in pairs]
 
 
-EDGES = {
-    "classes have a robot": (
-        robots_of(1),
-        robots_of(0),
-        "robots.classes = 0: must have at least 1 robot together",
+RETURNING = {"robots.most": 25, "events": events((3, -4), (4, 1))}
+EDGES = [
+    # other fields, a path, its last valid value, its first invalid one, the error: a rule or the whole line
+    ({}, "robots.classes", robots_of(1), robots_of(0), "robots.classes = 0: must have at least 1 robot tog"),
+    (
+        {},
+        "robots.classes",
+        robots_of(3, 8),
+        robots_of(3, 9),
+        "robots.classes = '9 skills': must be at most 8",
     ),
-    "as many points as robots": (
-        {**at_points("robots", (1, 1), (3, 3)), "robots.count": 2},
-        {**at_points("robots", (1, 1), (3, 3)), "robots.count": 3},
-        "robots.points = '2 points': must be as many as robots, 3",
+    (TWO_POINTS, "robots.count", 2, 3, "robots.points = '2 points': must be as many as robots, 3"),
+    ({}, "sensing.range", 10.0, 10.0001, f"{HALF}, 10 units"),
+    (NARROW, "radio.range", 4.0, 4.0001, f"{HALF}, 4 units"),
+    ({"radio.range": 50.0}, "arena.boundary", "walls", "torus", f"radio.range = 50.0: {HALF}, 10 units"),
+    (WALLS, "robots.speed", 10.0, 10.0001, "must be at most half the side of the arena per step, 10 units"),
+    ({**WALLS, **NARROW}, "robots.diameter", 7.999, 8.0, "must be less than the arena's shorter side, 8 un"),
+    (
+        {**BODIES, "robots.count": 4},
+        "robots.diameter",
+        8.0,
+        8.0001,
+        "diameter + 2 speed must be at most half",
     ),
-    "skills": (
-        skilled(8),
-        skilled(9),
-        "robots.classes = '9 skills': must be at most 8 skills of robots and tasks together",
+    (
+        {**BODIES, "arena.side": 16.0},
+        "robots.count",
+        256,
+        257,
+        "must be at most 256, the number of discs that",
     ),
-    "range on a torus": (
-        {"sensing.range": 10.0},
-        {"sensing.range": 10.0001},
-        "sensing.range = 10.0001: must be at most half the side of the torus, 10 units",
+    (BODIES, "robots.contact", "deflect", "turn", "must be 'stand' or 'deflect'"),
+    ({}, "robots.contact", "stand", "deflect", "needs robots.avoid_collisions = true: without it, robots"),
+    (CLUSTERS, "tasks.spread", 20.0, 20.0001, "must be at most the arena's longer side, 20 units"),
+    (AT_POINTS, "robots.points", [[0, 19.999]], [[0, 20.0]], f"robots.points = (0, 20.0): {INSIDE}"),
+    (
+        {**WALLS, **TASKS_AT_POINTS},
+        "tasks.points",
+        [[0, 20.0]],
+        [[0, 20.0001]],
+        f"tasks.points = (0, 20.0001): {INSIDE}",
     ),
-    "range on a narrow torus": (
-        {"arena.side": [20.0, 8.0], "radio.range": 4.0},
-        {"arena.side": [20.0, 8.0], "radio.range": 4.0001},
-        "radio.range = 4.0001: must be at most half the side of the torus, 4 units",
+    (
+        {**WALLS, **AT_POINTS},
+        "robots.points",
+        [[0.5, 19.5]],
+        [[0.4999, 19.5]],
+        f"robots.points = (0.4999, 19.5): {INSIDE}, 0.5 units from its",
     ),
-    "range within walls": (
-        {**WALLS, "radio.range": 50.0},
-        {**TORUS, "radio.range": 50.0},
-        "radio.range = 50.0: must be at most half the side of the torus, 10 units",
+    (
+        {**BODIES, **AT_POINTS},
+        "robots.points",
+        [[5, 5], [6.00001, 5]],
+        [[5, 5], [6, 5]],
+        f"robots.points = ([5, 5], [6, 5]): {APART}",
     ),
-    "speed": (
-        {**WALLS, "robots.speed": 10.0},
-        {**WALLS, "robots.speed": 10.0001},
-        "robots.speed = 10.0001: must be at most half the side of the arena per step, 10 units",
+    (
+        {**BODIES, **AT_POINTS},
+        "robots.points",
+        [[0.5, 5], [19.49999, 5]],
+        [[0.5, 5], [19.5, 5]],
+        f"robots.points = ([0.5, 5], [19.5, 5]): {APART}",
     ),
-    "a disc within walls": (
-        {**WALLS, "arena.side": [20.0, 5.0], "robots.diameter": 4.999},
-        {**WALLS, "arena.side": [20.0, 5.0], "robots.diameter": 5.0},
-        "robots.diameter = 5.0: must be less than the arena's shorter side, 5 units",
+    (
+        {**BODIES, **WALLS, **AT_POINTS},
+        "robots.points",
+        [[0.5, 5], [19.5, 5]],
+        [[0.5, 5], [1.5, 5]],
+        f"robots.points = ([0.5, 5], [1.5, 5]): {APART}",
     ),
-    "discs that move on a torus": (
-        {**BODIES, "robots.diameter": 8.0, "robots.count": 4},
-        {**BODIES, "robots.diameter": 8.0001, "robots.count": 4},
-        "robots.diameter = 8.0001: diameter + 2 speed must be at most half the side of the",
+    (UNIQUE, "tasks.count", 2**17, 2**17 + 1, "sensing.observation = 'unique': needs 4.0 GiB for 131072 rob"),
+    ({}, "faults.byzantine.count", 19, 20, "faults = '20 robots': must leave an honest robot that works"),
+    (
+        {"faults.stopped": 0.5},
+        "faults.stubborn.count",
+        10,
+        11,
+        "faults = '21 robots': must be at most 20, si",
     ),
-    "room for discs": (
-        {**BODIES, "arena.side": 16.0, "robots.count": 256},
-        {**BODIES, "arena.side": 16.0, "robots.count": 257},
-        "robots.count = 257: must be at most 256, the number of discs that fit on a square grid",
+    ({}, "robots.most", 20, 19, "must be at least the number of robots at the start, 20"),
+    (
+        {"robots.arrival_rate": 0.1},
+        "robots.most",
+        21,
+        20,
+        "lets none join: 20 robots are there, and none lea",
     ),
-    "contact": (
-        {**BODIES, "robots.contact": "deflect"},
-        {"robots.contact": "deflect"},
-        "robots.contact = 'deflect': needs robots.avoid_collisions = true: without it, robots",
+    (JOINING, "events", [FEWER], [MORE], "robots.most = 20: lets none join: 20 robots are there, and none"),
+    ({"run.steps": 50}, "response.patience", 50, 51, "is longer than a run, run.steps = 50: nobody would be"),
+    ({}, "response.margin", 2, 3, "needs response.patience: without it, nobody responds"),
+    ({"events": [MORE]}, "run.steps", 5, 4, "events.0.step = 5: is after the end of a run, run.steps = 4"),
+    (EVENT, "events.0.radio.loss", 0.0, None, "events.0 = 'step = 5': changes nothing"),
+    (EVENT, "events.0.tasks", -20, -21, f"{TAKES} 5: 20 tasks"),
+    (EVENT, "events.0.robots", -19, -20, f"{TAKES} 5: 20 robots"),
+    ({"events": events((4, -1), (3, 5))}, "events.0.robots", -24, -25, f"{TAKES} 4: 25 robots"),
+    (
+        {"events": events((4, -24), (4, 5))},
+        "events.1.step",
+        3,
+        4,
+        f"events.0.robots = -24: {TAKES} 4: 20 robots",
     ),
-    "spread": (
-        {"arena.side": [20.0, 8.0], "tasks.placement": "clusters", "tasks.spread": 20.0},
-        {"arena.side": [20.0, 8.0], "tasks.placement": "clusters", "tasks.spread": 20.0001},
-        "tasks.spread = 20.0001: must be at most the arena's longer side, 20 units",
+    (CROWDED, "events.0.robots", 5, 6, "lets 26 robots be there at step 5, above robots.most = 25"),
+    (RETURNING, "events.1.robots", 9, 10, "lets 26 robots be there at step 4, above robots.most = 25"),
+    (
+        EVENT,
+        "events.0.tasks",
+        9_999_980,
+        9_999_981,
+        "tasks.arrival_rate = None: lets up to 10000001 tasks ap",
     ),
-    "points on a torus": (
-        at_points("robots", (0, 19.999)),
-        at_points("robots", (0, 20.0)),
-        "robots.points = (0, 20.0): point 1: must be inside the arena",
+    (
+        {**TASKS_AT_POINTS, "events": [MORE]},
+        "tasks.points",
+        [[1, 1]],
+        [],
+        "tasks.points = '': must have a point",
     ),
-    "tasks at a wall": (
-        {**WALLS, **at_points("tasks", (0, 20.0))},
-        {**WALLS, **at_points("tasks", (0, 20.0001))},
-        "tasks.points = (0, 20.0001): point 1: must be inside the arena",
-    ),
-    "robots at a wall": (
-        {**WALLS, **at_points("robots", (0.5, 19.5))},
-        {**WALLS, **at_points("robots", (0.4999, 19.5))},
-        "robots.points = (0.4999, 19.5): point 1: must be inside the arena, 0.5 units from its",
-    ),
-    "robots apart": (
-        {**BODIES, **at_points("robots", (5, 5), (6.00001, 5))},
-        {**BODIES, **at_points("robots", (5, 5), (6, 5))},
-        "robots.points = ([5, 5], [6, 5]): robots 1 and 2 must be more than 1 units apart",
-    ),
-    "robots apart across the edge": (
-        {**BODIES, **at_points("robots", (0.5, 5), (19.49999, 5))},
-        {**BODIES, **at_points("robots", (0.5, 5), (19.5, 5))},
-        "robots.points = ([0.5, 5], [19.5, 5]): robots 1 and 2 must be more than 1 units apart",
-    ),
-    "robots apart along walls": (
-        {**BODIES, **WALLS, **at_points("robots", (0.5, 5), (19.5, 5))},
-        {**BODIES, **WALLS, **at_points("robots", (0.5, 5), (1.5, 5))},
-        "robots.points = ([0.5, 5], [1.5, 5]): robots 1 and 2 must be more than 1 units apart",
-    ),
-    "memory of unique observation": (
-        {"sensing.observation": "unique", "robots.count": 2**17, "tasks.count": 2**17},
-        {"sensing.observation": "unique", "robots.count": 2**17, "tasks.count": 2**17 + 1},
-        "sensing.observation = 'unique': needs 4.0 GiB for 131072 robots and 131073 tasks, above",
-    ),
-    "all robots but one are Byzantine": (
-        {"faults.byzantine": {"count": 19}},
-        {"faults.byzantine": {"count": 20}},
-        "faults = '20 robots': must leave an honest robot that works",
-    ),
-    "all robots are faulty": (
-        {"faults.stopped": 0.5, "faults.stubborn": {"count": 10}},
-        {"faults.stopped": 0.5, "faults.stubborn": {"count": 11}},
-        "faults = '21 robots': must be at most 20, since a robot has one fault at most",
-    ),
-    "most robots": (
-        {"robots.most": 20},
-        {"robots.most": 19},
-        "robots.most = 19: must be at least the number of robots at the start, 20",
-    ),
-    "room for a robot that joins": (
-        {"robots.most": 21, "robots.arrival_rate": 0.1},
-        {"robots.most": 20, "robots.arrival_rate": 0.1},
-        "robots.most = 20: lets none join: 20 robots are there, and none leaves",
-    ),
-    "a number that becomes free": (
-        {"robots.most": 20, "robots.arrival_rate": 0.1, **events((5, -1))},
-        {"robots.most": 20, "robots.arrival_rate": 0.1, **event(tasks=-1)},
-        "robots.most = 20: lets none join: 20 robots are there, and none leaves",
-    ),
-    "patience": (
-        {"response.patience": 50, "run.steps": 50},
-        {"response.patience": 51, "run.steps": 50},
-        "response.patience = 51: is longer than a run, run.steps = 50: nobody would be called",
-    ),
-    "fields of no response": (
-        {"response.margin": 2},
-        {"response.margin": 3},
-        "response.margin = 3: needs response.patience: without it, nobody responds",
-    ),
-    "an event at the end": (
-        {**event(tasks=1), "run.steps": 5},
-        {**event(tasks=1), "run.steps": 4},
-        "events.0.step = 5: is after the end of a run, run.steps = 4",
-    ),
-    "an event that changes something": (
-        event(radio={"loss": 0.0}),
-        event(tasks=0),
-        "events.0 = 'step = 5': changes nothing",
-    ),
-    "the last task goes": (
-        event(tasks=-20),
-        event(tasks=-21),
-        "events.0.tasks = -21: takes away more than there are at step 5: 20 tasks",
-    ),
-    "one robot stays": (
-        event(robots=-19),
-        event(robots=-20),
-        "events.0.robots = -20: takes away more than there are at step 5: 20 robots",
-    ),
-    "one of those that joined stays": (
-        events((4, -24), (3, 5)),
-        events((4, -25), (3, 5)),
-        "events.0.robots = -25: takes away more than there are at step 4: 25 robots",
-    ),
-    "events of a step in the order of the file": (
-        events((4, 5), (4, -24)),
-        events((4, -24), (4, 5)),
-        "events.0.robots = -24: takes away more than there are at step 4: 20 robots",
-    ),
-    "as many join as there may be": (
-        {**event(robots=5), "robots.most": 25},
-        {**event(robots=6), "robots.most": 25},
-        "events.0.robots = 6: lets 26 robots be there at step 5, above robots.most = 25",
-    ),
-    "as many join as have left": (
-        {**events((3, -4), (4, 9)), "robots.most": 25},
-        {**events((3, -4), (4, 10)), "robots.most": 25},
-        "events.1.robots = 10: lets 26 robots be there at step 4, above robots.most = 25",
-    ),
-    "tasks of a run": (
-        event(tasks=9_999_980),
-        event(tasks=9_999_981),
-        "tasks.arrival_rate = None: lets up to 10000001 tasks appear in a run, above 10000000",
-    ),
-    "points for tasks that appear": (
-        {**at_points("tasks", (1, 1)), **event(tasks=1)},
-        {"tasks.placement": "points", **event(tasks=1)},
-        "tasks.points = '': must have a point at which tasks may appear",
-    ),
-    "declarations need a world that stays": (
-        {"decision.strategy": "quiet-census"},
-        {"decision.strategy": "quiet-census", **event(tasks=1)},
-        "decision.strategy = 'quiet-census': declares, which is for good, but the world of this",
-    ),
-}
+    (QUIET, "events", [], [MORE], "decision.strategy = 'quiet-census': declares, which is for good, but the"),
+]
 
 
-@pytest.mark.parametrize("edge", EDGES)
-def test_the_edge_of_a_rule_is_valid_and_what_is_just_beyond_it_is_an_error(edge):
+@pytest.mark.parametrize(("others", "path", "valid", "invalid", "line"), EDGES)
+def test_the_edge_of_a_rule_is_valid_and_what_is_just_beyond_it_is_an_error(
+    others, path, valid, invalid, line
+):
     """Catches a bound that is off by one, such as events that may not take the last task."""
-    valid, invalid, line = EDGES[edge]
-    assert Scenario().replace(valid)
+    assert Scenario().replace({**others, path: valid})
+    wrong = {**others, path: invalid}
     with pytest.raises(ScenarioError) as caught:
-        Scenario().replace(invalid)
+        Scenario().replace(wrong)
     found = caught.value.problems
-    assert str(found[-1]).startswith(line), found
+    shown = f"{path} = {invalid!r}: {line}"
+    assert str(found[-1]).startswith((line, shown)), found
     assert all(problem.rule and problem.remedy for problem in found)
     with pytest.raises(ScenarioError) as caught:
-        Scenario().replace({**invalid, "walk.mean_run": -1.0, "run.stop": 3})
+        Scenario().replace({**wrong, "walk.mean_run": -1.0, "run.stop": 3})
     assert set(map(str, found)) < set(map(str, caught.value.problems)), (
         "a wrong field elsewhere hides no conflict"
     )

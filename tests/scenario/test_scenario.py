@@ -914,6 +914,12 @@ def test_replace_reaches_into_lists_and_tables():
     assert moved.tasks.points == ((1.0, 2.5), (5.0, 6.0), (30.0, 12.5))
 
 
+def test_replace_leaves_the_values_that_it_is_given():
+    events = [{"step": 5, "tasks": 1}]
+    assert Scenario().replace({"events": events, "events.0.tasks": 3}).events[0].tasks == 3
+    assert events == [{"step": 5, "tasks": 1}]
+
+
 def test_replace_makes_the_tables_on_its_way():
     declare = Scenario().replace({"decision.declare.quorum": 0.7}).decision.declare
     assert (declare.quorum, declare.rounds) == (0.7, 3)

@@ -137,10 +137,7 @@ def with_changes(
             table: Any = changed
             for part in way:
                 table = _step_into(table, part)
-            if isinstance(table, list):
-                table[place(last)] = value
-            else:
-                table[last] = value
+            table[place(last) if isinstance(table, list) else last] = _open(value)  # the user's own stays
         except (AttributeError, LookupError, TypeError, ValueError):
             rule = f"can't be set: {'.'.join(way)} is missing or has no such field"
             problems.append(Problem(path, value, rule, f"set {'.'.join(way)} first"))
