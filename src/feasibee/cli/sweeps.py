@@ -135,16 +135,13 @@ CAPTION = (
     "right (with 95 % interval) and undecided: % of the runs; half by: step by which half of the runs had "
     "decided"
 )
-WIDE = 10_000
-"""Width that no table needs, in columns."""
-LEGEND = ("truth", "runs", "right", "interval", "undecided", "half by")
 CHANGING_CAPTION = (
     "; steps right: % of the steps at which the swarm held the truth; delay: steps until half of the changes "
     "of truth were followed; false alarms: per 1,000 steps"
 )
 UNTIL_CAPTION = "; the interval of a point with a stopping rule is valid at every look"
-CHANGING_LEGEND = ("steps right", "delay", "false alarms")
-"""Further columns if the world of some point changes."""
+WIDE = 10_000
+"""Width that no table needs, in columns."""
 
 
 def _print_table(folder: Path, points: Sequence[Summary]) -> None:
@@ -155,37 +152,37 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
 
     fields = varied([point.row for point in points])
     seeds = len({point.row.seed for point in points}) > 1
-    names = [*fields, "seed"] if seeds else fields
     changing = any(point.row.scenario.dynamic for point in points)
-    legend = [*LEGEND, *CHANGING_LEGEND] if changing else LEGEND
-    total = sum(point.found.runs for point in points)
-    click.echo(f"{folder}: {total} runs of {len(points)} points")
+    click.echo(f"{folder}: {sum(point.found.runs for point in points)} runs of {len(points)} points")
     rows = []
     for point in points:
-        values = [_text(value_of(point.row, path)) for path in fields]
-        tracked = _tracked_cells(point) if changing else []
-        rows.append([*values, *[str(point.row.seed)] * seeds, *_numbers(point), *tracked])
+        names = {path: _text(value_of(point.row, path)) for path in fields}
+        names |= {"seed": str(point.row.seed)} if seeds else {}
+        rows.append((names, {**_numbers(point), **(_tracked(point) if changing else {})}))
     screen = console()
-    for padding in (1, 0):
-        table = _table(names, legend, rows, padding)
+    for padding in (1, 0) if rows else ():
+        table = _table(rows, padding)
         if Measurement.get(screen, screen.options.update(width=WIDE), table).maximum <= screen.width:
             screen.print(table)
             break
     else:
-        for row in rows:
-            _print_point(dict(zip([*names, *legend], row, strict=True)))
+        for names, numbers in rows:
+            click.echo(wrapped(", ".join(f"{name}={value}" for name, value in names.items()), further="  "))
+            known = ", ".join(f"{name} {value}" for name, value in numbers.items() if value)
+            click.echo(wrapped(known, "    ", "    "))
     until = any(point.row.until for point in points)
     click.echo(wrapped(CAPTION + CHANGING_CAPTION * changing + UNTIL_CAPTION * until, further="  "))
 
 
-def _table(names: Sequence[str], legend: Sequence[str], rows: Sequence[Sequence[str]], padding: int) -> Table:
+def _table(rows: Sequence[tuple[dict[str, str], dict[str, str]]], padding: int) -> Table:
     """Return the table of points; ``padding`` is the number of spaces at each side of a column."""
     from rich.box import SIMPLE_HEAD
     from rich.table import Column, Table
 
+    names, numbers = rows[0]
     table = Table(
         *(Column(name.replace(".", ".\n"), no_wrap=True) for name in names),  # the numbers need room
-        *(Column(name.replace(" ", "\n"), justify="right", no_wrap=True) for name in legend),
+        *(Column(name.replace(" ", "\n"), justify="right", no_wrap=True) for name in numbers),
         box=SIMPLE_HEAD,
         pad_edge=False,
         show_edge=False,
@@ -193,49 +190,35 @@ def _table(names: Sequence[str], legend: Sequence[str], rows: Sequence[Sequence[
         padding=(0, padding),
     )
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(value for cells in row for value in cells.values()))
     return table
 
 
-def _numbers(point: Summary) -> list[str]:
-    """Return the cells of a point that `LEGEND` names; empty ones if they are unknown."""
-    accuracy, middle = point.found.share("accuracy"), point.found.times.median
-    shares = ["", "", ""]
-    if accuracy is not None:
-        shares = [
-            *percents(accuracy),
-            f"{100 * point.found.counts['undecided'] / point.found.runs:.1f}",
-        ]
-    truth = "feasible" if point.row.truth else "infeasible"
-    truth = "changes" if point.row.scenario.dynamic else truth
-    return [truth, str(point.found.runs), *shares, "" if middle is None else str(middle)]
+def _numbers(point: Summary) -> dict[str, str]:
+    """Return the cells that every point has; empty ones if they are unknown."""
+    found, accuracy = point.found, point.found.share("accuracy")
+    right, interval = percents(accuracy) if accuracy else ("", "")
+    return {
+        "truth": "changes" if point.row.scenario.dynamic else "feasible" if point.row.truth else "infeasible",
+        "runs": str(found.runs),
+        "right": right,
+        "interval": interval,
+        "undecided": f"{100 * found.counts['undecided'] / found.runs:.1f}" if accuracy else "",
+        "half by": _text(found.times.median),
+    }
 
 
-def _tracked_cells(point: Summary) -> list[str]:
-    """Return the cells of a point that `CHANGING_LEGEND` names; empty ones if they are unknown."""
+def _tracked(point: Summary) -> dict[str, str]:
+    """Return the further cells if the world of some point changes; empty ones if they are unknown."""
     found = point.found.tracking
     if found is None:
-        return [""] * len(CHANGING_LEGEND)
+        return dict.fromkeys(("steps right", "delay", "false alarms"), "")
     median = found.detection_delay.median
-    delay = "" if not found.changes else "never" if median is None else str(median)
-    return [f"{100 * found.right_share.estimate:.1f}", delay, f"{found.false_alarms.estimate:.2g}"]
-
-
-def _print_point(cells: dict[str, str]) -> None:
-    """Print a point where there is no room for a table."""
-    shown = (*LEGEND, *CHANGING_LEGEND)
-    fields = [f"{name}={value}" for name, value in cells.items() if name not in shown]
-    parts = [f"{cells['truth']}, {cells['runs']} runs"]
-    if cells["right"]:
-        parts.append(f"right {cells['right']} % ({cells['interval']}), undecided {cells['undecided']} %")
-    if cells["half by"]:
-        parts.append(f"half by step {cells['half by']}")
-    if cells.get("steps right"):
-        parts.append(f"right in {cells['steps right']} % of the steps, {cells['false alarms']} false alarms")
-    if cells.get("delay"):
-        parts.append(f"delay {cells['delay']}")
-    click.echo(wrapped(", ".join(fields), further="  "))
-    click.echo(wrapped(", ".join(parts), "    ", "    "))
+    return {
+        "steps right": f"{100 * found.right_share.estimate:.1f}",
+        "delay": "" if not found.changes else "never" if median is None else str(median),
+        "false alarms": f"{found.false_alarms.estimate:.2g}",
+    }
 
 
 def _text(value: Any) -> str:
