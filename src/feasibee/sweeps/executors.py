@@ -10,7 +10,7 @@ import signal
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
     BrokenExecutor,
@@ -22,12 +22,12 @@ from concurrent.futures import (
     as_completed,
     wait,
 )
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import connection, get_context, parent_process, resource_tracker
 from threading import Thread
 from types import FrameType
-from typing import Any, Self
+from typing import Any
 
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.scenario.runs import Runs
@@ -105,14 +105,12 @@ class _Processes(ProcessPoolExecutor):
 def _serve() -> None:
     """Ignore Ctrl-C, also on Windows, and exit when the main process does, however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_leave_with_parent, daemon=True).start()
+    Thread(target=_leave_with, args=(parent_process(),), daemon=True).start()
 
 
-def _leave_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        connection.wait([parent.sentinel])
-        os._exit(1)
+def _leave_with(parent: Any) -> None:
+    connection.wait([parent.sentinel])
+    os._exit(1)
 
 
 def dask(client: Any) -> WorkerPool:
@@ -143,20 +141,13 @@ def dask(client: Any) -> WorkerPool:
     if number == 0:
         raise FeasibeeError(f"{client.scheduler.address}: the cluster has no workers; start some")
 
-    def make() -> Executor:
-        executor: Executor = client.get_executor(pure=False, retries=3)
-        return executor
-
-    return WorkerPool(make, number, is_local=False)
+    return WorkerPool(lambda: client.get_executor(pure=False, retries=3), number, is_local=False)
 
 
 def play(
     scenarios: Sequence[Scenario], pieces: Sequence[RunRange], seed: int, curves: bool
 ) -> tuple[list[EncodedRuns], float]:
-    """Compute a chunk, wherever this runs; return its runs and the seconds that it took.
-
-    ``scenarios`` has one for each piece, with its strategy's text.
-    """
+    """Compute a chunk from a scenario per piece, wherever this runs; return its runs and its seconds."""
     encoded, begin = [], time.monotonic()
     for scenario, piece in zip(scenarios, pieces, strict=True):
         try:
@@ -172,13 +163,7 @@ def play(
 
 
 class Workers:
-    """The workers of a pool, kept over all rounds of a study.
-
-    Parameters
-    ----------
-    pool : WorkerPool
-        Makes them.
-    """
+    """The workers of a pool, kept over all rounds of a study."""
 
     def __init__(self, pool: WorkerPool) -> None:
         self.pool = pool
@@ -195,32 +180,22 @@ class Workers:
             self._executor = None
 
     def work_off(self, schedule: Schedule, report: Callable[[bool], None]) -> bool:
-        """Compute all chunks of a schedule; few of them wait, so that memory stays flat.
+        """Compute all chunks of a schedule, of which few wait; return whether an interrupt ended the work.
 
-        Parameters
-        ----------
-        schedule : Schedule
-            Says what is missing, and writes what was computed to the journal.
-        report : callable
-            Called after each chunk, and each second, with whether an interrupt was seen.
-
-        Returns
-        -------
-        bool
-            Whether an interrupt ended the work.
+        ``report`` is called after each chunk, and each second, with whether an interrupt was seen.
         """
         self._again.clear()
         self._deaths.clear()
-        with Interrupts(self._kill) as interrupts:
+        with counted_interrupts(self._kill) as interrupts:
             try:
-                while (schedule.queue or self._again or self._waiting) and not interrupts.seen:
+                while (schedule.queue or self._again or self._waiting) and not interrupts:
                     self._submit_chunks(schedule)
                     self._collect(schedule, report)
-                if interrupts.seen:
+                if interrupts:
                     report(True)
             finally:
                 self._stop(schedule)
-        return interrupts.seen > 0
+        return bool(interrupts)
 
     def _submit_chunks(self, schedule: Schedule) -> None:
         while self._may_submit(schedule):
@@ -234,8 +209,8 @@ class Workers:
         if not self._waiting:
             return some
         near = (*self._waiting.values(), *list(self._again)[:1])
-        at_last = [self._deaths[tuple(pieces)] >= TRIES - 1 for pieces in near]
-        return some and len(self._waiting) < 2 * self.pool.workers and not any(at_last)
+        at_last = any(self._deaths[tuple(pieces)] >= TRIES - 1 for pieces in near)
+        return some and len(self._waiting) < 2 * self.pool.workers and not at_last
 
     def _submit(self, study: Study, pieces: Pieces) -> Chunk:
         if self._executor is None:
@@ -311,34 +286,26 @@ def _deadly(study: Study, pieces: Pieces) -> FeasibeeError:
     )
 
 
-class Interrupts:
-    """Counts Ctrl-C; the second one kills the workers, and a third one calls the handler before this one.
+@contextmanager
+def counted_interrupts(stop: Callable[[], bool]) -> Iterator[list[int]]:
+    """Give a list to which Ctrl-C adds; the second one kills the workers, a third one calls the old handler.
 
-    Outside the main thread, or where Python doesn't handle Ctrl-C, nothing is counted.
-
-    Parameters
-    ----------
-    stop : callable
-        Kills the workers if they are processes; returns whether they are. If not, the second Ctrl-C calls
-        the handler before this one.
+    ``stop`` kills the workers if they are processes, and returns whether they are. If not, the second Ctrl-C
+    calls the old handler. Outside the main thread, or where Python doesn't handle Ctrl-C, nothing is counted.
     """
+    seen: list[int] = []
+    before: Any = signal.getsignal(signal.SIGINT)
 
-    def __init__(self, stop: Callable[[], bool]) -> None:
-        self.seen = 0
-        self._stop = stop
-        self._before: Any = None
+    def count(number: int, frame: FrameType | None) -> None:
+        seen.append(number)
+        if len(seen) > 2 or (len(seen) == 2 and not stop()):
+            before(number, frame)
 
-    def __enter__(self) -> Self:
-        is_main = threading.current_thread() is threading.main_thread()
-        if is_main and callable(signal.getsignal(signal.SIGINT)):
-            self._before = signal.signal(signal.SIGINT, self._count)
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if self._before is not None:
-            signal.signal(signal.SIGINT, self._before)
-
-    def _count(self, number: int, frame: FrameType | None) -> None:
-        self.seen += 1
-        if self.seen > 2 or (self.seen == 2 and not self._stop()):
-            self._before(number, frame)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield seen
+        return
+    signal.signal(signal.SIGINT, count)
+    try:
+        yield seen
+    finally:
+        signal.signal(signal.SIGINT, before)

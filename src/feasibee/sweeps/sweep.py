@@ -9,8 +9,8 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Self
 
@@ -109,16 +109,20 @@ class Rounds:
         self._most = most
         self._past = Totals()
         self._started = time.monotonic()
-        self._resources = ExitStack()
         self._workers = Workers(self.execution.pool)
-        self._journal = self._resources.enter_context(_journal_in(self.execution.folder))
-        self._resources.callback(self._workers.close)
+        folder = self.execution.folder
+        self._journal = Journal(folder and make_folder(folder), write=True, rescue=True)
+        if self._journal.rescued:
+            print(f"feasibee: {self._journal.rescued}", file=sys.stderr, flush=True)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *error: object) -> None:
-        self._resources.close()
+        try:
+            self._workers.close()
+        finally:
+            self._journal.close()
 
     def run(self, study: Study) -> Iterator[Record]:
         """Run a round; then read each point's runs, in the order of the points, a point at a time.
@@ -150,7 +154,7 @@ class Rounds:
     def complete(self, study: Study, shard: tuple[int, int] = (0, 1)) -> Progress:
         """Compute what the journal lacks of a study, or of a part of it; raise as `run`."""
         self._complete(study, shard)
-        return self._progress(Totals(), stopping=False)
+        return self._progress(Totals())
 
     def _complete(self, study: Study, shard: tuple[int, int]) -> Schedule:
         numbers = self._journal.add(study.points, study.seed, study.until)
@@ -159,22 +163,19 @@ class Rounds:
         if self.execution.pool.is_local:  # compile here, once, what workers on this machine need
             for place in {piece.point: None for piece in schedule.queue}:
                 load_engine(study.points[place].scenario)
-        self._report(schedule, stopping=False)
-        interrupted = self._workers.work_off(
-            schedule, lambda stopping: self._report(schedule, stopping=stopping)
-        )
+        self._report(schedule, False)
+        interrupted = self._workers.work_off(schedule, partial(self._report, schedule))
         if interrupted and not schedule.is_done:
-            done = self._progress(schedule.totals, stopping=False).runs_done
-            kept = f"{done} runs kept; the same command goes on"
+            kept = f"{self._progress(schedule.totals).runs_done} runs kept; the same command goes on"
             raise KeyboardInterrupt("" if self.execution.folder is None else kept)
         self._past = self._past.plus(schedule.totals)
         return schedule
 
-    def _report(self, schedule: Schedule, *, stopping: bool) -> None:
+    def _report(self, schedule: Schedule, stopping: bool) -> None:
         if self.execution.progress is not None:
             self.execution.progress(self._progress(schedule.totals, stopping))
 
-    def _progress(self, now: Totals, stopping: bool) -> Progress:
+    def _progress(self, now: Totals, stopping: bool = False) -> Progress:
         done = self._past.plus(now)
         later = max(0, (self._most or 0) - done.runs)  # runs, taken to be as long as those so far
         most = done.most + later * done.work // max(1, done.runs)
@@ -194,25 +195,21 @@ def sweep(
     shard: tuple[int, int] = (0, 1),
     progress: Callable[[Progress], None] | None = None,
 ) -> Progress:
-    """Run what the journal in a folder lacks of a study; see `Rounds` for interruptions and damage.
+    """Run what the journal in a folder lacks of a study, by one round of `Rounds`.
 
     Parameters
     ----------
     study : Study
         What to run.
-    folder : path
-        Where the journal is; made if need be.
-    pool : WorkerPool
-        Workers; they change no result.
+    folder, pool, progress
+        As in `Execution`.
     shard : pair of int
         Part number, from 0, and number of parts: run that part of each point's runs only.
-    progress : callable, optional
-        Called after each chunk, and each second.
 
     Raises
     ------
     FeasibeeError
-        If the folder can't be written to, another sweep writes to it, or a worker keeps dying.
+        As `Rounds` and its method `run`, or if a study with a stopping rule is to be run in parts.
     KeyboardInterrupt
         At Ctrl-C; it says how many runs of the study are in the journal.
     """
@@ -222,10 +219,3 @@ def sweep(
         )
     with Rounds(Execution(folder, pool, progress)) as rounds:
         return rounds.complete(study, shard)
-
-
-def _journal_in(folder: str | Path | None) -> Journal:
-    journal = Journal(folder and make_folder(folder), write=True, rescue=True)
-    if journal.rescued:
-        print(f"feasibee: {journal.rescued}", file=sys.stderr, flush=True)
-    return journal
