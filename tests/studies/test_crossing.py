@@ -11,7 +11,7 @@ from scipy.special import betaln
 from scipy.stats import binom
 
 from feasibee.results.statistics import Interval
-from feasibee.studies.size import Crossing, Finding, Rule, find_crossing, finding_at, most_tests
+from feasibee.studies.size import Edge, Finding, Rule, find_edge, finding_at, most_tests
 
 UNKNOWN = Interval(0.5, 0.0, 1.0)
 
@@ -23,7 +23,7 @@ def searched(places, below, enough):
         answer = "too few" if place < below else "open" if place < enough else "enough"
         return Finding(place, 0, 1, UNKNOWN, answer)
 
-    return find_crossing(places, test)
+    return find_edge("", range(places), test)
 
 
 @pytest.mark.parametrize("places", [*range(1, 34), 100])
@@ -55,9 +55,9 @@ def test_fewer_trials_than_the_first_look_are_allowed():
     assert finding_at(0, lambda trials: trials, Rule(0.95, most=3), 1).trials == 3
 
 
-def is_right(found: Crossing, first: int, places: int) -> bool:
+def is_right(found: Edge, first: int, places: int) -> bool:
     """Whether the first place that reaches the target lies in the interval of an answer."""
-    enough = places if found.enough is None else found.enough
+    enough = places if found.reached is None else found.reached
     return found.possible <= first <= enough
 
 
@@ -127,7 +127,7 @@ def test_an_answer_is_wrong_as_rarely_as_it_says(rates):
 
     def wrong(known, chance):
         try:
-            found = find_crossing(places, lambda at: Finding(at, 0, 1, UNKNOWN, known[at]))
+            found = find_edge("", range(places), lambda at: Finding(at, 0, 1, UNKNOWN, known[at]))
         except KeyError as asked:
             (place,) = asked.args
             return sum(

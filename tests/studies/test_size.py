@@ -14,7 +14,6 @@ from feasibee.studies import size as size_module
 from feasibee.studies.comparison import compare
 from feasibee.studies.size import (
     Band,
-    Crossing,
     Edge,
     Finding,
     Rule,
@@ -76,7 +75,7 @@ def edge_of(path, values, answers):
     )
     enough = answers.index("enough") if "enough" in answers else None
     short = [place for place, answer in enumerate(answers) if answer == "too few"]
-    return Edge(path, values, Crossing(findings, enough, max(short, default=-1) + 1))
+    return Edge(path, values, findings, enough, max(short, default=-1) + 1)
 
 
 ENOUGH, SHORT, OPEN = "enough", "too few", "open"

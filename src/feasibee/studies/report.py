@@ -35,7 +35,7 @@ from feasibee.studies.comparison import (
 )
 from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, quiet_times_in_words
 from feasibee.studies.recommend import Candidate, Recommendation
-from feasibee.studies.size import Band, Sizing, band_sentence, edge_sentence, panels_of, sentences
+from feasibee.studies.size import Band, Sizing, band_sentence, panels_of, sentences
 
 READY, UNCERTAIN, NOT_READY = "ready", "uncertain", "not ready"
 SIGNS: Final = {READY: ("green", "●"), UNCERTAIN: ("amber", "▲"), NOT_READY: ("red", "■")}
@@ -310,14 +310,7 @@ def _sized(assessment: Assessment) -> list[str]:
     sizing = assessment.sizing
     if sizing is None:
         return []
-    lines = [edge_sentence(sizing)]
-    if sizing.band is not None:
-        robots = assessment.scenario.robots.count
-        lines += [
-            band_sentence(sizing.band, robots, assessment.target),
-            *bias_in_words(sizing.band, assessment.scenario),
-        ]
-    return lines
+    return sentences(sizing) + (bias_in_words(sizing.band, assessment.scenario) if sizing.band else [])
 
 
 def bias_in_words(band: Band, scenario: Scenario) -> list[str]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Final, Literal, NamedTuple
 
 from feasibee.errors import FeasibeeError
@@ -29,6 +30,7 @@ GROWTH: Final = 1.5
 
 Answer = Literal["enough", "too few", "open"]
 """Whether a rate is shown to reach the target, shown not to, or neither after the most trials."""
+IN_WORDS: Final = {"enough": "often enough", "too few": "too rarely", "open": "too close to tell"}
 
 
 class Finding(NamedTuple):
@@ -59,27 +61,45 @@ class Rule:
 
 
 @dataclass(frozen=True)
-class Crossing:
-    """Where a rate reaches the target."""
+class Edge:
+    """Where along some values a swarm becomes right often enough."""
 
-    tested: tuple[Finding, ...]
-    """The tested values, in their order."""
-    enough: int | None
+    path: str
+    """Field that varies."""
+    values: Sequence[Any]
+    """Values in the order of the search: it begins at the hardest."""
+    findings: Sequence[Finding]
+    """Findings of the tested values, in that order."""
+    reached: int | None
     """First place from which on the rate is shown to reach the target; None if it isn't shown of any."""
     possible: int
     """First place of which the rate isn't shown to be below the target. The first place that reaches it lies
-    between this one and ``enough``."""
+    between this one and ``reached``."""
 
     @property
-    def refuted(self) -> Finding | None:
-        """Tested place beyond ``enough`` whose rate is shown to be below the target: the rate falls again."""
-        last = self.tested[-1]
-        falls = self.enough is not None and last.place > self.enough and last.answer == "too few"
-        return last if falls else None
+    def refuted(self) -> bool:
+        """Whether the rate is shown to be below the target again at the last tested place."""
+        last = self.findings[-1]
+        return self.reached is not None and last.place > self.reached and last.answer == "too few"
+
+    @property
+    def enough(self) -> Any:
+        """First value from which on the swarm is right often enough; None if none is, or the share falls."""
+        return None if self.reached is None or self.refuted else self.values[self.reached]
+
+    @property
+    def interval(self) -> tuple[Any, Any]:
+        """Interval of the first value that is truly enough; its second end is None without a value."""
+        return (self.values[self.possible] if self.possible < len(self.values) else None), self.enough
+
+    @property
+    def tested(self) -> list[tuple[Any, Finding]]:
+        """Tested values, ascending, and what came of each."""
+        return sorted((self.values[each.place], each) for each in self.findings)
 
 
 def most_tests(places: int) -> int:
-    """Return the largest number of values that `find_crossing` tests of so many."""
+    """Return the largest number of values that `find_edge` tests of so many."""
     return 3 * places.bit_length()
 
 
@@ -102,22 +122,22 @@ def finding_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) 
     while True:
         successes = count(trials)
         interval = confidence_sequence(successes, trials, confidence)
-        answer = _answer(interval, rule.target)
+        answer: Answer = "too few" if interval.high < rule.target else "open"
+        if interval.low >= rule.target:
+            answer = "enough"
         if answer != "open" or trials == rule.most:
             return Finding(place, successes, trials, interval, answer)
         trials = min(rule.most, math.ceil(GROWTH * trials))
 
 
-def _answer(interval: Interval, target: float) -> Answer:
-    if interval.low >= target:
-        return "enough"
-    return "too few" if interval.high < target else "open"
-
-
-def find_crossing(
-    places: int, test: Callable[[int], Finding], resolution: float = 0.0, look_last: bool = False
-) -> Crossing:
-    """Find the first of the places ``0 ... places - 1`` from which on the rate reaches the target.
+def find_edge(
+    path: str,
+    values: Sequence[Any],
+    test: Callable[[int], Finding],
+    resolution: float = 0.0,
+    look_last: bool = False,
+) -> Edge:
+    """Find the first of some values from which on the rate reaches the target.
 
     The first place is tested, then places at twice the distance each until one reaches the target. The gap
     between the last that doesn't and the first that does is halved until no place between can change the
@@ -125,8 +145,10 @@ def find_crossing(
 
     Parameters
     ----------
-    places : int
-        Number of values, at least 1.
+    path : str
+        Field that varies.
+    values : sequence
+        Its values, at least one; the rate doesn't fall along them.
     test : callable
         Tests the value at a place; see `finding_at`.
     resolution : float
@@ -135,8 +157,8 @@ def find_crossing(
         Whether to test the last place in any case, since the rate may fall again.
     """
     found: dict[int, Finding] = {}
-    place: int | None = 0
-    while place is not None:
+    places, place = len(values), 0
+    while place not in found:
         found[place] = test(place)
         below = max((at for at, each in found.items() if each.answer == "too few"), default=-1)
         enough = min((at for at, each in found.items() if each.answer == "enough"), default=None)
@@ -144,10 +166,10 @@ def find_crossing(
             place = min(2 * place + 1, places - 1)
         else:
             low, high = _gap(found, below, enough, places)
-            place = (low + high) // 2 if high - low > max(1, resolution * high) else None
+            place = (low + high) // 2 if high - low > max(1, resolution * high) else place
     if look_last and places - 1 not in found:
         found[places - 1] = test(places - 1)
-    return Crossing(tuple(found[at] for at in sorted(found)), enough, below + 1)
+    return Edge(path, values, [found[at] for at in sorted(found)], enough, below + 1)
 
 
 def _gap(found: Collection[int], below: int, enough: int | None, places: int) -> tuple[int, int]:
@@ -161,35 +183,6 @@ def _gap(found: Collection[int], below: int, enough: int | None, places: int) ->
 
 
 ROBOTS: Final = "robots.count"
-
-
-@dataclass(frozen=True)
-class Edge:
-    """Where along some values a swarm becomes right often enough."""
-
-    path: str
-    """Field that varies."""
-    values: Sequence[Any]
-    """Values in the order of the search: it begins at the hardest."""
-    crossing: Crossing
-    """Finding places among the values."""
-
-    @property
-    def enough(self) -> Any:
-        """First value from which on the swarm is right often enough; None if none is, or the share falls."""
-        place = self.crossing.enough
-        return None if place is None or self.crossing.refuted else self.values[place]
-
-    @property
-    def interval(self) -> tuple[Any, Any]:
-        """Interval of the first value that is truly enough; its second end is None without a value."""
-        possible = self.crossing.possible
-        return (self.values[possible] if possible < len(self.values) else None), self.enough
-
-    @property
-    def tested(self) -> list[tuple[Any, Finding]]:
-        """Finding values, ascending, and what came of each."""
-        return sorted((self.values[each.place], each) for each in self.crossing.tested)
 
 
 @dataclass(frozen=True)
@@ -274,7 +267,7 @@ class Sizing:
             "by": self.scenario.run.steps,
             "strategy": self.scenario.decision.strategy,
             "confidence": self.rule.confidence,
-            "assumes": {"text": self.assumption, "refuted": self.edge.crossing.refuted is not None},
+            "assumes": {"text": self.assumption, "refuted": self.edge.refuted},
             **origin(self.seed, self.scenario),
         }
 
@@ -289,12 +282,6 @@ def _rows(edge: Edge) -> list[dict[str, Any]]:
         }
         for value, each in edge.tested
     ]
-
-
-def in_words(tested: Finding) -> str:
-    """Return what came of a test, in words."""
-    answer = {"enough": "often enough", "too few": "too rarely", "open": "too close to tell"}[tested.answer]
-    return f"right in {tested.successes} of {tested.trials}, {answer}"
 
 
 def sentences(sizing: Sizing) -> list[str]:
@@ -314,7 +301,7 @@ def edge_sentence(sizing: Sizing) -> str:
     when = step_in_words(sizing.scenario, step)
     right = f"{100 * sizing.rule.target:g} % of the swarms are right at {when}"
     start = f"With {sizing.scenario.decision.strategy}, "
-    if edge.crossing.refuted:
+    if edge.refuted:
         return f"{start}at least {right} {_fall(sizing)}"
     if edge.enough is None:
         tried = f"from {first} to {last} robots" if of_robots else f"{edge.path} from {first} to {last}"
@@ -329,8 +316,8 @@ def edge_sentence(sizing: Sizing) -> str:
 
 def _fall(sizing: Sizing) -> str:
     """Return in words where the share reaches the target and where it falls again, and a shorter range."""
-    edge, found = sizing.edge, sizing.edge.crossing
-    first, last = found.enough or 0, found.tested[-1].place
+    edge = sizing.edge
+    first, last = edge.reached or 0, edge.findings[-1].place
     reached, fallen = (
         value_in_words(sizing.scenario, edge.path, edge.values[place]) for place in (first, last)
     )
@@ -464,21 +451,18 @@ def _search_all(
     rounds.phase = "searching sizes"
     tests = sum(most_tests(len(values)) for _, values in lists)
 
-    def test(path: str, value: Any, place: int) -> Finding:
+    def test(path: str, values: Sequence[Any], place: int) -> Finding:
+        value = values[place]
         design = DesignPoint({path: value}, scenario.replace({path: value}))
         found = finding_at(place, lambda runs: _right(rounds, design, runs, seed), rule, tests)
         if tell is not None:
-            tell(f"{path} = {value}: {in_words(found)}")
+            tell(f"{path} = {value}: right in {found.successes} of {found.trials}, {IN_WORDS[found.answer]}")
         return found
 
-    def search(path: str, values: Sequence[Any]) -> Edge:
-        look_last = path not in (ROBOTS, TASKS)
-        crossing = find_crossing(
-            len(values), lambda place: test(path, values[place], place), rule.resolution, look_last
-        )
-        return Edge(path, values, crossing)
-
-    return [search(path, values) for path, values in lists]
+    return [
+        find_edge(path, values, partial(test, path, values), rule.resolution, path not in (ROBOTS, TASKS))
+        for path, values in lists
+    ]
 
 
 def _right(rounds: Rounds, design: DesignPoint, runs: int, seed: int) -> int:

@@ -15,13 +15,12 @@ from numpy.typing import NDArray
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.style import GREY, PALETTE, are_spaced_by_ratio, figure, spaced_by_ratio, text_colour
 from feasibee.model.record import Record
-from feasibee.results.measures import MEASURES, PER, Measure, counts_of
+from feasibee.results.measures import MEASURES, Measure, tracking
 from feasibee.results.statistics import (
     Interval,
     mean_difference,
     mean_of,
     mean_share,
-    paired_difference,
     rank_correlation,
     wilson,
 )
@@ -71,8 +70,6 @@ class Objective:
 
     def gain(self, one: Values, other: Values) -> Interval:
         """Return by how much the first runs are better than the second: the same runs otherwise."""
-        if self.of.holds is not None:
-            return paired_difference(one, other)
         return mean_of(_known(other - one)) if self.of.less else mean_difference(one, other)
 
 
@@ -117,18 +114,14 @@ def scored(
 
 
 def _alarms(record: Record, scenario: Scenario) -> float:
-    if not scenario.dynamic:
-        return 0.0
-    counts = counts_of(record)
-    return PER * float(counts.alarms.sum()) / max(1, int(counts.steps.sum()))
+    found = tracking(record, scenario)
+    return 0.0 if found is None else found.false_alarms.estimate
 
 
 def _known(values: Values) -> Values:
     return values[np.isfinite(values)]
 
 
-RIGHT = Objective()
-"""By default, swarms are to be right at the last step."""
 WORST = -1e9
 """Score of parameters that must not be chosen, as Optuna takes it."""
 FINALISTS = 5
@@ -154,9 +147,9 @@ class Tuned:
     """Of each trial, in order, its parameters and its score: the mean of the measure, negative if less is
     better. With too many false alarms, the score is -inf. The largest of these scores is biased upwards,
     because it was selected as the largest."""
-    objective: Objective = RIGHT
+    objective: Objective
     """What was improved."""
-    false_alarms: float = 0.0
+    false_alarms: float
     """False alarms per 1,000 steps with the best parameters, on fresh runs."""
 
     @property
@@ -276,14 +269,14 @@ def _judge(swarms: _Swarms, tried: list[tuple[dict[str, Any], float]], runs: int
     scores = [swarms.objective.score(found) for found in finals]
     best = finalists[scores.index(max(scores))]
     at_start, at_best = swarms.scored([{}, best], FRESH_RUNS * runs, FRESH_SEED)
-    measure = swarms.objective
+    objective = swarms.objective
     return Tuned(
         values=best,
-        start=measure.interval(at_start.values),
-        best=measure.interval(at_best.values),
-        gain=measure.gain(at_best.values, at_start.values),
+        start=objective.interval(at_start.values),
+        best=objective.interval(at_best.values),
+        gain=objective.gain(at_best.values, at_start.values),
         trials=tried,
-        objective=swarms.objective,
+        objective=objective,
         false_alarms=at_best.false_alarms,
     )
 
@@ -294,20 +287,17 @@ def draw_search(tuned: Tuned) -> Figure:
     The trials are grey, and the parameters that were chosen are highlighted. An axis is logarithmic if its
     values span a decade.
     """
-    names = list(tuned.values)
-    objective, measure = tuned.objective, tuned.objective.of
+    names, measure = list(tuned.values), tuned.objective.of
     label = f"mean {measure.label}" if measure.ends else measure.label
     scores = np.array([score for _, score in tuned.trials])
-    shares = np.where(np.isfinite(scores), (100 if measure.unit == "%" else objective.sign) * scores, np.nan)
+    shares = np.where(
+        np.isfinite(scores), (100 if measure.unit == "%" else tuned.objective.sign) * scores, np.nan
+    )
     so_far = np.fmin if measure.less else np.fmax
     with figure(2.4 * (1 + len(names)), 2.6, columns=1 + len(names), sharey=True) as (drawn, axes):
         axes[0].plot(shares, "o", color=GREY, markersize=3)
         axes[0].step(np.arange(shares.size), so_far.accumulate(shares), color=PALETTE[0], where="post")
-        axes[0].set(
-            xlabel="trial",
-            ylabel=label,
-            title="best so far",
-        )
+        axes[0].set(xlabel="trial", ylabel=label, title="best so far")
         for ax, name in zip(axes[1:], names, strict=True):
             values = [parameters[name] for parameters, _ in tuned.trials]
             shown = [str(value) for value in values] if isinstance(values[0], str | bool) else values
