@@ -147,9 +147,9 @@ class Tuned:
     """Of each trial, in order, its parameters and its score: the mean of the measure, negative if less is
     better. With too many false alarms, the score is -inf. The largest of these scores is biased upwards,
     because it was selected as the largest."""
-    objective: Objective
+    objective: Objective = Objective()
     """What was improved."""
-    false_alarms: float
+    false_alarms: float = 0.0
     """False alarms per 1,000 steps with the best parameters, on fresh runs."""
 
     @property
