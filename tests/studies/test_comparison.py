@@ -207,19 +207,6 @@ def test_a_paired_difference_is_bonetts_and_prices():
         paired_difference([True], [True, False])
 
 
-def test_a_paired_difference_covers_the_truth():
-    """Two coins that agree often: at 95 %, 2,000 intervals miss less than 5 % plus 5.3 standard errors."""
-    random = np.random.default_rng(1)
-    common = random.random((2000, 80))
-    first, second = (
-        common < 0.6,
-        np.where(random.random((2000, 80)) < 0.7, common, random.random((2000, 80))) < 0.5,
-    )
-    found = [paired_difference(*pair) for pair in zip(first, second, strict=True)]
-    missed = np.mean([not low <= 0.1 <= high for _, low, high in found])
-    assert missed < 0.05 + 5.3 * np.sqrt(0.05 * 0.95 / 2000)
-
-
 def test_the_frontier_has_what_nothing_beats():
     assert pareto([2, 1, 3, 3], [5, 5, 6, 7]) == [1, 3]
     assert pareto([1.0], [0.0]) == [0]

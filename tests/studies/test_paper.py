@@ -6,7 +6,6 @@ import csv
 import json
 import math
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -159,15 +158,3 @@ def test_the_bands_of_the_claims_are_those_of_every_25th_step(simulated):
         shares = simulated[tasks].feasible_count.values[:, ::25] * 5
         np.testing.assert_allclose(points[tasks].thinned, shares)
     assert points[3].thinned.size == points[3].quartiles.size == 0  # nothing draws them
-
-
-@pytest.mark.slow
-def test_two_threads_write_the_same_bytes_and_nothing_elsewhere(study, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    reproduced(Path("again"), 2)
-    assert names(tmp_path) == ["again"]
-    assert names(tmp_path / "again") == sorted([*FILES, *JOURNAL])
-    different = [
-        name for name in FILES if (tmp_path / "again" / name).read_bytes() != (study[0] / name).read_bytes()
-    ]
-    assert different == []

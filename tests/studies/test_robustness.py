@@ -6,11 +6,9 @@ import csv
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from matplotlib.image import imread
 
 from feasibee import decision_counts, decision_times, simulate, truth
-from feasibee.cli import main
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import RUNS_APART
 from feasibee.studies.paper import (
@@ -118,15 +116,3 @@ def test_the_table_has_a_line_for_each_panel(study):
     for line in lines:
         assert line[1] == f"{by_place[line[0], 2].accuracy.estimate:.1%}"
         assert line[3] == f"{by_place[line[0], 40].accuracy.estimate:.1%}"
-
-
-@pytest.mark.slow
-def test_the_command_writes_the_same_bytes_and_prints_the_table(study, tmp_path):
-    arguments = ["paper", "--beyond", "--runs", RUNS, "--seed", SEED, "--workers", 2, "--out", tmp_path / "b"]
-    result = CliRunner().invoke(main, [str(each) for each in arguments])
-    assert result.exit_code == 0, result.output
-    for name in FILES:
-        assert (tmp_path / "b" / name).read_bytes() == (study[0] / name).read_bytes()
-    words = " ".join(result.stdout.split())
-    assert "mixed" in words
-    assert "beyond.csv" in words
