@@ -9,7 +9,7 @@ from feasibee.field import connections
 from feasibee.field.checks import HEARD, HELLO, SAID
 from feasibee.field.connections import ACCEPT, DOWN, HEADER, TOKEN, UP, WINDOW, Client, Server, packed
 
-SAYING = {"t": 0, "said": None, "was": [0, -1, False, 1, 1, None]}
+SAYING = {"t": 0, "said": None, "was": [0, -1, False, 1, 1, None], "ends": False}
 
 
 @pytest.fixture(params=[b"", KEY], ids=["no key", "a key"])

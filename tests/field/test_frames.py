@@ -21,7 +21,7 @@ from feasibee.field.world import World
 STATUS = [0, -1, False, 1, 1, None]
 BODIES = {
     HELLO: {"robot": 3, "nonce": 5},
-    SAID: {"t": 0, "said": None, "was": STATUS},
+    SAID: {"t": 0, "said": None, "was": STATUS, "ends": False},
     TICK: {"t": 3, "said": "012873308d6db5b8", "was": STATUS},
     STEP: {"t": 1, "place": [1.0, 2.0], "see": [[0, 1, 0, 7, 1.0, 2.0, 1]]},
     END: {"t": 1, "heard": [[1, "00"]]},

@@ -1,8 +1,8 @@
-"""Checks of what packets hold: a packet whose content can't be is dropped, whoever signed it."""
+"""Forms of what packets and logs hold: what lacks its form is dropped or refused, whoever signed it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, Final
 
 HELLO, WELCOME, STEP, SAID, TICK, SIGHT, HEARD, BYE, REFUSED, END, WAIT = range(11)
@@ -15,110 +15,82 @@ TEXT_LIMIT: Final = 100_000
 FARTHEST: Final = 1e300
 """Largest coordinate; a whole number beyond the range of floats would raise an error later."""
 
-
-def is_whole(value: Any, least: int, most: int) -> bool:
-    """Return whether a value is an int from ``least`` to ``most``, and not a bool."""
-    return type(value) is int and least <= value <= most
+Form = Callable[[Any], bool]
+"""Returns whether a value has a form."""
 
 
-def is_sighting(value: Any) -> bool:
-    """Return whether a value has the form of `node.sighting_of`."""
-    if not is_list(value, length=7):
-        return False
-    is_robot, name, kind, mark, x, y, number = value
-    return (
-        is_whole(is_robot, 0, 1)
-        and is_whole(name, -1, 2**32)
-        and is_whole(kind, 0, 2**16)
-        and is_whole(mark, 0, 2**32 - 1)
-        and is_place([x, y])
-        and is_whole(number, -1, 2**32)
+def whole(least: int, most: int) -> Form:
+    """Return the form of an int from ``least`` to ``most`` that is no bool."""
+    return lambda value: type(value) is int and least <= value <= most
+
+
+def number(least: float, most: float) -> Form:
+    """Return the form of an int or float from ``least`` to ``most``."""
+    return lambda value: type(value) in (int, float) and least <= value <= most
+
+
+def row(*forms: Form) -> Form:
+    """Return the form of a list with a value of each form."""
+    return lambda value: (
+        isinstance(value, list)
+        and len(value) == len(forms)
+        and all(form(each) for form, each in zip(forms, value, strict=True))
     )
 
 
-def is_heard(value: Any) -> bool:
-    """Return whether a value is a pair of a sender's number and its message."""
-    return is_list(value, length=2) and is_whole(value[0], -1, 2**32) and _is_text(value[1])
+def many(form: Form, least: int = 0, most: float = float("inf")) -> Form:
+    """Return the form of a list of ``least`` to ``most`` values of a form."""
+    return lambda value: isinstance(value, list) and least <= len(value) <= most and all(map(form, value))
 
 
-def is_status(value: Any) -> bool:
-    """Return whether a value has the form of `node.Status`."""
-    if not is_list(value, length=6):
-        return False
-    opinion, declared, disseminating, left, phases, gap = value
-    return (
-        is_whole(opinion, -1, 1)
-        and is_whole(declared, -1, 1)
-        and isinstance(disseminating, bool)
-        and is_whole(left, 0, 2**62)
-        and is_whole(phases, 0, 2**62)
-        and (gap is None or is_whole(gap, -(2**32), 2**32))
+def maybe(form: Form) -> Form:
+    """Return the form of None, or of a value of a form."""
+    return lambda value: value is None or form(value)
+
+
+def record(forms: Mapping[str, Form]) -> Form:
+    """Return the form of an object whose values have forms; a missing value is None."""
+    return lambda value: (
+        isinstance(value, dict) and all(form(value.get(name)) for name, form in forms.items())
     )
 
 
-def is_insight(value: Any) -> bool:
-    """Return whether a value is what Byzantine robots know, in the form of `node.known_from`."""
-    if value is None:
-        return True
-    if not (isinstance(value, dict) and is_whole(value.get("truth"), 0, 1)):
-        return False
-    return is_list(value.get("invented"), lambda things: is_list(things, is_sighting), 2)
+def anything(_: Any) -> bool:
+    """Return True: any value will do."""
+    return True
 
 
-def is_place(value: Any) -> bool:
-    """Return whether a value is a pair of numbers that can be coordinates."""
-    return is_list(value, lambda each: type(each) in (int, float) and abs(each) <= FARTHEST, 2)
-
-
-def _is_text(value: Any) -> bool:
+def is_text(value: Any) -> bool:
+    """Return whether a value can be a message or a reason."""
     return isinstance(value, str) and len(value) <= TEXT_LIMIT
 
 
-def is_list(value: Any, check: Callable[[Any], bool] | None = None, length: int | None = None) -> bool:
-    """Return whether a value is a list, of a length and of values that pass a check."""
-    fits = isinstance(value, list) and length in (None, len(value))
-    return fits and (check is None or all(map(check, value)))
+BIT, TIME, NAME, ORDINATE = whole(0, 1), whole(0, 2**62), whole(-1, 2**32), number(-FARTHEST, FARTHEST)
+OPINION, FLAG = whole(-1, 1), lambda value: isinstance(value, bool)
+PLACE: Final = row(ORDINATE, ORDINATE)
+SIGHTING: Final = row(BIT, NAME, whole(0, 2**16), whole(0, 2**32 - 1), ORDINATE, ORDINATE, NAME)
+"""The form of `node.sighting_of`."""
+MESSAGE: Final = row(NAME, is_text)
+"""A sender's number and its message."""
+STATUS: Final = row(OPINION, OPINION, FLAG, TIME, TIME, maybe(whole(-(2**32), 2**32)))
+"""The form of `node.Status`."""
+INSIGHT: Final = maybe(record({"truth": BIT, "invented": row(many(SIGHTING), many(SIGHTING))}))
+"""What Byzantine robots know, in the form of `node.known_from`."""
+_SEEN: Final = {"place": PLACE, "see": many(SIGHTING), "insight": INSIGHT}
+_TICK: Final = {"t": TIME, "said": maybe(is_text), "was": STATUS}
+_OBJECT: Final = record({})
 
-
-def _is_step(body: dict[str, Any]) -> bool:
-    return is_whole(body.get("t"), 0, 2**62)
-
-
-def _is_said(body: dict[str, Any]) -> bool:
-    said = body.get("said")
-    return (
-        _is_step(body)
-        and is_status(body.get("was"))
-        and (said is None or _is_text(said))
-        and type(body.get("ends", False)) is bool
-    )
-
-
-def _is_seen(body: dict[str, Any]) -> bool:
-    sees = is_list(body.get("see"), is_sighting)
-    return sees and is_place(body.get("place")) and is_insight(body.get("insight"))
-
-
-def _is_hello(body: dict[str, Any]) -> bool:
-    return is_whole(body.get("robot"), 0, 2**16 - 1) and is_whole(body.get("nonce"), 0, 2**63)
-
-
-def _is_welcome(body: dict[str, Any]) -> bool:
-    clock = body.get("clock")
-    return isinstance(body.get("settings"), dict) and (clock is None or isinstance(clock, dict))
-
-
-CHECKS: Final[dict[int, Callable[[dict[str, Any]], bool]]] = {
-    HELLO: _is_hello,
-    WELCOME: _is_welcome,
-    STEP: lambda body: _is_step(body) and _is_seen(body),
-    SAID: _is_said,
-    TICK: _is_said,
-    SIGHT: _is_seen,
-    HEARD: lambda body: is_heard(body.get("heard")),
-    BYE: lambda body: True,
-    REFUSED: lambda body: _is_text(body.get("why")),
-    END: lambda body: _is_step(body) and is_list(body.get("heard"), is_heard),
-    WAIT: lambda body: True,
+CHECKS: Final[Mapping[int, Form]] = {
+    HELLO: record({"robot": whole(0, 2**16 - 1), "nonce": whole(0, 2**63)}),
+    WELCOME: record({"settings": _OBJECT, "clock": maybe(_OBJECT)}),
+    STEP: record({"t": TIME, **_SEEN}),
+    SAID: record({**_TICK, "ends": FLAG}),
+    TICK: record(_TICK),
+    SIGHT: record(_SEEN),
+    HEARD: record({"heard": MESSAGE}),
+    BYE: _OBJECT,
+    REFUSED: record({"why": is_text}),
+    END: record({"t": TIME, "heard": many(MESSAGE)}),
+    WAIT: _OBJECT,
 }
-"""What a packet of each kind may hold."""
+"""The form of the packets of each kind."""

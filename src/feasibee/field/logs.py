@@ -11,6 +11,7 @@ from secrets import token_hex
 from typing import TYPE_CHECKING, Any, Final
 
 from feasibee.errors import FeasibeeError
+from feasibee.field.checks import Form
 from feasibee.files import make_folder, named, read_text, why_not
 from feasibee.files.locking import lock
 
@@ -160,13 +161,6 @@ def read_log(path: Path, what: str, first: Mapping[str, Any], wrong: str) -> tup
     return lines, rest
 
 
-def check_line(path: Path, at: int, fits: Mapping[str, bool]) -> None:
-    """Raise the error of the first part of a line that doesn't fit."""
-    for name, fit in fits.items():
-        if not fit:
-            raise damaged(path, at, f"has no valid {name}")
-
-
 def parsed(path: Path, at: int, text: str) -> dict[str, Any]:
     """Return a line of a log, which must be a JSON object."""
     try:
@@ -176,6 +170,13 @@ def parsed(path: Path, at: int, text: str) -> dict[str, Any]:
     if not isinstance(line, dict):
         raise damaged(path, at, "isn't a JSON object")
     return line
+
+
+def check_line(path: Path, at: int, line: Mapping[str, Any], forms: Mapping[str, Form]) -> None:
+    """Raise the error of the first value of a line that lacks its form."""
+    for name, form in forms.items():
+        if not form(line.get(name)):
+            raise damaged(path, at, f"has no valid {name}")
 
 
 def damaged(path: Path, at: int, what: str) -> FeasibeeError:

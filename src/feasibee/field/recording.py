@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.bodies import Bodies
-from feasibee.field.checks import ROBOTS_LIMIT, is_list, is_status, is_whole
+from feasibee.field.checks import BIT, ROBOTS_LIMIT, STATUS, Form, anything, many, number, record, row, whole
 from feasibee.field.logs import LOG_LIMIT, VERSION, check_line, damaged, parsed, read_log
 from feasibee.field.plan import KINDS, PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
@@ -25,6 +25,8 @@ LOG: Final = "world.jsonl"
 """Name of the world's log in a field's folder."""
 FAR: Final = 2**40
 """Bound of coordinates and velocities in fixed point; the sides of an arena are at most 2**32."""
+_COORDINATE: Final = whole(-FAR, FAR)
+_BODY: Final = row(*[_COORDINATE] * 4, anything, anything)
 
 
 class Recording:
@@ -112,45 +114,49 @@ class Recording:
         self.faults.sort(key=lambda fault: fault.step)
         self._counts = np.append(self._counts, np.array(counts, np.int64).reshape(-1, 4), axis=0)
 
+    def _forms(self, there: int) -> dict[str, Form]:
+        """Return the forms of what the next step's line has, if there are so many robots."""
+        now, most, scenario = len(self._steps), self.scenario.most, self.scenario
+        starts = now == 0 and not any(event.step == 0 for event in scenario.events)
+        robots, tasks = ((each.count,) * 2 if starts else () for each in (scenario.robots, scenario.tasks))
+        return {
+            "robots": many(whole(0, most.robots - 1), *robots),
+            "processes": many(whole(0, ROBOTS_LIMIT - 1), there, there),
+            "tasks": many(whole(0, most.tasks - 1), *tasks),
+            "truth": BIT,
+            "bodies": many(_BODY, there, there),
+            "minds": many(STATUS, there, there),
+            "lost": many(whole(0, most.robots - 1)),
+            "decision": _decision(now),
+        }
+
     def _step(self, line: dict[str, Any]) -> _Step:
         """Return a step's line, if it can be one."""
-        number, most, scenario = len(self._steps), self.scenario.most, self.scenario
-        given: list[Any] = [line.get(name) for name in _Step._fields[:8]]
-        bodies, minds, lost, decision, robots, processes, tasks, truth = given
-        there = len(robots) if isinstance(robots, list) else 0
-        starts = number == 0 and not any(event.step == 0 for event in scenario.events)
-        fits = {
-            f"step {number}": is_whole(line.get("step"), number, number),
-            "robots": _are_numbers(robots, most.robots) and (not starts or there == scenario.robots.count),
-            "processes": _are_numbers(processes, ROBOTS_LIMIT) and len(processes) == there,
-            "tasks": _are_numbers(tasks, most.tasks) and (not starts or len(tasks) == scenario.tasks.count),
-            "truth": is_whole(truth, 0, 1),
-            "bodies": is_list(bodies, _is_body, there),
-            "minds": is_list(minds, is_status, there),
-            "lost": _are_numbers(lost, most.robots),
-            "decision": _is_decision(decision, number),
-        }
-        check_line(self._path, self._lines, fits)
+        now, robots = len(self._steps), line.get("robots")
+        if not whole(now, now)(line.get("step")):
+            raise damaged(self._path, self._lines, f"has no valid step {now}")
+        forms = self._forms(len(robots) if isinstance(robots, list) else 0)
+        check_line(self._path, self._lines, line, forms)
+        robots, processes, tasks, truth, bodies, minds, lost, decision = (line[name] for name in forms)
         first = self._first_faults
         faults = np.array([first[each] if each < len(first) else HONEST for each in processes], np.str_)
-        works = ~np.isin(robots, lost) & ((number < scenario.faults.stop_step) | (faults != STOPPED))
+        works = ~np.isin(robots, lost) & ((now < self.scenario.faults.stop_step) | (faults != STOPPED))
         shown = np.array([mind[:3] for mind in minds], np.int8).reshape(-1, 3)
         places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
-        others = lost, (decision[0], decision[1]), robots, processes, tasks, truth
-        return _Step(places, shown, *others, faults, works, works & (faults != BYZANTINE))
+        counted = works & (faults != BYZANTINE)
+        there = robots, processes, tasks, truth, places, shown
+        return _Step(*there, lost, (decision[0], decision[1]), faults, works, counted)
 
     def _fault(self, line: dict[str, Any]) -> Fault:
         """Return the fault of a line, if it can be one."""
-        step, kind, numbers, lasts = (line.get(name) for name in ("step", "kind", "robots", "lasts"))
-        fits = (
-            is_whole(step, 1, FAR)
-            and kind in KINDS
-            and _are_numbers(numbers, self.scenario.robots.count)
-            and type(lasts) in (int, float)
-            and 0 <= lasts <= FAR  # type: ignore[operator]
+        numbers = many(whole(0, self.scenario.robots.count - 1))
+        fits = record(
+            {"step": whole(1, FAR), "kind": KINDS.__contains__, "robots": numbers, "lasts": number(0, FAR)}
         )
-        check_line(self._path, self._lines, {"fault": fits})
-        return Fault(step, kind, len(numbers), tuple(numbers), lasts)  # type: ignore[arg-type]
+        if not fits(line):
+            raise damaged(self._path, self._lines, "has no valid fault")
+        robots = tuple(line["robots"])
+        return Fault(line["step"], line["kind"], len(robots), robots, line["lasts"])
 
     @cached_property
     def _bodies(self) -> Bodies:
@@ -170,11 +176,6 @@ class Recording:
     def last(self) -> int:
         """The last step that was logged; -1 before the first one."""
         return len(self._steps) - 1
-
-    @property
-    def decided(self) -> tuple[int, int]:
-        """The first decision of the field and its step; -1 and -1 while undecided."""
-        return self._steps[-1].decision
 
     def advance(self, steps: int = 1) -> None:
         """Go on by a number of steps."""
@@ -285,16 +286,6 @@ class Recording:
         return self._counts[: self.step + 1, 2]
 
     @property
-    def feasible_count(self) -> int:
-        """Number of counted robots with opinion 1."""
-        return int(self._counts[self.step, 0])
-
-    @property
-    def infeasible_count(self) -> int:
-        """Number of counted robots with opinion 0."""
-        return int(self._counts[self.step, 1])
-
-    @property
     def declared_counts(self) -> tuple[int, int]:
         """Numbers of counted robots that have declared feasible, and infeasible."""
         declared = self.declared[self.counted]
@@ -313,10 +304,9 @@ class Recording:
     @property
     def decision(self) -> int:
         """Decision of the counted robots at this step: 1 feasible, 0 infeasible, -1 undecided."""
-        needed = exact(self.scenario.decision.threshold) * int(self._counts[self.step, 2])
-        if self.feasible_count > needed:
-            return FEASIBLE
-        return INFEASIBLE if self.infeasible_count > needed else UNDECIDED
+        feasible, infeasible, counted, _ = self._counts[self.step].tolist()
+        needed = exact(self.scenario.decision.threshold) * counted
+        return FEASIBLE if feasible > needed else INFEASIBLE if infeasible > needed else UNDECIDED
 
     @property
     def first_decision(self) -> tuple[int, int]:
@@ -345,12 +335,6 @@ class Recording:
 class _Step(NamedTuple):
     """A step's line, as far as it is drawn."""
 
-    bodies: NDArray[np.int64]
-    """Place and velocity of each robot in fixed point."""
-    minds: NDArray[np.int8]
-    """Opinion, declaration, and whether it disseminates, of each robot."""
-    lost: list[int]
-    decision: tuple[int, int]
     robots: list[int]
     """Numbers of the robots."""
     processes: list[int]
@@ -358,6 +342,12 @@ class _Step(NamedTuple):
     tasks: list[int]
     """Numbers of the tasks."""
     truth: int
+    bodies: NDArray[np.int64]
+    """Place and velocity of each robot in fixed point."""
+    minds: NDArray[np.int8]
+    """Opinion, declaration, and whether it disseminates, of each robot."""
+    lost: list[int]
+    decision: tuple[int, int]
     faults: NDArray[np.str_]
     """The fault of each robot."""
     works: NDArray[np.bool_]
@@ -383,17 +373,7 @@ def _read_head(path: Path, head: dict[str, Any]) -> tuple[Scenario, Runs]:
     raise damaged(path, 1, f"has a field that can't be: {why}")
 
 
-def _is_body(value: Any) -> bool:
-    return is_list(value, length=6) and all(is_whole(each, -FAR, FAR) for each in value[:4])
-
-
-def _is_decision(value: Any, now: int) -> bool:
-    if not is_list(value, length=2):
-        return False
-    opinion, step = value
-    least, most = (-1, -1) if opinion == UNDECIDED else (0, now)
-    return is_whole(opinion, UNDECIDED, FEASIBLE) and is_whole(step, least, most)
-
-
-def _are_numbers(value: Any, limit: int) -> bool:
-    return is_list(value, lambda each: is_whole(each, 0, limit - 1))
+def _decision(now: int) -> Form:
+    """Return the form of the first decision up to a step, and its step."""
+    undecided, decided = row(whole(UNDECIDED, UNDECIDED), whole(-1, -1)), row(BIT, whole(0, now))
+    return lambda value: undecided(value) or decided(value)

@@ -10,16 +10,7 @@ from typing import Annotated, Any, Final, NamedTuple, get_args
 from pydantic import Field, Strict, ValidationError
 
 from feasibee.errors import FeasibeeError, one_line, quoted
-from feasibee.field.checks import (
-    FARTHEST,
-    is_heard,
-    is_insight,
-    is_list,
-    is_place,
-    is_sighting,
-    is_status,
-    is_whole,
-)
+from feasibee.field.checks import FARTHEST, INSIGHT, MESSAGE, PLACE, SIGHTING, STATUS, TIME, many, row, whole
 from feasibee.field.logs import check_line, damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node, Words
 from feasibee.files import named
@@ -43,6 +34,19 @@ Seed = Annotated[int, Field(ge=0, lt=SEED_LIMIT)]
 Run = Annotated[int, Field(ge=0, lt=RUN_LIMIT)]
 Ordinate = Annotated[float, Field(ge=-FARTHEST, le=FARTHEST)]
 Weights = Annotated[list[Steps], Field(min_length=1, max_length=_CLASSES)]
+
+_WORD = whole(0, 2**32 - 1)
+_DRAWS: Final = {"draws": many(row(_WORD, _WORD, _WORD, _WORD))}
+_STEP: Final = {
+    "step": TIME,
+    "place": PLACE,
+    "see": many(SIGHTING),
+    "heard": many(MESSAGE),
+    "status": STATUS,
+    "insight": INSIGHT,
+    **_DRAWS,
+}
+"""The forms of what a step's line has."""
 
 
 class _Setting(Section):
@@ -117,7 +121,7 @@ def _problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
     invented = setting.tasks, setting.robots + 1
     half = min(setting.width, setting.height) / 2
     fits = {
-        "insight": is_insight(orders.get("insight")),
+        "insight": INSIGHT(orders.get("insight")),
         "asks_gap": orders.get("asks_gap") in (False, strategy.knows_gap),
         "settings.fault": settings.fault in (HONEST, STOPPED, BYZANTINE, STUBBORN),
         "settings.byzantine_says": settings.byzantine_says
@@ -185,13 +189,15 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
         f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl",
     )
     head = parsed(path, 1, lines[0])
-    draws = deque(_draws(path, 1, head))
+    check_line(path, 1, head, _DRAWS)
+    draws = deque(_draws(head))
     node, written = _node(path, head, draws, strategy)
     _compare(path, 1, head, written.pop(), draws)
     decisions = explores = 0
     for at, text in enumerate(lines[1:], 2):
-        line = _step(path, at, text)
-        draws.extend(_draws(path, at, line))
+        line = parsed(path, at, text)
+        check_line(path, at, line, _STEP)
+        draws.extend(_draws(line))
         try:
             node.speak(line["step"], tuple(line["place"]), line.get("insight"))
             node.sense(line["see"])
@@ -236,26 +242,8 @@ def _unfit(path: Path, at: int, error: Exception, draws: deque[Words]) -> Feasib
     )
 
 
-def _step(path: Path, at: int, text: str) -> dict[str, Any]:
-    """Return a step's line, if it can be one."""
-    line = parsed(path, at, text)
-    fits = {
-        "step": is_whole(line.get("step"), 0, 2**62),
-        "place": is_place(line.get("place")),
-        "see": is_list(line.get("see"), is_sighting),
-        "heard": is_list(line.get("heard"), is_heard),
-        "status": is_status(line.get("status")),
-        "insight": is_insight(line.get("insight")),
-    }
-    check_line(path, at, fits)
-    return line
-
-
-def _draws(path: Path, at: int, line: dict[str, Any]) -> list[Words]:
-    draws: Any = line.get("draws")
-    fit = is_list(draws, lambda each: is_list(each, lambda word: is_whole(word, 0, 2**32 - 1), 4))
-    check_line(path, at, {"draws": fit})
-    return [(a, b, c, d) for a, b, c, d in draws]
+def _draws(line: dict[str, Any]) -> list[Words]:
+    return [(a, b, c, d) for a, b, c, d in line["draws"]]
 
 
 def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque[Words]) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.checks import is_heard, is_list, is_place, is_sighting, is_whole
+from feasibee.field.checks import MESSAGE, PLACE, SIGHTING, anything, many, record, whole
 from feasibee.field.connections import split_address
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.files import named, why_not
@@ -19,6 +19,15 @@ SENSES_LIMIT = 65_507
 """Largest object of a driver, in bytes: what a datagram holds."""
 COUNT_LIMIT = 10_000
 """Largest number of robots or of tasks in sight."""
+_SENSED = record(
+    {
+        "place": PLACE,
+        "heard": many(anything, 0, HEARD_LIMIT),
+        "see": many(SIGHTING),
+        **dict.fromkeys(("robots", "tasks"), whole(0, COUNT_LIMIT)),
+    }
+)
+"""The form of a driver's object; messages are checked one by one."""
 
 
 def drive(
@@ -45,9 +54,9 @@ def drive(
             node.dropped["invalid object"] += 1
             continue
         step += 1
-        said = node.speak(step, sensed["place"])
+        said = node.speak(step, tuple(sensed["place"]))
         node.sense(sensed["see"])
-        heard = [each for each in sensed["heard"] if is_heard(each)]
+        heard = [each for each in sensed["heard"] if MESSAGE(each)]
         node.dropped["malformed message"] += len(sensed["heard"]) - len(heard)
         node.finish(each for each in heard if each[0] != number)
         write({"step": step, "said": said, **node.status._asdict()})
@@ -76,19 +85,12 @@ def _parsed(text: bytes) -> dict[str, Any] | None:
         return None
     if not isinstance(found, dict):
         return None
-    place, heard, see = found.get("place", [0.0, 0.0]), found.get("heard", []), found.get("see", [])
-    counts = [found.get("robots", 0), found.get("tasks", 0)]
-    fits = (
-        is_place(place)
-        and is_list(heard)
-        and len(heard) <= HEARD_LIMIT
-        and is_list(see, is_sighting)
-        and all(is_whole(count, 0, COUNT_LIMIT) for count in counts)
-    )
-    if not fits:
+    sensed = {"place": [0.0, 0.0], "heard": [], "see": [], "robots": 0, "tasks": 0, **found}
+    if not _SENSED(sensed):
         return None
-    counted = [[is_robot, -1, 0, 0, 0.0, 0.0, -1] for is_robot in (1, 0) for _ in range(counts[1 - is_robot])]
-    return {"place": tuple(place), "heard": heard, "see": see + counted}
+    for is_robot, name in ((1, "robots"), (0, "tasks")):
+        sensed["see"] += [[is_robot, -1, 0, 0, 0.0, 0.0, -1]] * sensed[name]
+    return sensed
 
 
 def _lines(path: Path) -> Iterator[bytes]:

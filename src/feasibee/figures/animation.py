@@ -139,8 +139,9 @@ def animate_field(
     field = Recording(Path(folder))
     if field.last < 0:
         raise FeasibeeError(f"{named(folder)}: has no step; run the field again, longer")
+    field.step = field.last
     if steps is None:
-        start, end = 0, field.last if field.scenario.dynamic else _after(*field.decided, field.last)
+        start, end = 0, field.last if field.scenario.dynamic else _after(*field.first_decision, field.last)
     else:
         start, end = _given(steps, field.last, "the log's last step")
     shown = _shown(path, start, end, every)

@@ -223,9 +223,8 @@ class Painter:
         pen.text((left, first), f"step {swarm.step}", self.theme.ink, self.font, "lm")
         pen.text((right, first), self._outcome(swarm), self.theme.ink, self.font, "rm")
         pen.text((right, second), f"truth: {DECISIONS[swarm.truth]}", self.theme.ink, self.font, "rm")
-        counted = int(swarm.counted.sum())
-        counts = {FEASIBLE: swarm.feasible_count, INFEASIBLE: swarm.infeasible_count}
-        none = counted - sum(counts.values())
+        counts = {FEASIBLE: swarm.feasible_counts[-1], INFEASIBLE: swarm.infeasible_counts[-1]}
+        none = swarm.counted_counts[-1] - sum(counts.values())
         at, radius = float(left), round(0.42 * self.font.size)
         for opinion, count in counts.items():
             _press(drawn, _robot(opinion, False, True, False, radius, self.theme), at + radius, second)
