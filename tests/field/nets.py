@@ -13,7 +13,7 @@ from feasibee.field.checks import HELLO
 from feasibee.field.connections import Client, Server
 from feasibee.field.logs import LineLog
 from feasibee.field.robot import Robot
-from feasibee.field.world import Lockstep, World
+from feasibee.field.world import Lockstep
 
 ASKED = HELLO, {"robot": 0, "nonce": 0}
 """What a robot says that asks for a connection."""
@@ -42,6 +42,13 @@ class Net:
         self.seen = []
         """All packets sent, with their ways."""
         self._attack, self._news = attack, Condition()
+        self._error = None
+
+    def fail(self, error):
+        """Raise an error in all that read or write from now on."""
+        with self._news:
+            self._error = self._error or error
+            self._news.notify_all()
 
     def put(self, packet, way):
         """Let a packet pass the attack."""
@@ -54,7 +61,9 @@ class Net:
     def take(self, waiting, timeout):
         """Return the next packet of a queue and its peer; wait for it so many seconds."""
         with self._news:
-            self._news.wait_for(lambda: waiting, timeout)
+            self._news.wait_for(lambda: waiting or self._error, timeout)
+            if self._error:
+                raise self._error
             return waiting.popleft() if waiting else None
 
     def send(self, packet, peer=None):
@@ -120,7 +129,8 @@ def joined(pair):
 def play(plan, folder, attack=let_pass):
     """Run a field in lockstep, in threads; its logs are in a folder.
 
-    Return the opinions at each step, the world's result, how the robots ended, and the packets.
+    Return the opinions at each step, the world's result, how the robots ended, and the packets. If a robot
+    fails, raise its error at once.
     """
     folder.mkdir(exist_ok=True)
     net, ended, threads = Net(attack), {}, []
@@ -129,7 +139,10 @@ def play(plan, folder, attack=let_pass):
         strategy = plan.scenario.strategy if plan.scenario.manifest.source else None
         with closing(LineLog(folder / f"robot-{number}.jsonl")) as log:
             robot = Robot(Wire(net, number), KEY, number, log, strategy, patience=10.0)
-            ended[number] = robot.run(), robot.why
+            try:
+                ended[number] = robot.run(), robot.why
+            except Exception as error:
+                net.fail(error)
 
     def start(number):
         threads.append(Thread(target=be_a_robot, args=[number]))
@@ -139,12 +152,12 @@ def play(plan, folder, attack=let_pass):
         if event["event"] == "comes":
             start(event["robot"])
 
-    world = World(plan, Server(net, 7, KEY), follow, folder / "world.jsonl")
+    world = Lockstep(plan, Server(net, 7, KEY), follow, folder / "world.jsonl")
     for body in world.bodies.bodies:
         start(body.process)
     try:
         world.gather()
-        Lockstep(world).play()
+        world.play()
     finally:
         result = world.end()
         for each in threads:

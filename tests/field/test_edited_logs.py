@@ -18,7 +18,6 @@ from nets import play
 
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
-from feasibee.field.logs import WorldLog
 from feasibee.field.recording import Recording
 from feasibee.field.replay import _Declare, _Setting, _Settings, replay
 from feasibee.reference.mind import Settings
@@ -54,22 +53,8 @@ WORLDS = {
 VALUES = (
     *(None, True, False, 0, 1, -1, 2, 3.5, -0.0, 17, 2**16, 2**31 - 1, 2**32, 2**53, 2**63, 10**30, -(2**31)),
     *(1e-320, 1e308, -1e308, float("nan"), float("inf"), float("-inf")),
-    *(
-        "",
-        "x",
-        "00",
-        "1/0",
-        "1e999999999",
-        "9" * 400,
-        "dmmd",
-        "roster",
-        "\u202e",
-        [],
-        [[]],
-        {},
-        [1, 2],
-        {"": 0},
-    ),
+    *("", "x", "00", "1/0", "1e999999999", "9" * 400, "dmmd", "roster", "\u202e"),
+    *([], [[]], {}, [1, 2], {"": 0}),
 )
 
 
@@ -219,6 +204,12 @@ def shown(recording):
     recording.step = recording.last
 
 
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    """The lines of the logs of a short field of liars."""
+    return logs_of(small(**WORLDS["liars with a roster"]), tmp_path_factory.mktemp("short"), 2)
+
+
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -233,21 +224,20 @@ def shown(recording):
         ("sight", 1e6),
     ],
 )
-def test_no_number_of_a_logs_head_takes_more_memory_than_its_scenario(tmp_path, name, value):
-    lines = logs_of(small(**WORLDS["liars with a roster"]), tmp_path, 2)["robot-0.jsonl"]
-    head = json.loads(lines[0])
+def test_no_number_of_a_logs_head_takes_more_memory_than_its_scenario(short, tmp_path, name, value):
+    head, *steps = short["robot-0.jsonl"]
+    head = json.loads(head)
     head["settings"]["setting"][name] = value
     path = tmp_path / "robot-0.jsonl"
-    path.write_text("\n".join([json.dumps(head), *lines[1:]]) + "\n")
+    path.write_text("\n".join([json.dumps(head), *steps]) + "\n")
     refuses_with_little_memory(lambda: replay(path), r"line 1: has no valid settings\.")
 
 
-def test_a_worlds_log_takes_no_more_memory_than_its_lines(tmp_path):
+def test_a_worlds_log_takes_no_more_memory_than_its_lines(short, tmp_path):
     """The scenario in its head has a million tasks, and its first step four."""
-    _, *steps = logs_of(small(), tmp_path, 1)["world.jsonl"]
-    log = WorldLog(tmp_path / "world.jsonl", a_plan(small(**{"tasks.count": 10**6})), appends=False)
-    log.write(json.loads(steps[0]))
-    log.close()
+    head, step, *_ = short["world.jsonl"]
+    head = json.loads(head) | {"scenario": small(**{"tasks.count": 10**6}).to_toml()}
+    (tmp_path / "world.jsonl").write_text(f"{json.dumps(head)}\n{step}\n")
     refuses_with_little_memory(lambda: Recording(tmp_path), "line 2: has no valid tasks")
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple, cast
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
 
 from feasibee.field.node import Status, sighting_of
 from feasibee.model.codes import UNDECIDED
@@ -15,24 +15,17 @@ from feasibee.scenario.scenario import Scenario
 
 
 class RemoteMind:
-    """What is known here of a mind in another process: its settings, and what it last reported.
-
-    Parameters
-    ----------
-    settings : Settings
-        What the robot is sent when it joins.
-    """
+    """What is known here of a mind in another process: its settings, and what it last reported."""
 
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         # As that of a fresh mind, whose first phase has begun.
-        self.report(Status(-1, -1, False, 1, settings.phases + 1, None))
+        self.report([-1, -1, False, 1, settings.phases + 1, None])
 
-    def report(self, status: Status) -> None:
-        """Keep what the robot reports."""
-        self.status = status
-        self.opinion, self.declared, self.disseminating, *_ = status
-        self.phases = status.phases
+    def report(self, status: Sequence[Any]) -> None:
+        """Keep what the robot reports, in the form of `Status`."""
+        self.status = Status(*status)
+        self.opinion, self.declared, self.disseminating, _, self.phases, _ = self.status
 
     @property
     def knowledge(self) -> RemoteMind | None:
@@ -85,13 +78,6 @@ class Body(Robot):
         self.place, self.velocity = (x, y), (dx, dy)
 
 
-class Change(NamedTuple):
-    """Who came and went at the beginning of a step."""
-
-    left: list[Body]
-    joined: list[Body]
-
-
 class Bodies(Swarm):
     """The robots' bodies and the tasks of one field.
 
@@ -115,12 +101,15 @@ class Bodies(Swarm):
             body.has_left = body not in self.bodies
             body.knows = self._insight_of(body)
 
-    def change(self, step: int) -> Change:
-        """Begin a step: let the world change as that of a run does (model.md 6.17.2)."""
+    def change(self, step: int) -> tuple[list[Body], list[Body]]:
+        """Begin a step: let the world change as that of a run does (model.md 6.17.2).
+
+        Return the bodies that leave, and those that join.
+        """
         held = self.decision if self.operator else UNDECIDED
         self.time = step
         if self._dynamics is None:
-            return Change([], [])
+            return [], []
         before = dict.fromkeys(self.bodies)
         if self._dynamics.change(held):
             self._look_up_truth()
@@ -128,7 +117,7 @@ class Bodies(Swarm):
         left = [body for body in before if body not in now]
         for body in left:
             body.has_left = True
-        return Change(left, [body for body in now if body not in before])
+        return left, [body for body in now if body not in before]
 
     def _look_up_truth(self) -> None:
         super()._look_up_truth()

@@ -7,16 +7,12 @@ import tempfile
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
-from secrets import token_hex
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.checks import Form
 from feasibee.files import make_folder, named, read_text, why_not
 from feasibee.files.locking import lock
-
-if TYPE_CHECKING:
-    from feasibee.field.plan import Plan
 
 VERSION: Final = 5
 """Version of a world's log."""
@@ -91,28 +87,6 @@ class LineLog:
 
     def _unwritable(self, error: OSError | ValueError, remedy: str) -> FeasibeeError:
         return FeasibeeError(f"{named(self._path)}: can't be written: {why_not(error)}; {remedy}")
-
-
-class WorldLog(LineLog):
-    """The log of one world.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    plan : Plan
-        What the field does; the first line has it.
-    appends : bool
-        Whether the file is of the same field, whose world starts again.
-    """
-
-    def __init__(self, path: Path, plan: Plan, *, appends: bool) -> None:
-        super().__init__(path, appends=appends)
-        if not appends:
-            recipe = {"scenario": plan.scenario.to_toml(), "source": plan.scenario.manifest.source}
-            which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep, "hz": plan.hz}
-            session = token_hex(8)  # tells two fields in one folder apart
-            self.write({"feasibee": "field", "version": VERSION, **recipe, **which, "session": session})
 
 
 def read_lines(path: Path) -> list[dict[str, Any]]:

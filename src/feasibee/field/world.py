@@ -11,6 +11,7 @@ import itertools
 import json
 import os
 import random
+import secrets
 import shutil
 import sys
 import time
@@ -23,7 +24,7 @@ from typing import Any
 import numpy as np
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.bodies import Bodies, Body, Change
+from feasibee.field.bodies import Bodies, Body
 from feasibee.field.checks import (
     BYE,
     END,
@@ -39,8 +40,7 @@ from feasibee.field.checks import (
     WELCOME,
 )
 from feasibee.field.connections import Channel, Frame, Link, Server
-from feasibee.field.logs import WorldLog, read_lines
-from feasibee.field.node import Status
+from feasibee.field.logs import VERSION, LineLog, read_lines
 from feasibee.field.plan import PARTITION, PROCESS, Fault, Plan, plan_from
 from feasibee.field.robot import KEY_VARIABLE, follow_parent, read_order
 from feasibee.model.codes import DECISIONS, UNDECIDED
@@ -54,7 +54,7 @@ class World:
     Parameters
     ----------
     plan : Plan
-        What the field does.
+        The scenario, the clock of its robots, and the faults.
     server : Server
         The connections to robots.
     report : callable
@@ -95,7 +95,17 @@ class World:
         self._recorded = -1
         lines = read_lines(log) if resumes else []
         self._resume(lines)
-        self.log = WorldLog(log, plan, appends=bool(lines))
+        self.log = LineLog(log, appends=bool(lines))
+        if not lines:
+            self._write_head()
+
+    def _write_head(self) -> None:
+        """Write which field this is; random digits tell two fields in one folder apart."""
+        plan, scenario = self.plan, self.plan.scenario
+        recipe = {"scenario": scenario.to_toml(), "source": scenario.manifest.source}
+        which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep, "hz": plan.hz}
+        session = {"session": secrets.token_hex(8)}
+        self.log.write({"feasibee": "field", "version": VERSION, **recipe, **which, **session})
 
     def _resume(self, lines: list[dict[str, Any]]) -> None:
         """Go on where a log ends."""
@@ -111,7 +121,7 @@ class World:
             self.bodies.change(line["step"])
         for body, kept, status in zip(self.bodies.bodies, line["bodies"], line["minds"], strict=True):
             body.restore(kept)
-            body.remote.report(Status(*status))
+            body.remote.report(status)
             body.lost = body.number in line["lost"]
             body.knows = None
         self.step = self._recorded = line["step"]
@@ -145,30 +155,30 @@ class World:
             if frame is not None and frame.kind == SAID:
                 body = self.body(frame)
                 if frame.robot in missing:
-                    body.remote.report(Status(*frame.body["was"]))
+                    body.remote.report(frame.body["was"])
                     missing.discard(frame.robot)
                 self.answer(body)
         return [body for body in bodies if body.process in missing]
 
-    def change(self, *, waits: bool) -> Change:
-        """Begin a step: let the world change. The processes of robots that leave end, those of others begin.
+    def change(self, *, waits: bool) -> list[Body]:
+        """Let the world change at the beginning of a step; return the bodies that join.
 
-        ``waits`` is whether to wait for those that begin.
+        The processes of robots that leave end. ``waits`` is whether to wait for those that begin.
         """
-        change = self.bodies.change(self.step)
-        for body in change.left:
+        left, joined = self.bodies.change(self.step)
+        for body in left:
             self._tell("leaves", body)
             for _ in range(3):  # a packet may be lost; who writes again gets another one
                 self.send(body, BYE, {})
-        for body in change.joined:
+        for body in joined:
             if body.process >= ROBOTS_LIMIT:
                 raise FeasibeeError(
                     f"robots: more than {ROBOTS_LIMIT:,} have come to this field; use fewer steps"
                 )
             self._tell("comes", body)
-        for body in self._wait_for(change.joined) if waits else ():
+        for body in self._wait_for(joined) if waits else ():
             self.lose(body)
-        return change
+        return joined
 
     def receive(self, timeout: float) -> Frame | None:
         """Return the next packet of a robot that has joined; answer those that join."""
@@ -292,24 +302,21 @@ class World:
         self._tracked.append((self.bodies.truth, decision))
         counts = {"feasible": self.bodies.feasible_count, "infeasible": self.bodies.infeasible_count}
         self.report({"event": "step", "step": step, **counts})
-        line = {
-            "step": step,
-            "bodies": [body.state() for body in self.bodies.bodies],
-            "minds": [body.remote.status for body in self.bodies.bodies],
-            "said": [self.said.get(body.process) for body in self.bodies.bodies],
-            "lost": self.lost,
-            "decision": [self.decision, self.decision_step],
-            "robots": [body.number for body in self.bodies.bodies],
-            "processes": [body.process for body in self.bodies.bodies],
-            "tasks": list(self.bodies.tasks),
-            "truth": self.bodies.truth,
-        }
-        self.log.write(line)
-
-    @property
-    def lost(self) -> list[int]:
-        """The numbers of the robots whose processes are silent."""
-        return [body.number for body in self.bodies.bodies if body.lost]
+        there = self.bodies.bodies
+        self.log.write(
+            {
+                "step": step,
+                "bodies": [body.state() for body in there],
+                "minds": [body.remote.status for body in there],
+                "said": [self.said.get(body.process) for body in there],
+                "lost": [body.number for body in there if body.lost],
+                "decision": [self.decision, self.decision_step],
+                "robots": [body.number for body in there],
+                "processes": [body.process for body in there],
+                "tasks": list(self.bodies.tasks),
+                "truth": self.bodies.truth,
+            }
+        )
 
     @property
     def is_over(self) -> bool:
@@ -350,63 +357,49 @@ RESEND = 0.1
 """Seconds after which an order without an answer is sent again; loopback loses packets under load."""
 
 
-class Lockstep:
-    """The steps of a field in lockstep.
+class Lockstep(World):
+    """A field in lockstep, with two exchanges per step.
 
-    In each step there are two exchanges. A robot begins the step with what it sees, and says its message. It
-    ends the step with the messages that it heard, and reports its opinion.
-
-    Parameters
-    ----------
-    world : World
-        The world; its robots have joined.
+    A robot begins the step with what it sees, and says its message. It ends the step with the messages that
+    it heard, and reports its opinion.
     """
-
-    def __init__(self, world: World) -> None:
-        self._world = world
-        self._bodies = world.bodies
-        self._begun = [body for body in self._bodies.bodies if world.step and body.works(world.step)]
-        self._air: dict[int, list[tuple[Body, str]]] = {}
 
     def play(self) -> None:
         """Play all steps from the present one, which ends once more if the world has started again."""
-        world = self._world
+        self._begun = [body for body in self.bodies.bodies if self.step and body.works(self.step)]
+        self._air: dict[int, list[tuple[Body, str]]] = {}
         while True:
             self._end()
-            world.look(world.step)
-            if world.is_over or world.step == world.plan.scenario.run.steps:
+            self.look(self.step)
+            if self.is_over or self.step == self.plan.scenario.run.steps:
                 return
             self._begin()
 
     def _begin(self) -> None:
         """Begin the next step: let the world change, move the bodies, and let each robot see and speak."""
-        world, bodies = self._world, self._bodies
-        world.step += 1
-        world.cause_faults()
-        world.change(waits=True)
-        self._begun = [body for body in bodies.bodies if body.works(world.step)]
-        bodies.advance(self._begun)
-        world.said = self._ask(STEP, {body.process: bodies.sight_of(body) for body in self._begun})
+        self.step += 1
+        self.cause_faults()
+        self.change(waits=True)
+        self._begun = [body for body in self.bodies.bodies if body.works(self.step)]
+        self.bodies.advance(self._begun)
+        self.said = self._ask(STEP, {body.process: self.bodies.sight_of(body) for body in self._begun})
 
     def _end(self) -> None:
         """End the step with its messages, or delayed ones; the robots report their opinions."""
-        world = self._world
-        delayed = self._air.setdefault(world.step + round(world.plan.delay), [])
-        everyone = self._bodies.everyone
-        delayed.extend(
-            (everyone[each], text) for each, text in sorted(world.said.items()) if text is not None
-        )
-        arriving = self._air.pop(world.step, [])
+        delayed = self._air.setdefault(self.step + round(self.plan.delay), [])
+        everyone = self.bodies.everyone
+        delayed.extend((everyone[each], text) for each, text in sorted(self.said.items()) if text is not None)
+        arriving = self._air.pop(self.step, [])
         orders = {}
         for receiver in self._begun:
             if not receiver.lost:
-                heard = [[each.number, text] for each, text in arriving if world.reaches(each, receiver)]
+                heard = [[each.number, text] for each, text in arriving if self.reaches(each, receiver)]
                 orders[receiver.process] = {"heard": heard}
         self._ask(END, orders)
 
     def _ask(self, kind: int, orders: Mapping[int, dict[str, Any]]) -> dict[int, str | None]:
         """Send each robot its order until it answers or is lost; return the messages."""
-        world, everyone = self._world, self._bodies.everyone
+        everyone = self.bodies.everyone
         said: dict[int, str | None] = {}
         waiting = set(orders)
         began = now = time.monotonic()
@@ -415,20 +408,20 @@ class Lockstep:
             if now - resent > RESEND:
                 resent = now
                 for number in sorted(waiting):
-                    world.send(everyone[number], kind, {"t": world.step, **orders[number]})
-            frame = world.receive(RESEND)
+                    self.send(everyone[number], kind, {"t": self.step, **orders[number]})
+            frame = self.receive(RESEND)
             now = time.monotonic()
             if frame is not None and frame.kind == SAID:
-                order = frame.body["t"], frame.body.get("ends", False)
-                if frame.robot in waiting and order == (world.step, kind == END):
-                    everyone[frame.robot].remote.report(Status(*frame.body["was"]))
+                order = frame.body["t"], frame.body["ends"]
+                if frame.robot in waiting and order == (self.step, kind == END):
+                    everyone[frame.robot].remote.report(frame.body["was"])
                     said[frame.robot] = frame.body["said"]
                     waiting.discard(frame.robot)
                 elif frame.robot not in orders:
-                    world.answer(everyone[frame.robot])
-            if now - began > world.plan.patience:
+                    self.answer(everyone[frame.robot])
+            if now - began > self.plan.patience:
                 for number in sorted(waiting):
-                    world.lose(everyone[number])
+                    self.lose(everyone[number])
                 waiting.clear()
         return said
 
@@ -437,36 +430,26 @@ AIR_LIMIT = 100_000
 """Largest number of messages under way; more are dropped."""
 
 
-class FreeRunning:
+class FreeRunning(World):
     """A field whose robots have clocks of their own.
 
     A robot's packet moves its body by one step; the other bodies stand meanwhile. Its message reaches the
     robots in range at this moment, after the delay.
-
-    Parameters
-    ----------
-    world : World
-        The world; its robots have joined.
     """
-
-    def __init__(self, world: World) -> None:
-        self._world = world
-        self._bodies = world.bodies
-        now = self._passed_at = time.monotonic()
-        self._ticks = {body.process: world.step for body in world.bodies.bodies}
-        self._seen_at = {body.process: now for body in world.bodies.bodies}
-        self._air: list[tuple[float, int, int, list[object]]] = []
-        self._order = itertools.count()
 
     def play(self) -> None:
         """Play until the robots have done all steps, by the median of their clocks."""
-        world = self._world
-        if world.step == 0:
-            world.look(0)
-            for body in self._bodies.bodies:
+        now = self._passed_at = time.monotonic()
+        self._ticks = {body.process: self.step for body in self.bodies.bodies}
+        self._seen_at = {body.process: now for body in self.bodies.bodies}
+        self._air: list[tuple[float, int, int, list[object]]] = []
+        self._order = itertools.count()
+        if self.step == 0:
+            self.look(0)
+            for body in self.bodies.bodies:
                 self._show(body)
-        while world.step < world.plan.scenario.run.steps and not world.is_over:
-            frame = world.receive(self._time_to_wait())
+        while self.step < self.plan.scenario.run.steps and not self.is_over:
+            frame = self.receive(self._time_to_wait())
             if frame is not None:
                 self._take(frame)
             self._deliver()
@@ -475,40 +458,39 @@ class FreeRunning:
 
     def _time_to_wait(self) -> float:
         """Return the seconds until a message arrives, at most a step."""
-        longest = 1.0 / self._world.plan.hz
+        longest = 1.0 / self.plan.hz
         if not self._air:
             return longest
         return min(longest, max(0.0, self._air[0][0] - time.monotonic()))
 
     def _take(self, frame: Frame) -> None:
         """Simulate a robot's step: move its body, pass its message on, send it what it sees."""
-        world, body, step = self._world, self._world.body(frame), frame.body["t"]
+        body, step = self.body(frame), frame.body["t"]
         self._seen_at[body.process] = time.monotonic()
         if body.lost:
-            world.find(body)
+            self.find(body)
         if frame.kind == SAID:  # it waits for the start
             self._show(body)
             return
         if frame.kind != TICK or step <= self._ticks.get(body.process, 0):
             return
-        self._ticks[body.process] = self._bodies.time = step
-        body.remote.report(Status(*frame.body["was"]))
+        self._ticks[body.process] = self.bodies.time = step
+        body.remote.report(frame.body["was"])
         if body.works(step):
-            self._bodies.advance([body])
+            self.bodies.advance([body])
             self._send_around(body, frame.body["said"])
         self._show(body)
 
     def _send_around(self, sender: Body, text: str | None) -> None:
         """Send a message on its way to all robots in range."""
-        world = self._world
-        world.said[sender.process] = text
+        self.said[sender.process] = text
         if text is None:
             return
-        arrives = time.monotonic() + world.plan.delay / world.plan.hz
-        for receiver in self._bodies.bodies:
-            if receiver.works(self._bodies.time) and world.reaches(sender, receiver):
+        arrives = time.monotonic() + self.plan.delay / self.plan.hz
+        for receiver in self.bodies.bodies:
+            if receiver.works(self.bodies.time) and self.reaches(sender, receiver):
                 if len(self._air) >= AIR_LIMIT:
-                    world.server.dropped["too many messages"] += 1
+                    self.server.dropped["too many messages"] += 1
                     return
                 heard: list[object] = [sender.number, text]
                 heapq.heappush(self._air, (arrives, next(self._order), receiver.process, heard))
@@ -518,44 +500,42 @@ class FreeRunning:
         now = time.monotonic()
         while self._air and self._air[0][0] <= now:
             _, _, number, heard = heapq.heappop(self._air)
-            receiver = self._bodies.everyone[number]
+            receiver = self.bodies.everyone[number]
             if not receiver.has_left:
-                self._world.send(receiver, HEARD, {"heard": heard})
+                self.send(receiver, HEARD, {"heard": heard})
 
     def _show(self, body: Body) -> None:
         """Send a robot its place and what it sees."""
-        self._world.send(body, SIGHT, self._bodies.sight_of(body))
+        self.send(body, SIGHT, self.bodies.sight_of(body))
 
     def _lose_silent(self) -> None:
         """Count the robots no longer that have been silent for too long."""
         now = time.monotonic()
-        for body in self._bodies.bodies:
-            if not body.lost and now - self._seen_at[body.process] > self._world.plan.patience:
-                self._world.lose(body)
+        for body in self.bodies.bodies:
+            if not body.lost and now - self._seen_at[body.process] > self.plan.patience:
+                self.lose(body)
 
     def _pass_steps(self) -> None:
         """Advance to the median of the robots' clocks."""
-        world = self._world
         now = self._median_step()
-        while world.step < now and not world.is_over:
+        while self.step < now and not self.is_over:
             self._passed_at = time.monotonic()
-            world.step += 1
-            world.cause_faults()
-            for body in world.change(waits=False).joined:
+            self.step += 1
+            self.cause_faults()
+            for body in self.change(waits=False):
                 self._seen_at[body.process] = self._passed_at
-            world.look(world.step)
+            self.look(self.step)
 
     def _median_step(self) -> int:
         """Return the median of the robots' clocks; without any, that of the world until a robot comes."""
-        world = self._world
-        numbers = [body.process for body in self._bodies.bodies if not body.lost]
+        numbers = [body.process for body in self.bodies.bodies if not body.lost]
         ticks = [self._ticks[number] for number in numbers if number in self._ticks]
-        last = world.plan.scenario.run.steps
+        last = self.plan.scenario.run.steps
         if ticks:
             return min(int(median(ticks)), last)
-        if not world.plan.scenario.dynamic:
+        if not self.plan.scenario.dynamic:
             return last
-        return world.step + (time.monotonic() - self._passed_at >= 1.0 / world.plan.hz)
+        return self.step + (time.monotonic() - self._passed_at >= 1.0 / self.plan.hz)
 
 
 PATIENCE = 2.0
@@ -596,12 +576,13 @@ def _run(
     try:
         server = Server(link, order["session"], os.environ.get(KEY_VARIABLE, "").encode())
         log, resumes = Path(order["log"]), order["resumes"]
-        world = World(plan, server, report, log, resumes, ready.acquire)
+        kind = Lockstep if plan.lockstep else FreeRunning
+        world = kind(plan, server, report, log, resumes, ready.acquire)
         robots = [body.process for body in world.bodies.bodies]
         report({"event": "listening", "address": link.address, "robots": robots})
         if not resumes:
             world.gather()
-        (Lockstep(world) if plan.lockstep else FreeRunning(world)).play()
+        world.play()
         return world.end()
     finally:
         link.close()
