@@ -17,7 +17,7 @@ from typing import Any
 from feasibee import Scenario
 from feasibee.field.connections import DEFAULT_HOST, Link, split_address
 from feasibee.field.plan import Plan
-from feasibee.field.supervisor import Field, Network
+from feasibee.field.supervisor import Field
 
 QUICK = "--quick" in sys.argv
 """Whether only to try the code, with small numbers."""
@@ -127,7 +127,7 @@ def figures() -> dict[str, Any]:
     plan = Plan(scenario, 1, 0, False, HZ, 0.0, 0.0, 0.0, (), 20.0, 120.0)
     watch = Watch()
     with tempfile.TemporaryDirectory() as folder:
-        result = Field(plan, Network(), Path(folder), watch.tell).run()
+        result = Field(plan, Path(folder), watch.tell).run()
     return {
         "milliseconds": latency(),
         "joined": watch.joined,

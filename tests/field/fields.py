@@ -6,7 +6,7 @@ import json
 
 from feasibee import Scenario
 from feasibee.field.plan import Plan
-from feasibee.field.supervisor import Field, Network
+from feasibee.field.supervisor import Field
 from feasibee.reference import play
 
 MINE = """
@@ -58,7 +58,7 @@ def run(plan, folder, key="", follow=None, **options):
             follow(event)
 
     folder.mkdir(exist_ok=True)
-    field = Field(plan, Network(key=key), folder, tell, **options)
+    field = Field(plan, folder, tell, key=key, **options)
     result = field.run()
     return result, events, steps_of(folder)
 

@@ -140,7 +140,7 @@ def play(plan, folder, attack=let_pass):
         with closing(LineLog(folder / f"robot-{number}.jsonl")) as log:
             robot = Robot(Wire(net, number), KEY, number, log, strategy, patience=10.0)
             try:
-                ended[number] = robot.run(), robot.why
+                ended[number] = robot.run()
             except Exception as error:
                 net.fail(error)
 

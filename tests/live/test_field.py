@@ -16,7 +16,7 @@ from serving import Page, decode, serving_at
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
 from feasibee.field.plan import Fault, Plan, parse_fault, schedule
-from feasibee.field.supervisor import Field, Network
+from feasibee.field.supervisor import Field
 from feasibee.live import fieldsession, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.messages import Look, encode_frame
@@ -56,7 +56,7 @@ def running(plan, folder):
 
     def run():
         with suppress(LeftError):
-            Field(plan, Network(), folder, told).run()
+            Field(plan, folder, told).run()
 
     def told(event):
         if left.is_set():
@@ -80,7 +80,7 @@ def running(plan, folder):
 def ended(tmp_path_factory):
     """The folder of a field in lockstep that has ended, and its scenario."""
     folder, scenario = tmp_path_factory.mktemp("ended"), small(60)
-    Field(a_plan(scenario, lockstep=True), Network(), folder, lambda event: None).run()
+    Field(a_plan(scenario, lockstep=True), folder, lambda event: None).run()
     return folder, scenario
 
 
@@ -170,7 +170,7 @@ def test_the_command_watches_a_field(ended, monkeypatch):
 def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
     events = [{"step": 10, "tasks": 3, "robots": 2}, {"step": 20, "tasks": -5, "robots": -1}]
     scenario = small(30).replace({"events": events})
-    Field(a_plan(scenario, lockstep=True), Network(), tmp_path, lambda event: None).run()
+    Field(a_plan(scenario, lockstep=True), tmp_path, lambda event: None).run()
     session = FieldSession(tmp_path)
     session.begin(None)
     session.inspect(5)

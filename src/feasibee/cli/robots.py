@@ -117,7 +117,7 @@ def launch(
       feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
     from feasibee.field.connections import is_loopback
-    from feasibee.field.supervisor import Field, Network
+    from feasibee.field.supervisor import Field
 
     if not hasattr(os, "fork"):
         raise FeasibeeError("feasibee launch: needs a system with fork; use Linux, macOS or WSL")
@@ -132,7 +132,8 @@ def launch(
     if not (key or is_loopback(host)):
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
     with _telling(scenario.run.steps, as_json) as tell:
-        result = Field(plan, Network(host, port, key), out, tell, starts_robots=not no_robots).run()
+        network: dict[str, Any] = {"host": host, "port": port, "key": key}
+        result = Field(plan, out, tell, **network, starts_robots=not no_robots).run()
     result = {
         **result,
         "lockstep": plan.lockstep,

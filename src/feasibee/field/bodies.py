@@ -79,15 +79,7 @@ class Body(Robot):
 
 
 class Bodies(Swarm):
-    """The robots' bodies and the tasks of one field.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        What is simulated.
-    seed, run : int
-        Seed and number of the run.
-    """
+    """The robots' bodies and the tasks of one field, by scenario, seed and number of the run."""
 
     robot_type = Body
 

@@ -19,13 +19,7 @@ _ROSTER: Final[Any] = roster
 
 
 class _TaskNames:
-    """The numbers that a robot gives to tasks, in the order in which it meets them.
-
-    Parameters
-    ----------
-    setting : Setting
-        That of the strategy; it says how many tasks there may be.
-    """
+    """The numbers that a robot gives to tasks, in the order in which it meets them."""
 
     def __init__(self, setting: Setting) -> None:
         self._setting = setting

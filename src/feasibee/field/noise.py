@@ -21,13 +21,7 @@ LENGTH = 32
 
 
 class Cipher:
-    """The packets of one direction.
-
-    Parameters
-    ----------
-    key : bytes
-        The key of this direction.
-    """
+    """The packets of one direction, sealed with its key."""
 
     def __init__(self, key: bytes) -> None:
         self._cipher = ChaCha20Poly1305(key)

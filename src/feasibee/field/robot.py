@@ -5,8 +5,8 @@ A robot needs the standard library only. Its settings come from the world.
 Run as a program, this module is the nursery, which starts a field's robots: it loads what they need once, and
 forks once for each robot. Forking 50 robots takes a fraction of the time of starting 50 interpreters.
 
-Commands come on standard input, one a line: ``start 3``, ``kill 3 5``, ``stop 3``, ``cont 3``, or ``end`` if
-no robot will be started any more. The answer to each is a line, ``done``; any other line says why the field
+Commands come on standard input, one a line: ``start 3``, ``kill 3 5``, ``pause 3``, ``resume 3``, or ``end``
+if no robot will be started any more. Each is answered by a line, ``done``; any other line says why the field
 can't go on. When standard input ends, all robots are killed. When the nursery ends, they end by themselves.
 """
 
@@ -33,6 +33,7 @@ from feasibee.field.checks import BYE, END, HEARD, HELLO, REFUSED, SAID, SIGHT, 
 from feasibee.field.connections import Client, Frame, Link, split_address
 from feasibee.field.logs import LineLog
 from feasibee.field.node import HEARD_LIMIT, Node
+from feasibee.field.plan import KILL, PAUSE, RESUME
 from feasibee.strategies.contract import Strategy
 
 
@@ -56,16 +57,9 @@ def follow_parent(
     heed: Callable[[bytes], object] = lambda _: None,
     at_end: Callable[[], object] = lambda: None,
 ) -> Thread:
-    """Start and return a thread that ends this process when the pipe of its parent ends.
+    """Start and return a thread that ends this process, after ``at_end``, when the pipe of its parent ends.
 
-    Parameters
-    ----------
-    source : int
-        File descriptor of the pipe's end for reading. Only the parent may have the end for writing.
-    heed : callable
-        Takes what the parent writes.
-    at_end : callable
-        Called before this process ends.
+    Only the parent may have the pipe's end for writing. ``heed`` takes what it writes.
     """
 
     def follow() -> None:
@@ -92,14 +86,11 @@ GONE = 3
 
 
 class _EndedError(Exception):
-    """The robot's part has ended."""
-
-    def __init__(self, status: int) -> None:
-        self.status = status
+    """The robot's part has ended, with an exit status and the reason why it could not join, if any."""
 
 
 class Robot:
-    """A robot of a field.
+    """A robot of a field, with a number; its log is optional.
 
     Parameters
     ----------
@@ -107,10 +98,6 @@ class Robot:
         To the world.
     key : bytes
         The shared key; empty for none.
-    number : int
-        The robot's number.
-    log : LineLog, optional
-        Its log.
     strategy : Strategy, optional
         A strategy of the user; by default the built-in one that the world names.
     patience : float
@@ -130,14 +117,13 @@ class Robot:
         self._client = Client(link, key, lambda: self._hello)
         self._log, self._strategy, self._patience = log, strategy, patience
         self._heard_at = time.monotonic()
-        self.why = ""
 
-    def run(self) -> int:
-        """Join and take part until the end; return the exit status."""
+    def run(self) -> tuple[int, str]:
+        """Take part until the end; return the exit status, and why it could not join, if it couldn't."""
         try:
             self._take_part(self._join())
         except _EndedError as ended:
-            return ended.status
+            return ended.args  # type: ignore[return-value]
 
     def _take_part(self, orders: dict[str, Any]) -> NoReturn:
         self._node = Node(orders, self._log.write if self._log else None, strategy=self._strategy)
@@ -159,8 +145,7 @@ class Robot:
                 asked = time.monotonic()
             frame = self._receive(RETRY)
             if frame is not None and frame.kind == REFUSED:
-                self.why = frame.body["why"]
-                raise _EndedError(2)
+                raise _EndedError(2, frame.body["why"])
             if frame is not None and frame.kind == WELCOME:
                 return frame.body
 
@@ -242,12 +227,12 @@ class Robot:
     def _receive(self, timeout: float) -> Frame | None:
         """Return the next packet, or None if none comes in so many seconds; end when the world does."""
         if time.monotonic() - self._heard_at > self._patience:
-            raise _EndedError(GONE)
+            raise _EndedError(GONE, "")
         frame = self._client.receive(timeout)
         if frame is not None:
             self._heard_at = time.monotonic()
             if frame.kind == BYE:
-                raise _EndedError(0)
+                raise _EndedError(0, "")
         return frame
 
 
@@ -260,15 +245,15 @@ def take_part(
     strategy: Strategy | None = None,
     patience: float = 20.0,
 ) -> tuple[int, str]:
-    """Run a robot until its world ends; return the exit status, and why it could not join, if it couldn't."""
+    """Run a robot until its world ends; return what `Robot.run` does."""
     with ExitStack() as opened:
         link = opened.enter_context(closing(Link(*split_address(connect), listens=False)))
         lines = opened.enter_context(closing(LineLog(log))) if log is not None else None
-        robot = Robot(link, key, number, lines, strategy, patience)
-        return robot.run(), robot.why
+        return Robot(link, key, number, lines, strategy, patience).run()
 
 
-SIGNALS: Final = {"kill": "SIGKILL", "stop": "SIGSTOP", "cont": "SIGCONT"}
+SIGNALS: Final = {KILL: "SIGKILL", PAUSE: "SIGSTOP", RESUME: "SIGCONT"}
+"""Faults of robots' processes, and how they are caused."""
 LOOK = 0.1
 """Seconds between looks at which robots have ended."""
 
@@ -292,17 +277,7 @@ def main() -> None:
 
 
 class Nursery:
-    """The processes of a field's robots.
-
-    Parameters
-    ----------
-    order : mapping
-        Which robots to start, and how.
-    strategy : Strategy, optional
-        The robots' strategy, if it is a file of the user.
-    parent : text stream
-        Where the field reads answers.
-    """
+    """The processes of a field's robots, started by an order; the field reads answers from ``parent``."""
 
     def __init__(self, order: Mapping[str, Any], strategy: Strategy | None, parent: TextIO) -> None:
         self._order, self._strategy, self._parent = order, strategy, parent

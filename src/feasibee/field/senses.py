@@ -115,9 +115,5 @@ def _datagrams(address: str) -> Iterator[bytes]:
             raise FeasibeeError(
                 f"--senses udp:{address}: can't listen on it; use a free port of this machine"
             ) from None
-        while not _ends(text := end.recv(SENSES_LIMIT + 1)):
+        while (text := end.recv(SENSES_LIMIT + 1)).replace(b" ", b"").strip() != b'{"end":true}':
             yield text
-
-
-def _ends(text: bytes) -> bool:
-    return text.replace(b" ", b"").strip() == b'{"end":true}'

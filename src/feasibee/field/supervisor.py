@@ -13,32 +13,18 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.connections import DEFAULT_HOST, join_address, split_address
 from feasibee.field.logs import log_folder, remove_older
-from feasibee.field.plan import KILL, PAUSE, RESTART, RESUME, Plan, plain_plan
-from feasibee.field.robot import KEY_VARIABLE
+from feasibee.field.plan import RESTART, Plan, plain_plan
+from feasibee.field.robot import KEY_VARIABLE, SIGNALS
 
 GRACE = 2.0
 """Seconds that processes have to end by themselves."""
 
-COMMANDS: Final = {KILL: "kill", PAUSE: "stop", RESUME: "cont"}
-"""Faults of robots' processes, and the nursery's commands."""
-
 Process = subprocess.Popen[str]
-Tell = Callable[[Mapping[str, Any]], None]
-
-
-class Network(NamedTuple):
-    """How the processes of a field find each other."""
-
-    host: str = DEFAULT_HOST
-    port: int = 0
-    """Port of the world; 0 takes a free one."""
-    key: str = ""
-    """The shared key; empty for none."""
 
 
 class Field:
@@ -47,14 +33,16 @@ class Field:
     Parameters
     ----------
     plan : Plan
-        What the field does.
-    network : Network
-        How they find each other.
+        The scenario, the clock of its robots, and the faults.
     folder : Path, optional
         Where the logs of the world and of the robots that are started here go. Without it, the world's log is
         temporary, and robots write none.
     tell : callable
         Takes each event, for people.
+    host, port : str and int
+        Where the world listens; port 0 takes a free one.
+    key : str
+        The shared key; empty for none.
     starts_robots : bool
         Whether the robots are started here; otherwise they join from elsewhere.
     """
@@ -62,17 +50,18 @@ class Field:
     def __init__(
         self,
         plan: Plan,
-        network: Network,
         folder: Path | None,
-        tell: Tell,
+        tell: Callable[[Mapping[str, Any]], None],
         *,
+        host: str = DEFAULT_HOST,
+        port: int = 0,
+        key: str = "",
         starts_robots: bool = True,
     ) -> None:
-        self._plan, self._network, self._named, self._tell = plan, network, folder, tell
-        self._starts_robots = starts_robots
-        self._port = network.port
+        self._plan, self._named, self._tell = plan, folder, tell
+        self._host, self._port, self._starts_robots = host, port, starts_robots
         self._session = secrets.randbits(63) + 1
-        self._environment = {**os.environ, KEY_VARIABLE: network.key}
+        self._environment = {**os.environ, KEY_VARIABLE: key}
         self._world: Process | None = None
         self._nursery: Process | None = None
         self._started: set[int] = set()
@@ -95,22 +84,19 @@ class Field:
         return result
 
     def _play(self) -> dict[str, Any]:
-        """Start the world, and follow it to its result."""
+        """Start the world, and follow it to its result; return that with the time that the field took."""
         self._start_world(resumes=False)
         for event in self._events():
             self._follow(event)
             if event["event"] == "result":
                 self._tell_robots("end", [])
-                return self._result(event)
+                seconds = time.monotonic() - self._joined_at
+                del event["event"]
+                took = {"seconds": round(seconds, 3), "achieved_hz": round(event["steps"] / seconds, 3)}
+                return {**event, **took}
             if event["event"] == "error":
                 raise FeasibeeError(str(event["why"]))
         raise FeasibeeError("the world's process ended without a result; run the field again")
-
-    def _result(self, event: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the world's result, with the time that the field took."""
-        seconds = time.monotonic() - self._joined_at
-        result = {name: value for name, value in event.items() if name != "event"}
-        return {**result, "seconds": round(seconds, 3), "achieved_hz": round(event["steps"] / seconds, 3)}
 
     def _follow(self, event: Mapping[str, Any]) -> None:
         """Act on an event of the world."""
@@ -130,8 +116,8 @@ class Field:
 
     def _cause(self, fault: Mapping[str, Any]) -> None:
         """Cause a fault of processes, and let the world go on."""
-        if fault["kind"] in COMMANDS:
-            self._tell_robots(COMMANDS[fault["kind"]], fault["robots"])
+        if fault["kind"] in SIGNALS:
+            self._tell_robots(fault["kind"], fault["robots"])
             _write(self._world, "go\n")
         elif fault["kind"] == RESTART and self._world is not None:
             self._world.kill()
@@ -156,7 +142,7 @@ class Field:
     def _start_world(self, *, resumes: bool) -> None:
         order = {
             "plan": plain_plan(self._plan),
-            "host": self._network.host,
+            "host": self._host,
             "port": self._port,
             "session": self._session,
             "log": str(self._folder / "world.jsonl"),
