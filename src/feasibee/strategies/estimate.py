@@ -23,10 +23,10 @@ from feasibee.strategies.tally import (
     observe,
     pack,
     rows_of,
-    sum_up,
     unpack,
     words,
 )
+from feasibee.strategies.tally import count as sum_up
 
 NEEDS_IDS = True
 
@@ -34,7 +34,7 @@ NEEDS_IDS = True
 def count(known, counts, me):
     """Sum up all rows, times 2k + 1 for robots and 2k - 2 for tasks: both sides of the comparison."""
     classes = len(counts)
-    sum_up(known, counts)
+    sum_up(known, counts, me)
     rows, _ = rows_of(known, classes)
     for k in range(classes):
         counts[k] *= 2 * rows + 1 if k < me.setting.robot_classes else max(0, 2 * rows - 2)

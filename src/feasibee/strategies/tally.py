@@ -76,26 +76,26 @@ def merge(known, message, sender, me):
         known[first + k] = max(known[first + k], message[first + k])
 
 
-def sum_up(table, totals):
-    """Add each column of a table to its total."""
-    classes = len(totals)
+def count(known, counts, me):
+    """Add each column of the table to its total."""
+    classes = len(counts)
     if classes == 2:  # the compiler vectorizes steps of a length that it knows
         robots, tasks = 0, 0
-        for row in range(len(table) // 2):
-            robots += table[2 * row]
-            tasks += table[2 * row + 1]
-        totals[0] += robots
-        totals[1] += tasks
+        for row in range(len(known) // 2):
+            robots += known[2 * row]
+            tasks += known[2 * row + 1]
+        counts[0] += robots
+        counts[1] += tasks
         return
-    for first in range(0, len(table), classes):
+    for first in range(0, len(known), classes):
         for k in range(classes):
-            totals[k] += table[first + k]
+            counts[k] += known[first + k]
 
 
 def rows_of(table, classes):
     """Return the number of rows that aren't zero, and the largest total."""
     rows, largest = 0, 0
-    if classes == 2:  # as in `sum_up`
+    if classes == 2:  # as in `count`
         for row in range(len(table) // 2):
             total = max(table[2 * row], table[2 * row + 1])
             rows += 1 if total > 0 else 0
@@ -110,15 +110,10 @@ def rows_of(table, classes):
     return rows, largest
 
 
-def count(known, counts, me):
-    """Sum up all rows."""
-    sum_up(known, counts)
-
-
 def describe(known, me):
     """Return the sums of all rows in words."""
     counts = [0] * (me.setting.robot_classes + me.setting.task_classes)
-    sum_up(known, counts)
+    count(known, counts, me)
     rows, _ = rows_of(known, len(counts))
     robots = sum(counts[: me.setting.robot_classes])
     return f"totals of {rows} robots: {robots} sightings of robots and {sum(counts) - robots} of tasks"

@@ -10,9 +10,4 @@ References
 Holley, Liggett, "Ergodic theorems for weakly interacting infinite systems and the voter model", 1975.
 """
 
-
-def decide(mind, inbox):
-    """Return a random opinion of those heard, or keep the robot's if none was heard."""
-    if inbox.heard_opinion < 0:
-        return mind.opinion
-    return inbox.heard_opinion
+from feasibee.strategies.dmvd import decide
