@@ -46,7 +46,7 @@ VARIANTS = {
         "bounded": [0.0, 1.0],
     },
     "roster-turns": {
-        "name_bits": [2.0, 8.0, 20.0, 30.0],
+        "name_bits": [2.0, 7.0, 20.0, 30.0],
         "robot_timeout": [0.0, 9.0, 30.5, 1e5],
         "looks": [1.0, 2.0],
         "tolerates": [0.0, 0.0, 1.0, 2.0],

@@ -39,13 +39,11 @@ RARE = [
 """Settings whose limits random ones seldom reach."""
 
 
-@pytest.mark.quick(1)
 @pytest.mark.parametrize(("name", "fixed"), RARE)
 def test_swarms_at_limits_do_what_they_do_in_python(name, fixed, swarm):
     assert_same([swarm], name, 4_000, fixed=fixed)
 
 
-@pytest.mark.quick(3)
 @pytest.mark.parametrize("steps", [4_000, MANY])
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_swarms_in_c_do_what_they_do_in_python(name, steps, swarm):
@@ -63,7 +61,6 @@ FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for
 """First steps of robots whose clocks soon pass a power of two, at which a word may overflow."""
 
 
-@pytest.mark.quick(1)
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_clocks_that_pass_a_power_of_two_do_what_they_do_in_python(name, swarm):
     assert_same([swarm], name, 4_000, fixed={"first_steps": FIRST_STEPS})

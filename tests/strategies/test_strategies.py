@@ -164,30 +164,6 @@ def table(rows):
     return tuple(total for number in range(10) for total in rows.get(number, (0, 0)))
 
 
-def test_a_tally_merges_in_any_order_and_counts_nothing_twice():
-    robots = [robot_named("tally", k) for k in range(3)]
-    for k, each in enumerate(robots):
-        for _ in range(k + 1):
-            each.observe([robot(), task(), task()])
-    messages = [each.message() for each in robots]
-    for _ in range(2):
-        for each, order in zip(robots, ((1, 2, 0), (2, 0, 1), (0, 1, 2)), strict=True):
-            for k in order:
-                each.merge(messages[k], k)
-    assert [each.counted() for each in robots] == [([6], [12])] * 3
-    assert rows_of(messages[0]) == {0: (1, 2)}  # what was sent doesn't change
-
-
-def test_nobody_is_told_its_own_row_of_a_tally():
-    own = robot_named("tally", 0)
-    own.observe([task()])
-    own.merge(table({0: (9, 9), 1: (2, 3)}), 1)
-    assert own.counted() == ([2], [4])
-    middle = robot_named("tally", 5)
-    middle.merge(table({4: (1, 2), 5: (9, 9), 6: (4, 8)}), 1)
-    assert middle.counted() == ([5], [10])
-
-
 @pytest.mark.parametrize(("robots_known", "opinion"), [(2, 1), (3, 1)])
 def test_the_neutral_point_of_an_estimate(robots_known, opinion):
     """Each of k robots saw the k - 1 others as often as each task: m tasks are feasible up to m = k.
@@ -206,13 +182,6 @@ def test_the_neutral_point_of_an_estimate(robots_known, opinion):
         quality = STRATEGIES["tally"].quality(*(sum(side) for side in tallies.counted()))
         tally = [STRATEGIES["tally"].decide(mind(own, quality), inbox()) for own in (0, 1)]
         assert tally == ([0, 1] if tasks == k - 1 else [0, 0])
-
-
-def test_an_estimate_of_one_robot_alone_knows_of_no_other():
-    own = robot_named("estimate", 0)
-    own.observe(3 * [task()])
-    assert own.counted() == ([0], [0])
-    assert STRATEGIES["estimate"].quality(0, 0) == 0.5
 
 
 @pytest.mark.parametrize(("name", "itself"), [("census", 1), ("sketch", 1), ("tally", 0), ("estimate", 0)])
