@@ -7,9 +7,8 @@ import pytest
 from numba import types
 
 from feasibee import Scenario
-from feasibee.engine import intrinsics, sensing, starting
+from feasibee.engine import few, intrinsics, sensing, starting
 from feasibee.engine.compile import entry
-from feasibee.engine.intrinsics import first_bits
 from feasibee.engine.layout import Link, Point, Robot, empty_state, first_room
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
@@ -53,9 +52,7 @@ def are_near(points, others, limit):
 
 @entry(types.void(PARAMS, STATE))
 def find(params, state):
-    robots, sight, swarm = state.robots, state.links[Link.SIGHT], first_bits(params.robots.count)
-    xs, ys = robots[Robot.X], robots[Robot.Y]
-    sensing.find_neighbours(xs, ys, sight, swarm, params.robots.count, params.sensing)
+    few.find_sight(params, state, params.sensing)
 
 
 @entry(types.boolean(PARAMS, STATE))

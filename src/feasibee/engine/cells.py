@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32, uint64
 
-from feasibee.engine.compile import inlined
+from feasibee.engine.compile import inlined, rebound
 from feasibee.engine.intrinsics import (
     LANES,
     contains,
@@ -176,18 +176,6 @@ def are_few(first, last, other_first, other_last):
     return max(last - first, other_last - other_first) <= LANES
 
 
-@inlined
-def few_near(params, points, first, last, x, y, limit):
-    """Return which of up to 8 points, ``first`` to ``last`` (excluded), are near."""
-    xs, ys, arena = points[Point.X], points[Point.Y], params.arena
-    if arena.wraps:
-        close = few_within(xs, ys, first, x, y, limit)
-    else:
-        close = few_within_on(xs, ys, first, x, y, limit, arena.width, arena.height)
-    return close & first_bits(last - first)
-
-
-@inlined
 def near(params, points, first, last, x, y, limit):
     """Return which of up to 32 points, ``first`` to ``last`` (excluded), are near.
 
@@ -195,38 +183,30 @@ def near(params, points, first, last, x, y, limit):
     """
     xs, ys, arena = points[Point.X], points[Point.Y], params.arena
     if arena.wraps:
-        close = within(xs, ys, first, x, y, limit)
+        close = within(xs, ys, first, x, y, limit, arena.width, arena.height)
     else:
         close = within_on(xs, ys, first, x, y, limit, arena.width, arena.height)
     return close & first_bits(last - first)
 
 
-@inlined
-def few_near_both(params, points, first, last, x, y):
-    """Return which of up to 8 points are in sight of a place, and which are in radio range."""
+def near_both(params, points, first, last, x, y):
+    """Return which of up to 32 points are in sight of a place, and which are in radio range."""
     xs, ys, arena, sight, radio = points[Point.X], points[Point.Y], params.arena, params.sensing, params.radio
     if arena.wraps:  # in one branch, so that LLVM computes distances once
-        seen = few_within(xs, ys, first, x, y, sight.limit)
-        heard = few_within(xs, ys, first, x, y, radio.limit)
-    else:
-        seen = few_within_on(xs, ys, first, x, y, sight.limit, arena.width, arena.height)
-        heard = few_within_on(xs, ys, first, x, y, radio.limit, arena.width, arena.height)
-    valid = first_bits(last - first)
-    return seen & valid, heard & valid
-
-
-@inlined
-def near_both(params, points, first, last, x, y):
-    """Return what `few_near_both` returns, of up to 32 points."""
-    xs, ys, arena, sight, radio = points[Point.X], points[Point.Y], params.arena, params.sensing, params.radio
-    if arena.wraps:
-        seen = within(xs, ys, first, x, y, sight.limit)
-        heard = within(xs, ys, first, x, y, radio.limit)
+        seen = within(xs, ys, first, x, y, sight.limit, arena.width, arena.height)
+        heard = within(xs, ys, first, x, y, radio.limit, arena.width, arena.height)
     else:
         seen = within_on(xs, ys, first, x, y, sight.limit, arena.width, arena.height)
         heard = within_on(xs, ys, first, x, y, radio.limit, arena.width, arena.height)
     valid = first_bits(last - first)
     return seen & valid, heard & valid
+
+
+few_near, few_near_both = (
+    inlined(rebound(each, within=few_within, within_on=few_within_on)) for each in (near, near_both)
+)
+"""Return what `near` and `near_both` return, of up to 8 points."""
+near, near_both = inlined(near), inlined(near_both)
 
 
 @inlined

@@ -69,16 +69,6 @@ def has_next_step(params, state, outcome, row, until, part):
     return not (params.run.stop_at_decision and outcome.decision[row] != UNDECIDED)
 
 
-def start_fast(params, state, run):
-    """Put the swarm of a run at step 0, on the fast path."""
-    step.start_fast(params, state, run)
-
-
-def start_general(params, state, run):
-    """Put the swarm of a run at step 0, in the general engine."""
-    step.start_general(params, state, run)
-
-
 @inlined
 def begin_run(params, state, outcome, row, control, part):
     """Record the swarm at step 0."""
@@ -163,4 +153,4 @@ def world_functions(fast, few):
     }
     one = steps[fast, few]
     together = rebound(advance, one.__name__, one_step=one, of_thread=alone if few else shared)
-    return entry(START)(start_fast if fast else start_general), entry(ADVANCE)(together)
+    return entry(START)(step.start_fast if fast else step.start_general), entry(ADVANCE)(together)

@@ -42,11 +42,12 @@ from feasibee.engine.intrinsics import (
     without_lowest,
 )
 from feasibee.engine.knowledge import defer_all, publish, update_pending
-from feasibee.engine.layout import WORD, Clock, Count, Heard, Link, Point, Robot, Set
+from feasibee.engine.layout import WORD, Clock, Count, Heard, Link, Point, Robot, Set, Share
 from feasibee.engine.motion import move_freely
-from feasibee.engine.params import Action
+from feasibee.engine.params import ALWAYS, Action
 from feasibee.engine.sensing import (
     count_all_false_sightings,
+    count_listed,
     find_listeners,
     observe_tasks,
     pack_place,
@@ -67,6 +68,31 @@ def sense_general_few(params, state, functions, part):
     find_listeners(params, state, part)
     hear_few(params, state, functions, part)
     update_pending(params, state, functions, Action.MERGE)
+
+
+@spliced
+def sense_together(params, state, part):
+    """Let exploring robots observe and listening robots receive, on the fast path."""
+    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
+    sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
+    speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
+    part.shared[part.thread, Share.BITS] = popcount(speaking) * params.radio.message_bits
+    find_sight(params, state, params.sensing)
+    looking = uint32(first_bits(params.robots.count) & ~disseminating)
+    while looking:
+        i = lowest(looking)
+        state.counts[Count.TASKS_SEEN, i] += count_listed(params, state, xs[i], ys[i])
+        looking = without_lowest(looking)
+    for i in range(32):
+        explores = int64(has_bit(~disseminating, i))
+        seen[i] += -explores & (popcount(sight[i]) + params.sensing.count_self)
+    if params.radio.limit != params.sensing.limit:
+        find_sight(params, state, params.radio)
+    if params.decision.listens_for != ALWAYS:
+        for i in range(params.robots.count):
+            if not has_bit(disseminating, i):
+                sight[i] = uint32(0)
+    receive_together(params, state, speaking, state.sets[Set.SAYS_FEASIBLE, 0])
 
 
 @inlined
@@ -95,7 +121,7 @@ def find_roughly(robots, sight, count, low, width):
 
 @called
 def find_exactly(params, robots, sight, limit):
-    """Store who is near each robot."""
+    """Store who is near each robot, also where 16 bits leave it in doubt: in 1 of 100 steps of 20 robots."""
     for i in range(params.robots.count):
         x, y = robots[Robot.X, i], robots[Robot.Y, i]
         sight[i] = near(params, robots, 0, params.robots.count, x, y, limit) & ~bit(i)

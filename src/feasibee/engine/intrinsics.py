@@ -8,7 +8,9 @@ sends, and whether it broadcasts.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, Final
 
 from llvmlite import ir
 from numba import int32, int64, types, uint32, uint64
@@ -18,7 +20,6 @@ from numba.extending import intrinsic, overload_method
 from feasibee.engine.compile import inlined
 
 BIT, INT, LONG = ir.IntType(1), ir.IntType(32), ir.IntType(64)
-as_tuple: Any = types.Tuple
 allocate: Any = cgutils.alloca_once
 declared: Any = cgutils.get_or_insert_function
 unpacked: Any = cgutils.unpack_tuple
@@ -27,34 +28,56 @@ LANES = 8  # 64-bit squared distances in a 512-bit register
 INTS, LONGS = ir.VectorType(INT, LANES), ir.VectorType(LONG, LANES)
 
 
-@intrinsic
-def popcount(_typing: Any, word: Any) -> Any:
+ARRAY: Final = None
+"""Kind of an argument of `instruction`: an array of any type."""
+
+
+def instruction(returned: Any, *kinds: Any) -> Callable[[Callable[..., Any]], Any]:
+    """Let compiled code call a function that builds LLVM instructions.
+
+    Parameters
+    ----------
+    returned : numba type
+        Type of what it returns.
+    *kinds : numba type or ARRAY
+        Types of the arguments behind the builder; for an array, it is given a pointer to its data.
+    """
+
+    def decorate(build: Any) -> Any:
+        @wraps(build)  # numba reads the names of the arguments from `build`
+        def define(_typing: Any, *given: Any) -> Any:
+            def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                taken = [
+                    context.make_array(kind)(context, builder, each).data
+                    if isinstance(kind, types.Array)
+                    else each
+                    for kind, each in zip(signature.args, arguments, strict=True)
+                ]
+                return build(builder, *taken)
+
+            return returned(*(each or kind for each, kind in zip(kinds, given, strict=True))), generate
+
+        return intrinsic(define)
+
+    return decorate
+
+
+@instruction(types.int64, types.uint32)
+def popcount(builder: Any, word: Any) -> Any:
     """Return the number of set bits of a 32-bit word."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.zext(builder.ctpop(arguments[0]), LONG)
-
-    return types.int64(types.uint32), generate
+    return builder.zext(builder.ctpop(word), LONG)
 
 
-@intrinsic
-def _ones(_typing: Any, word: Any) -> Any:
+@instruction(types.int64, types.int64)
+def _ones(builder: Any, word: Any) -> Any:
     """Return the number of set bits of a 64-bit word."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.ctpop(arguments[0])
-
-    return types.int64(types.int64), generate
+    return builder.ctpop(word)
 
 
-@intrinsic
-def _digits(_typing: Any, word: Any) -> Any:
+@instruction(types.int64, types.int64)
+def _digits(builder: Any, word: Any) -> Any:
     """Return the number of binary digits of a 64-bit word."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.sub(LONG(64), builder.ctlz(arguments[0], BIT(0)))
-
-    return types.int64(types.int64), generate
+    return builder.sub(LONG(64), builder.ctlz(word, BIT(0)))
 
 
 @overload_method(types.Integer, "bit_count", inline="always")
@@ -95,14 +118,22 @@ def row_of(_typing: Any, table: Any, k: Any, i: Any, length: Any) -> Any:
     return kind(table, types.int64, types.int64, types.int64), generate
 
 
-@intrinsic
-def lowest(_typing: Any, word: Any) -> Any:
+@instruction(types.int64, types.uint32)
+def lowest(builder: Any, word: Any) -> Any:
     """Return the place of the lowest set bit; the word isn't 0."""
+    return builder.zext(builder.cttz(word, BIT(1)), LONG)
 
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.zext(builder.cttz(arguments[0], BIT(1)), LONG)
 
-    return types.int64(types.uint32), generate
+@instruction(types.int64, types.float64)
+def bits_of(builder: Any, number: Any) -> Any:
+    """Return the 64 bits of a float."""
+    return builder.bitcast(number, LONG)
+
+
+@instruction(types.float64, types.int64)
+def float_of(builder: Any, bits: Any) -> Any:
+    """Return the float of 64 bits."""
+    return builder.bitcast(bits, ir.DoubleType())
 
 
 def square_on_square(builder: Any, centre: Any, coordinates: Any, side: Any) -> Any:
@@ -123,87 +154,36 @@ def square_on_rectangle(builder: Any, centre: Any, coordinates: Any, side: Any) 
     return builder.mul(way, way)
 
 
-def near_points(points: int, square: Any) -> Any:
-    """Return the generator of an intrinsic: the set of points with squared distances below a limit."""
+POINTS: Final = ARRAY, ARRAY, types.int64, types.int32, types.int32, types.uint64, types.int64, types.int64
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        first, centre, limit, sides = arguments[2], arguments[3:5], arguments[5], arguments[6:]
-        axes = [
-            context.make_array(kind)(context, builder, value).data
-            for kind, value in zip(signature.args[:2], arguments[:2], strict=True)
-        ]
-        limits = spread(builder, limit, LONGS)
-        near = INT(0)
-        for lane in range(0, points, LANES):
+
+def near_points(count: int, square: Any) -> Any:
+    """Return an instruction: which of ``count`` points from ``first`` on are nearer than a squared limit."""
+
+    def build(
+        builder: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, width: Any, height: Any
+    ) -> Any:
+        limits, near = spread(builder, limit, LONGS), INT(0)
+        for lane in range(0, count, LANES):
             start = builder.add(first, LONG(lane))
             squares = [
-                square(builder, centre[axis], vector_at(builder, data, start, INTS), sides and sides[axis])
-                for axis, data in enumerate(axes)
+                square(builder, centre, vector_at(builder, data, start, INTS), side)
+                for data, centre, side in ((xs, x, width), (ys, y, height))
             ]
             some = builder.icmp_unsigned("<", builder.add(*squares), limits)
-            bits = builder.zext(builder.bitcast(some, ir.IntType(LANES)), INT)
-            near = builder.or_(near, builder.shl(bits, INT(lane)))
+            near = builder.or_(near, builder.shl(as_word(builder, some), INT(lane)))
         return near
 
-    return generate
+    return instruction(types.uint32, *POINTS)(build)
 
 
-@intrinsic
-def bits_of(_typing: Any, number: Any) -> Any:
-    """Return the 64 bits of a float."""
+within, few_within = (near_points(count, square_on_square) for count in (WORD, LANES))
+"""Return the set of the 32 or 8 points from a first one on that are near; differences wrap in 32 bits."""
+within_on, few_within_on = (near_points(count, square_on_rectangle) for count in (WORD, LANES))
+"""Return the same sets on a torus whose sides differ: there 32 bits don't wrap by themselves.
 
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.bitcast(arguments[0], LONG)
-
-    return types.int64(types.float64), generate
-
-
-@intrinsic
-def float_of(_typing: Any, bits: Any) -> Any:
-    """Return the float of 64 bits."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return builder.bitcast(arguments[0], ir.DoubleType())
-
-    return types.float64(types.int64), generate
-
-
-@intrinsic
-def within(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
-    """Return the set of the 32 points from ``first`` on whose squared distance is below ``limit``.
-
-    Differences are taken in 32 bits, so that they wrap.
-    """
-    kinds = types.int64, types.int32, types.int32, types.uint64
-    return types.uint32(xs, ys, *kinds), near_points(32, square_on_square)
-
-
-@intrinsic
-def few_within(_typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any) -> Any:
-    """Return the set that `within` returns, of 8 points."""
-    kinds = types.int64, types.int32, types.int32, types.uint64
-    return types.uint32(xs, ys, *kinds), near_points(LANES, square_on_square)
-
-
-@intrinsic
-def within_on(
-    _typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, width: Any, height: Any
-) -> Any:
-    """Return the set that `within` returns, on a torus whose sides differ.
-
-    There 32 bits don't wrap by themselves. A loop that LLVM vectorized itself cost a fifth more of a step.
-    """
-    kinds = types.int64, types.int32, types.int32, types.uint64, types.int64, types.int64
-    return types.uint32(xs, ys, *kinds), near_points(32, square_on_rectangle)
-
-
-@intrinsic
-def few_within_on(
-    _typing: Any, xs: Any, ys: Any, first: Any, x: Any, y: Any, limit: Any, width: Any, height: Any
-) -> Any:
-    """Return the set that `within_on` returns, of 8 points."""
-    kinds = types.int64, types.int32, types.int32, types.uint64, types.int64, types.int64
-    return types.uint32(xs, ys, *kinds), near_points(LANES, square_on_rectangle)
+A loop that LLVM vectorized itself cost a fifth more of a step.
+"""
 
 
 def vector_at(builder: Any, data: Any, place: Any, vector: Any) -> Any:
@@ -217,60 +197,51 @@ def spread(builder: Any, value: Any, vector: Any) -> Any:
     return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(INT, vector.count), None))
 
 
-@intrinsic
-def find_near(_typing: Any, xs: Any, ys: Any, sight: Any, count: Any, low: Any, width: Any) -> Any:
+@instruction(types.boolean, ARRAY, ARRAY, ARRAY, types.int64, types.uint32, types.uint32)
+def find_near(builder: Any, xs: Any, ys: Any, sight: Any, count: Any, low: Any, width: Any) -> Any:
     """Store which of up to 32 robots are near each, by 16 bits an axis; return whether all are sure.
 
     Squared distances below ``low`` are near. Those less than ``width`` above are in doubt.
     """
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        words = ir.VectorType(INT, WORD)
-        x, y, sight = (
-            builder.bitcast(context.make_array(kind)(context, builder, each).data, words.as_pointer())
-            for kind, each in zip(signature.args[:3], arguments[:3], strict=True)
-        )
-        places = upper_halves(builder, builder.load(x, align=4), builder.load(y, align=4))
-        lows = spread(builder, arguments[4], words)
-        stored, near, least = (allocate(builder, words) for _ in range(3))
-        builder.store(places, stored)
-        builder.store(ir.Constant(words, None), near)
-        builder.store(constants(words, [-1] * WORD), least)
-        with cgutils.for_range(builder, arguments[3]) as loop:
-            # The last robot first: each shift moves the robots before it to higher bits.
-            robot = builder.sub(builder.sub(arguments[3], LONG(1)), loop.index)
-            here = builder.load(builder.gep(builder.bitcast(stored, INT.as_pointer()), [robot]))
-            beyond = builder.sub(squared_ways(builder, places, here), lows)
-            builder.store(vector_call(builder, "umin", builder.load(least), beyond), least)
-            # The highest bit of what is below ``low`` is 1.
-            shifted = vector_call(builder, "fshl", builder.load(near), beyond, constants(words, [1] * WORD))
-            builder.store(shifted, near)
-        others = constants(words, [~(1 << lane) for lane in range(WORD)])
-        builder.store(builder.and_(builder.load(near), others), sight, align=4)
-        doubtful = builder.icmp_unsigned("<", builder.load(least), spread(builder, arguments[5], words))
-        return builder.icmp_unsigned("==", as_word(builder, doubtful), INT(0))
-
-    return types.boolean(xs, ys, sight, types.int64, types.uint32, types.uint32), generate
+    words = ir.VectorType(INT, WORD)
+    x, y, sight = (builder.bitcast(data, words.as_pointer()) for data in (xs, ys, sight))
+    places = upper_halves(builder, builder.load(x, align=4), builder.load(y, align=4))
+    lows = spread(builder, low, words)
+    stored, near, least = (allocate(builder, words) for _ in range(3))
+    builder.store(places, stored)
+    builder.store(ir.Constant(words, None), near)
+    builder.store(constants(words, [-1] * WORD), least)
+    with cgutils.for_range(builder, count) as loop:
+        # The last robot first: each shift moves the robots before it to higher bits.
+        robot = builder.sub(builder.sub(count, LONG(1)), loop.index)
+        here = builder.load(builder.gep(builder.bitcast(stored, INT.as_pointer()), [robot]))
+        beyond = builder.sub(squared_ways(builder, places, here), lows)
+        builder.store(vector_call(builder, "umin", builder.load(least), beyond), least)
+        # The highest bit of what is below ``low`` is 1.
+        shifted = vector_call(builder, "fshl", builder.load(near), beyond, constants(words, [1] * WORD))
+        builder.store(shifted, near)
+    others = constants(words, [~(1 << lane) for lane in range(WORD)])
+    builder.store(builder.and_(builder.load(near), others), sight, align=4)
+    doubtful = builder.icmp_unsigned("<", builder.load(least), spread(builder, width, words))
+    return builder.icmp_unsigned("==", as_word(builder, doubtful), INT(0))
 
 
-@intrinsic
-def within_roughly(_typing: Any, places: Any, first: Any, place: Any, low: Any, width: Any) -> Any:
+@instruction(types.uint64, ARRAY, types.int64, types.uint32, types.uint32, types.uint32)
+def near_and_doubtful(builder: Any, places: Any, first: Any, place: Any, low: Any, width: Any) -> Any:
+    """Return which of 16 places are near, in the lower bits, and which are in doubt, from bit 32 on."""
+    squared = squared_ways(builder, vector_at(builder, places, first, ir.VectorType(INT, 16)), place)
+    low = spread(builder, low, squared.type)
+    near = builder.icmp_unsigned("<", squared, low)
+    doubtful = builder.icmp_unsigned("<", builder.sub(squared, low), spread(builder, width, squared.type))
+    sets = [builder.zext(as_word(builder, each), LONG) for each in (near, doubtful)]
+    return builder.or_(sets[0], builder.shl(sets[1], LONG(WORD)))
+
+
+@inlined
+def within_roughly(places, first, place, low, width):
     """Return which of the 16 places from ``first`` on are near a place, and which are in doubt, as words."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        words = ir.VectorType(INT, 16)
-        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        start = builder.bitcast(builder.gep(data, [arguments[1]]), words.as_pointer())
-        squared = squared_ways(builder, builder.load(start, align=4), arguments[2])
-        low = spread(builder, arguments[3], words)
-        near = builder.icmp_unsigned("<", squared, low)
-        beyond = builder.sub(squared, low)
-        doubtful = builder.icmp_unsigned("<", beyond, spread(builder, arguments[4], words))
-        sets = [as_word(builder, each) for each in (near, doubtful)]
-        return context.make_tuple(builder, signature.return_type, sets)
-
-    sets = as_tuple((types.uint32, types.uint32))
-    return sets(places, types.int64, types.uint32, types.uint32, types.uint32), generate
+    both = near_and_doubtful(places, first, place, low, width)
+    return uint32(both), uint32(both >> uint64(WORD))
 
 
 def upper_halves(builder: Any, x: Any, y: Any) -> Any:

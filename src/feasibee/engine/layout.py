@@ -9,6 +9,7 @@ walls the unit is twice that, and no difference wraps. Sets of robots are words 
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
@@ -16,7 +17,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.params import Grid, Params, Struct
+from feasibee.engine.params import Grid, Params, Struct, fields_of
 from feasibee.model.outcomes import ACCOUNT
 from feasibee.strategies.contract import Strategy
 
@@ -248,15 +249,8 @@ class Part(Struct):
     shared: Annotated[Int64s, "thread", "Share"]
 
 
-class Alone(NamedTuple):
-    """The part of one thread with up to 32 robots: compiled code knows all of it but the array."""
-
-    thread: int
-    threads: int
-    first: int
-    last: int
-    give_way: int
-    shared: Annotated[Int64s, "thread", "Share"]
+Alone = namedtuple("Alone", fields_of(Part))
+"""The part of one thread with up to 32 robots: compiled code knows all of it but the array."""
 
 
 class Cells(NamedTuple):

@@ -340,21 +340,10 @@ class Params(NamedTuple):
     in_sender_order: bool  # whether robots must receive the messages of a step in the order of their senders
 
 
-NUMBERS: Final = {
-    bool: np.bool_,
-    int: np.int64,
-    float: np.float64,
-    np.uint32: np.uint32,
-    np.uint64: np.uint64,
-}
-
-
 def record_type(numbers: type[Any]) -> np.dtype[Any]:
     """Return the record type of a NamedTuple of numbers and of such tuples, from its annotations."""
-    fields = [
-        (name, NUMBERS[kind] if kind in NUMBERS else record_type(kind))
-        for name, kind in get_type_hints(numbers).items()
-    ]
+    kinds = get_type_hints(numbers).items()
+    fields = [(name, record_type(kind) if hasattr(kind, "_fields") else kind) for name, kind in kinds]
     return np.dtype(fields, align=True)
 
 

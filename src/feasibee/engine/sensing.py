@@ -16,15 +16,10 @@ from feasibee.engine.cells import count_within
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.crowd import count_tasks, fill_robots, fill_there, look_and_listen, queue_near
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
-from feasibee.engine.inbox import empty, receive, receive_together
+from feasibee.engine.inbox import empty, receive
 from feasibee.engine.intrinsics import (
-    bit,
     bit_if,
     contains,
-    find_near,
-    first_bits,
-    has_bit,
-    lowest,
     lowest_member,
     number_of,
     pack_label,
@@ -32,7 +27,6 @@ from feasibee.engine.intrinsics import (
     popcount,
     says_feasible,
     set_member,
-    within,
     within_roughly,
     without_lowest,
 )
@@ -44,11 +38,9 @@ from feasibee.engine.layout import (
     Clock,
     Count,
     Heard,
-    Link,
     Pending,
     Robot,
     Set,
-    Share,
 )
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.model.purposes import (
@@ -163,46 +155,6 @@ def count_listed(params, state, x, y):
 def count_exactly(params, cells, x, y):
     """Return the number of tasks in range of a place, by the block of cells round it."""
     return count_within(params, cells, params.tasks.grid, x, y, params.sensing.limit)
-
-
-@spliced
-def sense_together(params, state, part):
-    """Sense in a swarm of at most 32 on the fast path."""
-    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
-    sight, seen = state.links[Link.SIGHT], state.counts[Count.ROBOTS_SEEN]
-    swarm = first_bits(params.robots.count)
-    speaking, disseminating = state.sets[Set.SPEAKING, 0], state.sets[Set.DISSEMINATING, 0]
-    part.shared[part.thread, Share.BITS] = popcount(speaking) * params.radio.message_bits
-    find_neighbours(xs, ys, sight, swarm, params.robots.count, params.sensing)
-    looking = uint32(swarm & ~disseminating)
-    while looking:
-        i = lowest(looking)
-        state.counts[Count.TASKS_SEEN, i] += count_listed(params, state, xs[i], ys[i])
-        looking = without_lowest(looking)
-    for i in range(32):
-        explores = int64(has_bit(~disseminating, i))
-        seen[i] += -explores & (popcount(sight[i]) + params.sensing.count_self)
-    if params.radio.limit != params.sensing.limit:
-        find_neighbours(xs, ys, sight, swarm, params.robots.count, params.radio)
-    if params.decision.listens_for != ALWAYS:
-        for i in range(params.robots.count):
-            if not has_bit(disseminating, i):
-                sight[i] = uint32(0)
-    receive_together(params, state, speaking, state.sets[Set.SAYS_FEASIBLE, 0])
-
-
-@inlined
-def find_neighbours(xs, ys, sight, swarm, robots, reach):
-    """Store the set of robots within a range of each robot; ``reach`` has its limit and band."""
-    if not find_near(xs, ys, sight, robots, reach.band.low, reach.band.width):
-        find_exactly(xs, ys, sight, swarm, robots, reach.limit)
-
-
-@called
-def find_exactly(xs, ys, sight, swarm, robots, limit):
-    """Store the same sets where 16 bits leave a distance in doubt: in 1 of 100 steps of 20 robots."""
-    for i in range(robots):
-        sight[i] = uint32(swarm & ~bit(i)) & within(xs, ys, 0, xs[i], ys[i], limit)
 
 
 @spliced

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import accumulate
-from typing import Any, Final
+from typing import Any, Final, get_type_hints
 
 from llvmlite import ir
 from numba import boolean, extending, float64, from_dtype, int32, int64, none, types
@@ -15,7 +15,7 @@ from numba.np.numpy_support import as_dtype
 from feasibee.engine.layout import Control, Functions, Outcome, Part, State
 from feasibee.engine.params import PARAMS as RECORD
 from feasibee.engine.params import Axes, Struct, fields_of
-from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Thing
+from feasibee.strategies.contract import Inbox, Me, Mind, Thing
 
 AttributeTemplate: Any = templates.AttributeTemplate
 PrimitiveModel: Any = extending.models.PrimitiveModel
@@ -134,8 +134,17 @@ OUTCOME: Final = type_of(Outcome)
 CONTROL: Final = type_of(Control)
 PART: Final = type_of(Part)
 FLOATS: Final = types.Array(float64, 1, "C")
-MIND: Final = of_types([int64, float64, float64, int64, FLOATS, FLOATS], Mind)
-INBOX: Final = of_types([int64, int64, int64, float64, float64, float64], Inbox)
+FIELDS: Final = {bool: boolean, int: int64, float: float64, Any: FLOATS}
+
+
+@cache
+def tuple_of(cls: Any) -> Any:
+    """Return the compiled type of a tuple that strategies are given, from its annotations."""
+    kinds = get_type_hints(cls).values()
+    return of_types([FIELDS[kind] if kind in FIELDS else tuple_of(kind) for kind in kinds], cls)
+
+
+MIND, INBOX, ME, THING = (tuple_of(each) for each in (Mind, Inbox, Me, Thing))
 UPDATE: Final = int64(PARAMS, STATE, int64, int64, int64)
 STRATEGY: Final = Functions(
     quality=float64(int64, int64),
@@ -151,11 +160,6 @@ STRATEGY: Final = Functions(
 FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)
 ROW: Final = types.Array(int32, 1, "C")
 MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)
-SETTING: Final = of_types(
-    [int64] * 8 + [FLOATS, boolean, boolean, float64, float64, boolean] + [float64] * 6, Setting
-)
-ME: Final = of_types([int64] * 4 + [FLOATS, SETTING, boolean, float64, float64], Me)
-THING: Final = of_types([boolean, int64, int64, int64, float64, float64], Thing)
 KNOWLEDGE: Final = {
     "start": none(ROW, ME),
     "observe": none(ROW, THING, ME),

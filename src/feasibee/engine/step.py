@@ -36,7 +36,6 @@ from feasibee.model.purposes import PHASE
 from feasibee.strategies.contract import Inbox, Mind
 
 
-@spliced
 def start_fast(params, state, run):
     """Put the swarm of a run at step 0, on the fast path (model.md 1.2, 1.3, 4.1)."""
     clear(params, state, run)
@@ -44,7 +43,6 @@ def start_fast(params, state, run):
     prepare_robots(params, state)
 
 
-@spliced
 def start_general(params, state, run):
     """Put the swarm of a run at step 0, in the general engine (model.md 6)."""
     clear(params, state, run)

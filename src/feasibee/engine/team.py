@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from llvmlite import ir
 from numba import int64, types
-from numba.extending import intrinsic
 
 from feasibee.engine.compile import called, inlined
+from feasibee.engine.intrinsics import ARRAY, LONG, instruction
 from feasibee.engine.layout import WORD, Alone, Part, Share
 from feasibee.engine.params import Params
 
@@ -24,41 +24,26 @@ SPINS = 4000
 """How often a waiting thread looks before it lets other threads run: about 10 us."""
 LINE_OF_CACHE = 16
 """Numbers in two lines of a processor's cache, which it may fetch together."""
-LONG = ir.IntType(64)
 
 
-@intrinsic
-def add_shared(_typing: Any, array: Any, place: Any, value: Any) -> Any:
+@instruction(types.int64, ARRAY, types.int64, types.int64)
+def add_shared(builder: Any, array: Any, place: Any, value: Any) -> Any:
     """Add to a number that other threads add to as well; return what it was before."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        return builder.atomic_rmw("add", builder.gep(data, [arguments[1]]), arguments[2], "acq_rel")
-
-    return types.int64(array, types.int64, types.int64), generate
+    return builder.atomic_rmw("add", builder.gep(array, [place]), value, "acq_rel")
 
 
-@intrinsic
-def read_shared(_typing: Any, array: Any, place: Any) -> Any:
+@instruction(types.int64, ARRAY, types.int64)
+def read_shared(builder: Any, array: Any, place: Any) -> Any:
     """Return a number that other threads write."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-        return builder.load_atomic(builder.gep(data, [arguments[1]]), "acquire", 8)
-
-    return types.int64(array, types.int64), generate
+    return builder.load_atomic(builder.gep(array, [place]), "acquire", 8)
 
 
-@intrinsic
-def call_at(_typing: Any, address: Any) -> Any:
+@instruction(types.int64, types.int64)
+def call_at(builder: Any, address: Any) -> Any:
     """Call a function without arguments by its address."""
-
-    def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        kind = ir.FunctionType(ir.IntType(32), [])
-        builder.call(builder.inttoptr(arguments[0], kind.as_pointer()), [])
-        return ir.Constant(LONG, 0)
-
-    return types.int64(types.int64), generate
+    kind = ir.FunctionType(ir.IntType(32), [])
+    builder.call(builder.inttoptr(address, kind.as_pointer()), [])
+    return LONG(0)
 
 
 @inlined
