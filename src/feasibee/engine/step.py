@@ -10,14 +10,14 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.crowd import keep_order, sense_crowd
 from feasibee.engine.draws import draw_phases, draw_words, list_members, phase_duration, present_phase
 from feasibee.engine.dynamics import draw_dynamics
-from feasibee.engine.few import move_few, sense_general_few
+from feasibee.engine.few import move_few, sense_general_few, sense_together
 from feasibee.engine.intrinsics import contains, lowest, lowest_member, number_of, set_member, without_lowest
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
 from feasibee.engine.opinions import count_opinions, keeps_opinion, opinion_of, set_declared, set_opinion
 from feasibee.engine.params import Action
-from feasibee.engine.sensing import fill_general, forget, sense_general_crowd, sense_together
+from feasibee.engine.sensing import fill_general, forget, sense_general_crowd
 from feasibee.engine.starting import (
     assign_identities,
     clear,

@@ -8,34 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from feasibee.engine import params as numbers
 from feasibee.engine.layout import POOLED, WORD, Event, Int32s, Int64s, Lowered, Tables
-from feasibee.engine.params import (
-    ALWAYS,
-    WHILE_DISSEMINATING,
-    ArenaParams,
-    Band,
-    DecisionParams,
-    DeclareParams,
-    FaultParams,
-    Grid,
-    KnowledgeParams,
-    Lie,
-    ListParams,
-    Params,
-    Placement,
-    PlacementParams,
-    QuorumParams,
-    RadioParams,
-    ResponseParams,
-    RobotParams,
-    RunParams,
-    SeedParams,
-    SensingParams,
-    SideParams,
-    StrategyParams,
-    TaskParams,
-    WalkParams,
-)
+from feasibee.engine.params import Band, Lie, Placement
 from feasibee.model.codes import exact
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import Placed, Robots, Tasks
@@ -58,17 +33,18 @@ def lower(scenario: Scenario, seed: int) -> Lowered:
     return Lowered(params, tables_of(scenario, params), scenario.strategy, fast)
 
 
-def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
+def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
     """Return the numbers of a scenario and a seed."""
-    unit, setting, faulty = unit_of(scenario), scenario.setting, scenario.faulty
+    unit, setting = unit_of(scenario), scenario.setting
     arena, most = _arena(scenario, unit), scenario.most
-    together = most.robots <= WORD
+    together, knows = most.robots <= WORD, scenario.strategy.knowledge
+    numbered = arena.wraps and most.tasks <= NUMBERED and scenario.sensing.misname == 0
     sight, radio = (squared(reach, unit) for reach in (scenario.sensing.range, scenario.radio.range))
-    return Params(
-        seed=SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
+    return numbers.Params(
+        seed=numbers.SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
         arena=arena,
         robots=_robots(scenario.robots, most.robots, unit, arena, max(sight, radio)),
-        tasks=TaskParams(
+        tasks=numbers.TaskParams(
             count=most.tasks,
             at_start=scenario.tasks.count,
             arrival_rate=scenario.tasks.arrival_rate or 0.0,
@@ -76,52 +52,47 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> Params:
             placement=_placement(scenario.tasks, unit, 0),
             grid=_grid(most.tasks, math.isqrt(sight) + 1, arena),
             lists=_lists(scenario.tasks.count if fast and together else 0, sight + 1),
-            numbered=together and not fast and _numbered(scenario, arena),
+            numbered=together and not fast and numbered,
         ),
-        walk=WalkParams(mean_run=scenario.walk.mean_run),
+        walk=_filled(numbers.WalkParams, scenario.walk),
         sensing=_sensing(scenario, sight),
         radio=_radio(scenario, setting.id_bits, radio),
         strategy=_strategy(scenario.strategy, setting),
         decision=_decision(scenario, most.robots),
-        faults=_faults(scenario, faulty),
-        run=RunParams(steps=scenario.run.steps, stop_at_decision=scenario.run.stop_at_decision),
+        faults=_faults(scenario),
+        run=_filled(numbers.RunParams, scenario.run),
         response=_response(scenario),
         truth=truth(scenario),
         changes=scenario.dynamic,
         together=together,
-        in_space_order=_in_space_order(scenario),
-        in_sender_order=not fast and _in_sender_order(scenario),
+        in_space_order=scenario.robots.count > POOLED and not (knows or scenario.dynamic),
+        in_sender_order=not fast
+        and bool(knows or scenario.radio.id_bits is not None or scenario.decision.inbox_size),
     )
 
 
-def _numbered(scenario: Scenario, arena: ArenaParams) -> bool:
-    return arena.wraps and scenario.most.tasks <= NUMBERED and scenario.sensing.misname == 0
+def _filled(kind: Any, section: Any, **given: Any) -> Any:
+    """Return numbers of a kind: those given, and those that a section of the scenario has by their names."""
+    own = {name: getattr(section, name) for name in kind._fields if name not in given}
+    return kind(**own, **given)
 
 
-def _in_space_order(scenario: Scenario) -> bool:
-    return scenario.robots.count > POOLED and not (scenario.strategy.knowledge or scenario.dynamic)
-
-
-def _in_sender_order(scenario: Scenario) -> bool:
-    """Return whether it matters in which order a robot receives the messages of a step."""
-    radio, decision = scenario.radio, scenario.decision
-    return bool(scenario.strategy.knowledge or radio.id_bits is not None or decision.inbox_size)
-
-
-def _arena(scenario: Scenario, unit: Fraction) -> ArenaParams:
+def _arena(scenario: Scenario, unit: Fraction) -> numbers.ArenaParams:
     width, height = (fixed(side, unit) for side in scenario.arena.size)
     walls = scenario.arena.boundary == "walls"
     wraps = walls or width == height
-    sides = SideParams(*map(float, scenario.arena.size))
-    return ArenaParams(walls, wraps, width, height, float(unit), sides)
+    sides = numbers.SideParams(*map(float, scenario.arena.size))
+    return numbers.ArenaParams(walls, wraps, width, height, float(unit), sides)
 
 
-def _robots(robots: Robots, most: int, unit: Fraction, arena: ArenaParams, squared_reach: int) -> RobotParams:
+def _robots(
+    robots: Robots, most: int, unit: Fraction, arena: numbers.ArenaParams, squared_reach: int
+) -> numbers.RobotParams:
     """Return the numbers of the robots, who see or hear within ``squared_reach``."""
     radius = math.ceil(exact(robots.diameter) / unit / 2)
     meeting = 2 * radius + 2 * math.ceil(exact(robots.speed) / unit) + 4
     widest = max(math.isqrt(squared_reach), meeting if robots.avoid_collisions else 0) + 1
-    return RobotParams(
+    return numbers.RobotParams(
         count=most,
         at_start=robots.count,
         arrival_rate=robots.arrival_rate or 0.0,
@@ -141,12 +112,13 @@ def _robots(robots: Robots, most: int, unit: Fraction, arena: ArenaParams, squar
     )
 
 
-def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
+def _sensing(scenario: Scenario, squared_range: int) -> numbers.SensingParams:
     sensing = scenario.sensing
     by_class = bool(scenario.robots.classes or scenario.tasks.classes)
     only_counts = not (by_class or scenario.strategy.knowledge)
-    return SensingParams(
-        range=sensing.range,
+    return _filled(
+        numbers.SensingParams,
+        sensing,
         limit=limit_of(squared_range + 1),
         band=band_of(squared_range + 1, 16),
         count_self=int(sensing.count_self),
@@ -155,8 +127,6 @@ def _sensing(scenario: Scenario, squared_range: int) -> SensingParams:
         only_counts=only_counts,
         counts_all=only_counts and not _may_miss(scenario) and sensing.observation == "repeated",
         miss=probability(sensing.miss),
-        false_robots=sensing.false_robots,
-        false_tasks=sensing.false_tasks,
         misname=probability(sensing.misname),
     )
 
@@ -165,9 +135,9 @@ def _may_miss(scenario: Scenario) -> bool:
     return scenario.sensing.miss > 0 or any(event.sensing.miss for event in scenario.events)
 
 
-def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> RadioParams:
+def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> numbers.RadioParams:
     radio = scenario.radio
-    return RadioParams(
+    return numbers.RadioParams(
         range=radio.range,
         limit=limit_of(squared_range + 1),
         band=band_of(squared_range + 1, 16),
@@ -178,46 +148,37 @@ def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> RadioParams:
     )
 
 
-def _strategy(strategy: Strategy, setting: Setting) -> StrategyParams:
-    return StrategyParams(
-        forgets=strategy.forgets,
-        starts_neutral=strategy.starts_neutral,
-        declares=strategy.declares,
-        judges=strategy.judges,
+def _strategy(strategy: Strategy, setting: Setting) -> numbers.StrategyParams:
+    words, message_words = knowledge_words(strategy, setting) if strategy.knowledge else (0, 0)
+    return _filled(
+        numbers.StrategyParams,
+        strategy,
         says=strategy.say is not contract.say,
         lasts="lasting" in strategy.functions,
         value_scale=float(2**strategy.value_bits - 1),
-        knowledge=_knowledge(strategy, setting),
+        knowledge=_filled(
+            numbers.KnowledgeParams,
+            setting,
+            enabled=strategy.knowledge,
+            words=words,
+            message_words=message_words,
+        ),
     )
 
 
-def _knowledge(strategy: Strategy, setting: Setting) -> KnowledgeParams:
-    enabled = strategy.knowledge
-    words, message_words = knowledge_words(strategy, setting) if enabled else (0, 0)
-    return KnowledgeParams(
-        enabled=enabled,
-        words=words,
-        message_words=message_words,
-        robot_ids=setting.robot_ids,
-        task_ids=setting.task_ids,
-        task_classes=setting.task_classes,
-    )
-
-
-def _decision(scenario: Scenario, most: int) -> DecisionParams:
+def _decision(scenario: Scenario, most: int) -> numbers.DecisionParams:
     decision, rule = scenario.decision, scenario.decision.declare
-    return DecisionParams(
-        exploration=decision.exploration,
-        gain=decision.gain,
-        dissemination_floor=decision.dissemination_floor,
-        quality_floor=decision.quality_floor,
+    all_kept = decision.inbox_size is None and scenario.radio.id_bits is None
+    return _filled(
+        numbers.DecisionParams,
+        decision,
         listens_for=_listens_for(decision.listen),
         every_message=decision.inbox == "every-message",
         inbox_size=decision.inbox_size or 0,
-        inbox_is_set=_inbox_is_set(scenario),
+        inbox_is_set=most <= WORD and all_kept,
         own_vote=int(decision.own_vote),
         switching=probability(decision.switching or 0.0),
-        declare=DeclareParams(
+        declare=numbers.DeclareParams(
             enabled=rule is not None,
             share=exact(rule.quorum).numerator if rule else 0,
             whole=exact(rule.quorum).denominator if rule else 1,
@@ -229,34 +190,29 @@ def _decision(scenario: Scenario, most: int) -> DecisionParams:
 
 
 def _listens_for(listen: Any) -> int:
-    words = {"always": ALWAYS, "dissemination": WHILE_DISSEMINATING}
+    words = {"always": numbers.ALWAYS, "dissemination": numbers.WHILE_DISSEMINATING}
     return words[listen] if isinstance(listen, str) else int(listen["last"])
 
 
-def _inbox_is_set(scenario: Scenario) -> bool:
-    all_kept = scenario.decision.inbox_size is None and scenario.radio.id_bits is None
-    return scenario.most.robots <= WORD and all_kept
-
-
-def _quorum(threshold: Fraction, most: int) -> QuorumParams:
+def _quorum(threshold: Fraction, most: int) -> numbers.QuorumParams:
     """Return a fraction whose products with whole numbers up to ``most`` round down as the threshold's.
 
     That is the largest one not above it whose denominator isn't above ``most``, so that nothing overflows.
     """
     near = threshold.limit_denominator(most)
     if near <= threshold:
-        return QuorumParams(near.numerator, near.denominator)
+        return numbers.QuorumParams(near.numerator, near.denominator)
     # Of two neighbours among these fractions, the lower is p / q with near * q - p = 1 / denominator.
     inverse = pow(near.numerator, -1, near.denominator)
     below = most - (most - inverse) % near.denominator
-    return QuorumParams((near.numerator * below - 1) // near.denominator, below)
+    return numbers.QuorumParams((near.numerator * below - 1) // near.denominator, below)
 
 
-def _faults(scenario: Scenario, faulty: tuple[int, int, int]) -> FaultParams:
-    stopped, byzantine, stubborn = faulty
+def _faults(scenario: Scenario) -> numbers.FaultParams:
+    stopped, byzantine, stubborn = scenario.faulty
     says = scenario.faults.byzantine_says
     colluding = says == "colluding"
-    return FaultParams(
+    return numbers.FaultParams(
         stopped=stopped,
         byzantine=byzantine,
         stubborn=stubborn,
@@ -267,19 +223,19 @@ def _faults(scenario: Scenario, faulty: tuple[int, int, int]) -> FaultParams:
     )
 
 
-def _response(scenario: Scenario) -> ResponseParams:
+def _response(scenario: Scenario) -> numbers.ResponseParams:
     response = scenario.response
-    return ResponseParams(
+    return _filled(
+        numbers.ResponseParams,
+        response,
         enabled=response.patience is not None,
         patience=response.patience or 0,
-        delay=response.delay,
         asks=scenario.manifest.knows_gap,
-        margin=response.margin,
     )
 
 
-def _placement(section: Placed, unit: Fraction, margin: int) -> PlacementParams:
-    return PlacementParams(
+def _placement(section: Placed, unit: Fraction, margin: int) -> numbers.PlacementParams:
+    return numbers.PlacementParams(
         how=Placement[section.placement.upper()],
         clusters=section.clusters,
         spread=fixed(section.spread, unit),
@@ -287,7 +243,7 @@ def _placement(section: Placed, unit: Fraction, margin: int) -> PlacementParams:
     )
 
 
-def _grid(points: int, reach: int, arena: ArenaParams) -> Grid:
+def _grid(points: int, reach: int, arena: numbers.ArenaParams) -> numbers.Grid:
     """Return the finest grid whose half cells are longer than ``reach``, and not more cells than points.
 
     Up to 32 points need no grid: they are looked at together. Half cells are longer by 1 in 2**16, more than
@@ -303,10 +259,10 @@ def _grid(points: int, reach: int, arena: ArenaParams) -> Grid:
         for count, side in ((columns, arena.width), (rows, arena.height))
     )
     halves = arena.width // (2 * columns), arena.height // (2 * rows)
-    return Grid(columns, rows, arena.width, arena.height, *halves, scale_x, scale_y)
+    return numbers.Grid(columns, rows, arena.width, arena.height, *halves, scale_x, scale_y)
 
 
-def _lists(tasks: int, limit: int) -> ListParams:
+def _lists(tasks: int, limit: int) -> numbers.ListParams:
     """Return the finest grid whose cells are longer than the range, and not more cells than tasks.
 
     It has no lists if it would have less than four cells a side: places in a list span four.
@@ -315,10 +271,10 @@ def _lists(tasks: int, limit: int) -> ListParams:
     bits = min(by_range, tasks.bit_length() // 2)
     bits = bits if bits >= 2 else 0
     shift = 18 - bits
-    return ListParams(bits, np.uint32(shift), band_of(limit, shift))
+    return numbers.ListParams(bits, np.uint32(shift), band_of(limit, shift))
 
 
-def tables_of(scenario: Scenario, params: Params) -> Tables:
+def tables_of(scenario: Scenario, params: numbers.Params) -> Tables:
     """Return the arrays of a scenario: classes, sets of skills, given points, the strategy's parameters."""
     robots, tasks = scenario.robots, scenario.tasks
     return Tables(
@@ -385,7 +341,9 @@ def _numbers(counts: list[int], total: int) -> Int32s:
     return kinds
 
 
-def _given_points(scenario: Scenario, section: Robots | Tasks, margin: int, arena: ArenaParams) -> Int32s:
+def _given_points(
+    scenario: Scenario, section: Robots | Tasks, margin: int, arena: numbers.ArenaParams
+) -> Int32s:
     """Return given points in fixed point, off the walls by a margin."""
     if section.placement != "points":
         return np.zeros((section.count, 2), np.int32)
