@@ -243,42 +243,13 @@ def test_counting_oneself_adds_one_a_step(world):
     assert swarm.seen(0) == (4, 0)
 
 
-def decide(world, own, votes, heard_for=1, **changes):
-    """Let robot 0 hear the votes from robots about it, then end its dissemination; return its opinion."""
-    places = [(4, 4)] + [(4 + 0.1 * k, 4) for k in range(len(votes))]
-    swarm = world(places, opinions=[own, *votes], disseminating=[1] * len(places), changes=changes)
-    for _ in range(heard_for - 1):
-        swarm.step()
-    swarm.end_phase_of(0)
+@pytest.mark.parametrize(("inbox", "opinion"), [("latest-per-robot", 1), ("every-message", 0)])
+def test_a_robot_heard_often_is_one_vote_or_as_many_as_its_messages(world, inbox, opinion):
+    """Three messages for 0 against its own vote for 1, or one: a tie."""
+    swarm = crowd(world, 1, [0], "dmmd", **{"decision.inbox": inbox})
     swarm.step()
-    assert not swarm.speaks(0)
-    return swarm.opinion(0)
-
-
-@pytest.mark.parametrize("own", [0, 1])
-def test_an_empty_inbox_keeps_the_opinion(world, own):
-    assert decide(world, own, []) == own
-    assert decide(world, own, [], **{"decision.own_vote": False}) == own
-
-
-@pytest.mark.parametrize("own", [0, 1])
-def test_a_tie_keeps_the_opinion(world, own):
-    assert decide(world, own, [1 - own]) == own  # with the own vote, one against one
-    assert decide(world, own, [0, 1], **{"decision.own_vote": False}) == own
-
-
-@pytest.mark.parametrize("own", [0, 1])
-def test_the_majority_wins_with_and_without_the_own_vote(world, own):
-    other = 1 - own
-    assert decide(world, own, [other, other]) == other
-    assert decide(world, own, [other], **{"decision.own_vote": False}) == other
-    assert decide(world, own, [other, own, own]) == own
-
-
-def test_a_robot_heard_often_is_one_vote_or_as_many_as_its_messages(world):
-    every = {"decision.inbox": "every-message", "decision.own_vote": False}
-    assert decide(world, 1, [0], heard_for=3) == 1
-    assert decide(world, 1, [0], heard_for=3, **every) == 0
+    swarm.step()
+    assert next_opinion(swarm) == opinion
 
 
 def test_the_latest_opinion_of_a_robot_counts(world):
@@ -392,22 +363,46 @@ def next_opinion(swarm):
     return swarm.opinion(0)
 
 
-@pytest.mark.parametrize("strategy", ["voter", "dmvd"])
-@pytest.mark.parametrize("own", [0, 1])
-def test_voters_take_a_heard_opinion_and_never_their_own(world, strategy, own):
-    assert next_opinion(crowd(world, own, [1 - own], strategy)) == 1 - own
-    assert next_opinion(crowd(world, own, [1 - own] * 5, strategy)) == 1 - own
-    assert next_opinion(crowd(world, own, [own] * 5, strategy)) == own
-    assert next_opinion(crowd(world, own, [], strategy)) == own
+VOTES = ("x", "xxxxx", "ooooo", "")
+ALONE = {"decision.own_vote": False}
+TWO = {"decision.parameters": {"k": 2.0}}
+RULES = [
+    # A voter takes any opinion heard, never its own: o is its own opinion, x the other one.
+    *((name, "o", votes, {}, votes[:1] or "o") for name in ("voter", "dmvd") for votes in VOTES),
+    # An empty inbox and a tie keep the opinion; with the own vote, one against one is a tie.
+    ("dmmd", "o", "", {}, "o"),
+    ("dmmd", "o", "", ALONE, "o"),
+    ("dmmd", "o", "x", {}, "o"),
+    ("dmmd", "o", "xo", ALONE, "o"),
+    ("dmmd", "o", "xx", {}, "x"),
+    ("dmmd", "o", "x", ALONE, "x"),
+    ("dmmd", "o", "xoo", {}, "o"),
+    # The majority counts the own vote, as dmmd does.
+    ("majority", "o", "x", {}, "o"),
+    ("majority", "o", "x", ALONE, "x"),
+    ("majority", "o", "xx", {}, "x"),
+    ("majority", "o", "", {}, "o"),
+    # k opinions that are equal, and nothing less: fewer, or not of one mind.
+    ("k-unanimity", "o", "xxx", {}, "x"),
+    ("k-unanimity", "o", "xx", {}, "o"),
+    ("k-unanimity", "o", "xxo", {}, "o"),
+    ("k-unanimity", "o", "xx", TWO, "x"),
+    ("k-unanimity", "o", "", TWO, "o"),
+    # Cross-inhibition has three states; - is to have no opinion.
+    ("cross-inhibition", "o", "x", {}, "-"),
+    ("cross-inhibition", "o", "o", {}, "o"),
+    ("cross-inhibition", "o", "", {}, "o"),
+    ("cross-inhibition", "-", "o", {}, "o"),
+    ("cross-inhibition", "-", "", {}, "-"),
+]
 
 
 @pytest.mark.parametrize("own", [0, 1])
-def test_majority_counts_its_own_vote_as_dmmd_does(world, own):
-    other = 1 - own
-    assert next_opinion(crowd(world, own, [other], "majority")) == own
-    assert next_opinion(crowd(world, own, [other], "majority", **{"decision.own_vote": False})) == other
-    assert next_opinion(crowd(world, own, [other, other], "majority")) == other
-    assert next_opinion(crowd(world, own, [], "majority")) == own
+@pytest.mark.parametrize(("strategy", "before", "votes", "changes", "after"), RULES)
+def test_an_inbox_becomes_an_opinion(world, strategy, before, votes, changes, after, own):
+    opinions = {"o": own, "x": 1 - own, "-": -1}
+    heard = [opinions[each] for each in votes]
+    assert next_opinion(crowd(world, opinions[before], heard, strategy, **changes)) == opinions[after]
 
 
 # own opinion and quality of *feasible*, heard opinion and its value (65535: quality of *feasible* 1), outcome
@@ -443,27 +438,6 @@ def test_dc_sends_the_quality_of_feasible_in_16_bits(world):
     swarm.end_phase_of(0)
     swarm.step()
     assert swarm.told(0) == 43690  # 65535 * 2 / 3
-
-
-@pytest.mark.parametrize("own", [0, 1])
-def test_k_unanimity_takes_k_equal_opinions_and_nothing_less(world, own):
-    other = 1 - own
-    assert next_opinion(crowd(world, own, [other] * 3, "k-unanimity")) == other
-    assert next_opinion(crowd(world, own, [other] * 2, "k-unanimity")) == own  # fewer than k
-    assert next_opinion(crowd(world, own, [other, other, own], "k-unanimity")) == own  # not of one mind
-    two = {"decision.parameters": {"k": 2.0}}
-    assert next_opinion(crowd(world, own, [other, other], "k-unanimity", **two)) == other
-    assert next_opinion(crowd(world, own, [], "k-unanimity", **two)) == own
-
-
-def test_the_three_states_of_cross_inhibition(world):
-    rule = "cross-inhibition"
-    for own in (0, 1):
-        assert next_opinion(crowd(world, own, [1 - own], rule)) == -1  # inhibited
-        assert next_opinion(crowd(world, own, [own], rule)) == own
-        assert next_opinion(crowd(world, own, [], rule)) == own
-        assert next_opinion(crowd(world, -1, [own], rule)) == own  # recruited
-    assert next_opinion(crowd(world, -1, [], rule)) == -1
 
 
 def test_a_robot_without_an_opinion_is_silent_and_sends_no_bits(world):
@@ -806,9 +780,8 @@ def test_two_robots_with_one_id_are_one_sender(world):
     ids = [reference.draws.philox(0, 0, i, 0, IDENTITY)[0] >> 31 for i in range(8)]
     votes = [int(ids[i] not in ids[i + 1 :]) for i in range(1, 8)]
     assert 0 < sum(votes) <= 2  # else the seven would say the same
-    alone = {"decision.own_vote": False}
-    assert next_opinion(crowd(world, 0, votes, "dmmd", **alone)) == 0
-    swarm = crowd(world, 0, votes, "dmmd", **alone, **{"radio.id_bits": 1})
+    assert next_opinion(crowd(world, 0, votes, "dmmd", **ALONE)) == 0
+    swarm = crowd(world, 0, votes, "dmmd", **ALONE, **{"radio.id_bits": 1})
     assert list(swarm.ids[:8]) == [ids.index(each) for each in ids]
     assert next_opinion(swarm) == 1
 
