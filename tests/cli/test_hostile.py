@@ -183,9 +183,6 @@ finally:
 """A command that says how many bytes it has taken at most."""
 
 GREEDY = {
-    "zeros": ["truth", "/dev/zero"],
-    "noise": ["run", "/dev/urandom"],
-    "a pipe": ["scenario", "pipe"],
     "a terabyte": ["sweep", "sparse"],
     "points that are zeros": ["truth", "--set", "tasks.points=/dev/zero"],
     "2,000 equal points": ["truth", "equal.toml"],

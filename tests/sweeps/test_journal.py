@@ -97,17 +97,13 @@ def test_what_goes_in_comes_out(tmp_path):
     assert (records[2].declare_step >= 0).any()
     with Journal(tmp_path) as journal:
         for number, row, each, record in zip(numbers, journal.points, points, records, strict=True):
-            assert (row.id, row.hash, row.seed) == (number, each.scenario.hash, 2**64 - 1)
-            assert (row.values, row.scenario, row.truth) == (
-                each.values,
-                each.scenario,
-                truth(each.scenario),
-            )
+            expected = (number, each.scenario.hash, 2**64 - 1, each.values, each.scenario)
+            assert (row.id, row.hash, row.seed, row.values, row.scenario) == expected
+            assert row.truth == truth(each.scenario)
             np.testing.assert_array_equal(journal.columns(number), rows_of(record))
-            curves = list(journal.curves(number))
-            assert [run for run, *_ in curves] == list(range(3, 11))
-            np.testing.assert_array_equal([feasible for _, feasible, _ in curves], record.feasible_count)
-            np.testing.assert_array_equal([other for *_, other in curves], record.infeasible_count)
+            for (run, *counts), k in zip(journal.curves(number), range(8), strict=True):
+                assert run == 3 + k
+                np.testing.assert_array_equal(counts, [record.feasible_count[k], record.infeasible_count[k]])
 
 
 def test_a_chunk_that_fails_leaves_nothing(filled):
@@ -142,9 +138,11 @@ def test_it_is_plain_sql(filled):
             "SELECT COUNT(*) FROM runs JOIN points ON point = id WHERE seed = '7' AND decision_step >= -1"
         ).fetchone()
         about = dict(other.execute("SELECT key, value FROM about"))
+        ((text,),) = other.execute("SELECT scenario FROM points")
         (mode,) = other.execute("PRAGMA journal_mode").fetchone()
     assert runs == 30
     assert (int(about["format"]), int(about["model_version"])) == (FORMAT, MODEL_VERSION)
+    assert json.loads(text) == SMALL.to_dict()  # the complete one
     assert mode == "wal"
 
 
@@ -158,34 +156,6 @@ def test_scenarios_and_seeds_never_mix(tmp_path):
         assert journal.add([point()], 1) == [3]
         assert journal.add([point({"robots.speed": 1.0})], 1) == [3]  # the default, and so the same scenario
         assert [row.values for row in journal.points] == [{}, {"tasks.count": 4}, {"robots.speed": 1.0}]
-
-
-def test_a_strategys_file_may_change_or_go_afterwards(tmp_path):
-    """The rows stay with the text that they were computed with, in a merged journal, too."""
-    own = tmp_path / "own.py"
-    own.write_text(STRATEGY)
-    before = DesignPoint({}, SMALL.replace({"decision.strategy": str(own)}))
-    with Journal(tmp_path, write=True) as journal:
-        (number,) = journal.add([before], 0)
-        journal.write([(number, simulate_record(SMALL, Runs(3, 0)))])  # any runs will do
-    code = """
-import sys
-from pathlib import Path
-from feasibee.sweeps.journal import Journal, merge
-folder = Path(sys.argv[1])
-with Journal(folder) as journal, Journal(folder / sys.argv[2], write=True) as other:
-    merge(other, [folder])
-    for each in (journal, other):
-        (row,) = each.points
-        print(row.hash, row.scenario.decision.strategy, len(each.columns(row.id)))
-"""
-    for name in ("changed", "gone"):
-        (tmp_path / name).mkdir()
-        own.write_text(STRATEGY + "\n# other\n") if name == "changed" else own.unlink()
-        told = subprocess.run(
-            [sys.executable, "-c", code, tmp_path, name], capture_output=True, text=True, check=True
-        ).stdout
-        assert told.splitlines() == [f"{before.scenario.hash} {own} 3"] * 2
 
 
 def test_a_strategys_text_is_kept_once_and_merged(tmp_path):
@@ -387,11 +357,7 @@ def refuse(folder, rule):
 @pytest.mark.parametrize(
     ("key", "number", "rule"),
     [
-        (
-            "format",
-            FORMAT + 1,
-            f"has format {FORMAT + 1}, this feasibee has {FORMAT}; install the newer",
-        ),
+        ("format", FORMAT + 1, f"format {FORMAT + 1}, this feasibee has {FORMAT}; install the newer"),
         ("format", FORMAT - 1, "choose another folder"),
         ("model_version", MODEL_VERSION + 1, "has model version .*; install the newer feasibee"),
         ("model_version", MODEL_VERSION - 1, "has model version .*; choose another folder"),
@@ -418,25 +384,23 @@ def test_a_journal_of_the_format_before_is_refused(tmp_path):
     refuse(tmp_path, f"has format 2, this feasibee has {FORMAT}; choose another folder")
 
 
-def test_any_other_database_is_refused(tmp_path):
+def test_any_other_database_or_an_empty_one_is_refused(tmp_path):
+    """An empty one is a new journal to a writer: a process was killed before it had made the tables."""
+    (tmp_path / NAME).touch()
+    with pytest.raises(FeasibeeError, match="isn't a journal"):
+        Journal(tmp_path)
     with database(tmp_path) as other:
         other.execute("CREATE TABLE photographs (id INTEGER)")
     refuse(tmp_path, "isn't a journal of feasibee; choose another folder")
+    (tmp_path / NAME).write_bytes(b"")
+    with Journal(tmp_path, write=True) as journal:
+        assert journal.points == []
 
 
 def test_a_folder_without_one_is_told(tmp_path):
     with pytest.raises(FeasibeeError, match=r"has no journal\.sqlite; name the folder of a sweep"):
         Journal(tmp_path)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_an_empty_file_is_a_new_journal(tmp_path):
-    """The process was killed before it had made the tables."""
-    (tmp_path / NAME).touch()
-    with pytest.raises(FeasibeeError, match="isn't a journal"):
-        Journal(tmp_path)
-    with Journal(tmp_path, write=True) as journal:
-        assert journal.points == []
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write everywhere")
@@ -465,9 +429,3 @@ def test_a_folder_in_the_way_is_told(tmp_path, name):
     (tmp_path / name).mkdir()
     with pytest.raises(FeasibeeError, match="choose a folder that you may write to"):
         Journal(tmp_path, write=True)
-
-
-def test_a_point_holds_its_complete_scenario(filled):
-    with database(filled) as other:
-        ((text,),) = other.execute("SELECT scenario FROM points")
-    assert json.loads(text) == SMALL.to_dict()

@@ -166,13 +166,11 @@ FINE_KEYS = {"curves true", "scenario table", "sweep table"}
 
 STUDIES = {
     "two kinds of range": '[sweep]\n"tasks.count" = {range = [0, 1, 1], linspace = [1, 2, 3]}',
-    "an unknown range": '[sweep]\n"tasks.count" = {geomspace = [1, 2, 3]}',
     "1e1200 points": "[sweep]\n" + "".join(f'"x.a{i}" = {{linspace = [0, 1, 1000]}}\n' for i in range(400)),
     "2,000 long fields": 'combine = "zip"\n[sweep]\n'
     + "".join(f'"x.a{i}" = {{linspace = [0, 1, 500000]}}\n' for i in range(2000)),
     "5,000 short fields": "[sweep]\n" + "".join(f'"x.a{i}" = [1]\n' for i in range(5000)),
     "100,000 wrong points": '[sweep]\n"radio.loss" = {linspace = [2, 3, 100000]}',
-    "lengths that differ": 'combine = "zip"\n[sweep]\n"tasks.count" = [1, 2]\n"robots.count" = [1]',
     "itself": 'file = "hostile.toml"',
     **{
         f"{key} that is {kind}": f'{key} = "{name}"'
@@ -187,17 +185,12 @@ STUDIES = {
             "a loop": "loop",
             "a terabyte": "sparse",
             "elsewhere": "../../../../../../etc/shadow-",
-            "bytes": "bytes",
         }.items()
     },
-    "design and sweep": 'design = "d.csv"\n[sweep]\n"tasks.count" = [1]',
-    "until two things": "until = {width = 0.1, decided = 0.5}",
     "until 0": "until = {width = 0}",
     "until nan": "until = {decided = nan}",
     "until most of nines": f"until = {{width = 0.1, most = {NINES}}}",
-    "until a word": 'until = {width = "a"}',
     "until most": "until = {most = 5}",
-    "an unknown key": "x = 1",
     "60,000 keys": "".join(f"k{i} = 1\n" for i in range(60_000)),
     "a long key": "x" * 900_000 + " = 1",
     "a key of control characters": r'"a\nfeasibee: b\u001b" = 1',
@@ -230,13 +223,7 @@ TABLES = {
     "a long value": "tasks.count\n" + "1" * 200_000,
     "100,000 columns": "tasks.count" + ",1" * 100_000 + "\n1\n",
     "unknown fields": ",".join(f"x.a{i}" for i in range(500)) + "\n" + ",".join("1" * 500) + "\n",
-    "a field twice": "radio.loss,radio.loss\n0,0.1\n",
-    "semicolons": "tasks.count;radio.loss\n1;2\n",
-    "too few": "tasks.count,radio.loss\n1\n",
-    "too many": "tasks.count\n1,2\n",
-    "words": "tasks.count\nmany\n",
     "nan": "radio.loss\nnan\n",
-    "infinity": "decision.gain\ninf\n",
     "5,000 digits": "tasks.count\n" + "9" * 5000 + "\n",
     "overflow": "decision.gain\n1e999\n",
     "a comment": "tasks.count\n1 # x\n",
@@ -253,7 +240,6 @@ TABLES = {
     "devices": "tasks.points\n/dev/zero\n",
     "deep brackets": "tasks.count\n" + "[" * 5000 + "\n",
     "below 0": "tasks.count\n-1\n",
-    "bytes": b"tasks.count\n\xff\n",
     "UTF-16": "tasks.count\n5\n".encode("utf-16"),
 }
 """Designs."""
