@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
-import time
 from importlib.metadata import version
 from pathlib import Path
 
@@ -467,10 +465,9 @@ def test_too_little_memory_is_told(monkeypatch):
 # --- Real processes ---
 
 
-def start(*arguments, code=None, **options):
-    module = ["-m", "feasibee"] if code is None else ["-c", code]
+def start(*arguments, **options):
     return subprocess.Popen(
-        [sys.executable, *module, *map(str, arguments)],
+        [sys.executable, "-m", "feasibee", *map(str, arguments)],
         text=True,
         **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, **options},
     )
@@ -503,57 +500,6 @@ def test_output_that_finds_no_room_is_told(command):
     assert errors.splitlines() == [
         "feasibee: the output: can't be written: No space left on device; free some disk space"
     ]
-
-
-TELL_WHEN_IT_BEGINS = """
-import os, signal
-from feasibee.engine import runner
-
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored in the background
-begin = runner.simulate
-
-def simulate(*arguments, **options):
-    os.write(2, b"begun\\n")  # at once: the workers of a sweep share this pipe, and print writes twice
-    return begin(*arguments, **options)
-
-runner.simulate = simulate
-
-from feasibee.cli import main
-
-main(prog_name="feasibee")
-"""
-
-
-def start_simulating(*arguments, **options):
-    """Start a command, and return when its simulation has begun."""
-    process = start(*arguments, code=TELL_WHEN_IT_BEGINS, **options)
-    while (line := process.stderr.readline()) != "begun\n":
-        assert "compiling" in line
-    return process
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT to send")
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("run", "--json", "--runs", 2, "--steps", 100_000_000),
-        ("run", "--runs", 20_000, "--out", "a.nc", "--out", "a.png", "--workers", 1),
-    ],
-)
-def test_an_interrupt_ends_it_at_once_and_leaves_no_file(tmp_path, arguments):
-    process = start_simulating(*arguments, cwd=tmp_path)
-    time.sleep(0.3)
-    assert process.poll() is None
-    before = time.monotonic()
-    process.send_signal(signal.SIGINT)
-    output, errors = process.communicate(timeout=240)
-    assert time.monotonic() - before < 60  # on a busy machine
-    assert process.returncode == 130
-    assert output == ""
-    (line,) = {*errors.splitlines()} - {"begun"}  # of each call of the engine
-    assert "interrupted" in line
-    assert names(tmp_path) == []
 
 
 @pytest.mark.slow

@@ -198,13 +198,14 @@ def lives(process):
     "arguments",
     [
         ("compare", "--strategies", "dmmd,voter", "--runs", 1_000_000),
-        ("run", "--runs", 200_000, "--out", "runs.nc"),
+        ("run", "--runs", 200_000, "--out", "runs.nc", "--out", "runs.png", "--workers", 1),
+        ("run", "--json", "--runs", 2, "--steps", 100_000_000),
         ("tune", "--over", "decision.gain"),
     ],
 )
 def test_other_commands_end_in_a_line(tmp_path, arguments):
     kept = r"no file was left half-written|(the|\d+) runs .*kept; the same command goes on"
-    for moment in (0.0, 1.0):
+    for moment in (0.0, 1.0, 4.0):
         process = start(tmp_path, *arguments)
         time.sleep(moment)
         interrupt(process)
