@@ -11,6 +11,7 @@ const DETAILED = 2000; // with more robots than this, no ticks, no flashes, no c
 const FLASH = 700; // milliseconds
 
 /** @import { Frame, Places } from "./frames.js" */
+/** @import { Shades } from "./theme.js" */
 
 /**
  * The world of a swarm, from the server.
@@ -38,15 +39,9 @@ const FLASH = 700; // milliseconds
  * }} Opened
  */
 
-/** @typedef {"ground" | "line" | "ink" | "feasible" | "infeasible" | "undecided" | "task"} Colour */
-/** @typedef {Record<Colour, string>} Colours */
-
 /**
- * What to draw: a frame, the next frame if any, and the time between them, 0 to 1.
- * @typedef {object} View
- * @property {Frame} now
- * @property {Frame | null} next
- * @property {number} between
+ * What to draw: a frame, the next frame if any, and the time between them, 0 to 1; calm: without flashes.
+ * @typedef {{now: Frame, next: Frame | null, between: number, calm: boolean}} View
  */
 
 export class Arena {
@@ -57,7 +52,7 @@ export class Arena {
 
   /**
    * @param {HTMLCanvasElement} canvas
-   * @param {Colours} colours
+   * @param {Shades} colours
    */
   constructor(canvas, colours) {
     this.canvas = canvas;
@@ -78,7 +73,6 @@ export class Arena {
     /** @type {Uint16Array} */
     this.flags = new Uint16Array(0); // of the frame that is drawn
     this.width = this.height = this.longer = this.scale = this.unit = this.radius = this.ratio = 1;
-    this.calm = false;
     this.ranges = false; // of all robots
     this.pointed = this.chosen = -1;
     this.drawn = 0;
@@ -102,7 +96,7 @@ export class Arena {
     this.paintGround();
   }
 
-  /** @param {Colours} colours */
+  /** @param {Shades} colours */
   setColours(colours) {
     this.colours = colours;
     if (this.world) this.layout();
@@ -146,11 +140,11 @@ export class Arena {
    * @param {View} view
    * @param {number} time
    */
-  draw({ now, next, between }, time) {
+  draw({ now, next, between, calm }, time) {
     const { context } = this;
     this.place(now, next, between);
     this.flags = now.flags;
-    if (now !== this.before) this.notice(now, time);
+    if (now !== this.before) this.notice(now, calm ? Infinity : time);
     const shadowed = (this.ranges ? [...this.flags.keys()] : [this.pointed, this.chosen]).filter((each) =>
       this.has(each),
     );
@@ -218,11 +212,11 @@ export class Arena {
   /**
    * Start a flash for each robot that has begun to disseminate, and rings around what has come or gone.
    * @param {Frame} now
-   * @param {number} time
+   * @param {number} time Infinity for no flashes: faster, they would only flicker.
    */
   notice(now, time) {
     const old = this.before;
-    if (old && !this.calm && now.step > old.step && now.robots <= DETAILED / 4) {
+    if (old && time < Infinity && now.step > old.step && now.robots <= DETAILED / 4) {
       for (let i = 0; i < now.robots; i++)
         if (now.flags[i] & ~old.flags[i] & DISSEMINATING) this.flashes.set(i, time);
       if (this.world.changes) this.comings.notice(old, now, time);
@@ -365,6 +359,20 @@ export class Arena {
       if (squared < nearest && this.has(i)) [nearest, found] = [squared, i];
     }
     return found;
+  }
+
+  /**
+   * Let the pointer show what a robot senses.
+   * @param {HTMLElement} frame
+   * @param {() => void} redraw
+   */
+  followPointer(frame, redraw) {
+    for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
+      frame.addEventListener(type, ({ clientX, clientY }) => {
+        const robot = type === "pointerleave" ? -1 : this.at(clientX, clientY);
+        if (robot !== this.pointed) redraw();
+        this.pointed = robot;
+      });
   }
 
   /**

@@ -1,6 +1,6 @@
 // The form of settings: the user's changes, and the server's problems with them.
 
-import { unfold } from "./elements.js";
+import { make, unfold } from "./elements.js";
 
 /** @typedef {HTMLInputElement | HTMLSelectElement} Input */
 /** @typedef {{path: string, text: string}} Problem */
@@ -45,14 +45,9 @@ export class Controls {
    */
   add(input) {
     const path = input.dataset.path ?? "",
-      note = document.createElement("span");
-    note.className = "note";
-    note.id = `note-${path.replace(".", "-")}`;
-    note.hidden = true;
-    input.setAttribute(
-      "aria-describedby",
-      [input.getAttribute("aria-describedby") ?? "", note.id].join(" ").trim(),
-    );
+      note = make("span", { className: "note", id: `note-${path.replace(".", "-")}`, hidden: true }),
+      described = input.getAttribute("aria-describedby");
+    input.setAttribute("aria-describedby", described ? `${described} ${note.id}` : note.id);
     input.closest("label")?.append(note);
     this.inputs.set(path, input);
     this.notes.set(input, note);

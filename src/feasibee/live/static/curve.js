@@ -3,9 +3,8 @@
 import { contextOf } from "./crowd.js";
 import { drawTruth } from "./truths.js";
 
-/** @import { Shade } from "./theme.js" */
+/** @import { Shades } from "./theme.js" */
 
-/** @typedef {Record<Shade, string>} Shades */
 /**
  * What is known of a run, by step: a recording of this page, or what the server has sent.
  * @typedef {object} Course

@@ -7,6 +7,25 @@
 export const $ = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
 /**
+ * Make an element.
+ * @template {keyof HTMLElementTagNameMap} Tag
+ * @param {Tag} tag
+ * @param {Partial<HTMLElementTagNameMap[Tag]>} properties
+ * @param {(Node | string)[]} children
+ */
+export function make(tag, properties, ...children) {
+  const element = document.createElement(tag);
+  Object.assign(element, properties).append(...children);
+  return element;
+}
+
+/**
+ * Write a text with a capital at its start.
+ * @param {string} text
+ */
+export const capital = (text) => text[0].toUpperCase() + text.slice(1);
+
+/**
  * Write a number with commas between thousands.
  * @param {number} value
  */

@@ -1,7 +1,7 @@
 // A field: a swarm of processes. Who is silent, whether it goes on, and the page without what only a simulation has.
 
-import { showBanner, showConnection } from "./banner.js";
-import { $, announce, formatted } from "./elements.js";
+import { $, announce, capital, formatted } from "./elements.js";
+import { showBanner, showConnection } from "./notices.js";
 import { SPEEDS } from "./player.js";
 
 /** @import { Opened } from "./arena.js" */
@@ -43,7 +43,7 @@ export function openField(world) {
  */
 export function showField({ problems, silent, end }, last) {
   const text = problems.join("; ");
-  if (text) showBanner(`${text[0].toUpperCase()}${text.slice(1)}.`, false);
+  if (text) showBanner(`${capital(text)}.`, false);
   else $("banner").hidden = true;
   const now = end !== null ? `ended at step ${formatted(end)}` : silent ? "silent" : "running";
   if (end !== null) announce(`The field has ended at step ${formatted(end)}`);

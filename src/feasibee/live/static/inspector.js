@@ -1,6 +1,6 @@
 // The inspector: one robot, chosen by pointer or keyboard, and why it thinks so.
 
-import { $, announce } from "./elements.js";
+import { $, announce, make } from "./elements.js";
 
 /** @import { Arena } from "./arena.js" */
 /** @import { Lane } from "./lane.js" */
@@ -119,11 +119,6 @@ export class Inspector {
     if (words.robot === this.robot) kept.push(words);
   }
 
-  // Forget what is known at other steps: the page jumps.
-  jump() {
-    this.words = [[], []];
-  }
-
   /**
    * Show what the robot knows at a step, and that in the swarm beside it.
    * @param {number} step
@@ -140,7 +135,10 @@ export class Inspector {
       const title = /** @type {HTMLElement} */ (box.querySelector("h3"));
       title.textContent = strategies.length > 1 ? strategies[lane] : "";
       title.hidden = strategies.length < 2;
-      box.querySelector("dl")?.replaceChildren(...words.reasons.map(rowOf));
+      const rows = words.reasons.map(([term, text]) =>
+        make("div", {}, make("dt", {}, term), make("dd", {}, text)),
+      );
+      box.querySelector("dl")?.replaceChildren(...rows);
     }
   }
 
@@ -156,19 +154,6 @@ export class Inspector {
 }
 
 /**
- * @param {[string, string]} reason
- */
-function rowOf([title, text]) {
-  const row = document.createElement("div"),
-    term = document.createElement("dt"),
-    said = document.createElement("dd");
-  term.textContent = title;
-  said.textContent = text;
-  row.append(term, said);
-  return row;
-}
-
-/**
  * Let the pointer show and choose robots of an arena, and keys choose them while it has the focus.
  * @param {Lane} lane
  * @param {Inspector} inspector
@@ -180,12 +165,6 @@ export function listenToArena({ canvas, arena, frame }, inspector, redraw) {
     event.preventDefault();
     event.stopPropagation();
   });
-  const pointAt = (/** @type {PointerEvent} */ event) => {
-    const robot = event.type === "pointerleave" ? -1 : arena.at(event.clientX, event.clientY);
-    if (robot !== arena.pointed) redraw();
-    arena.pointed = robot;
-  };
-  for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
-    frame.addEventListener(type, pointAt);
+  arena.followPointer(frame, redraw);
   frame.addEventListener("click", (event) => inspector.pick(arena.at(event.clientX, event.clientY)));
 }

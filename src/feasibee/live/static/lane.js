@@ -3,7 +3,7 @@
 import { Arena } from "./arena.js";
 import { Curve } from "./curve.js";
 import { $, formatted } from "./elements.js";
-import { colours } from "./theme.js";
+import { coloursOf } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
 import { truthsOf } from "./truths.js";
 import { OPINIONS } from "./words.js";
@@ -22,7 +22,7 @@ export class Lane {
     this.caption = id("caption");
     this.title = id("plot-title");
     this.canvas = /** @type {HTMLCanvasElement} */ (id("arena"));
-    this.shades = colours();
+    this.shades = coloursOf();
     this.arena = new Arena(this.canvas, this.shades);
     this.curve = new Curve(/** @type {HTMLCanvasElement} */ (id("plot")));
     this.course = begun(0, false);
@@ -91,7 +91,7 @@ export class Lane {
   }
 
   repaint() {
-    this.shades = colours();
+    this.shades = coloursOf();
     this.arena.setColours(this.shades);
     this.plotted = -1;
   }

@@ -1,11 +1,8 @@
 // The page: show what the server sends, send what the user does.
 
 import { readAddress, writeAddress } from "./address.js";
-import { Ahead } from "./ahead.js";
-import { showBanner, showConnection } from "./banner.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
-import { copyScenario } from "./copy.js";
 import { $, announce, formatted } from "./elements.js";
 import { decisionOf, openField, showField } from "./field.js";
 import { decode } from "./frames.js";
@@ -13,17 +10,18 @@ import { Inspector, listenToArena } from "./inspector.js";
 import { listenToKeys } from "./keys.js";
 import { Lane } from "./lane.js";
 import { buildMore } from "./more.js";
+import { showBanner, showConnection, Veil } from "./notices.js";
 import { Player } from "./player.js";
 import { RateOfChange } from "./rate.js";
 import { Readings } from "./readings.js";
 import { listReplays, markReplay } from "./replays.js";
 import { SeekBar } from "./seekbar.js";
 import { Seeker } from "./seeker.js";
-import { colours, startTheme } from "./theme.js";
-import { Veil } from "./veil.js";
+import { startTheme } from "./theme.js";
 
 /** @import { Which } from "./address.js" */
-/** @import { Opened } from "./arena.js" */
+/** @import { Opened, View } from "./arena.js" */
+/** @import { Input } from "./controls.js" */
 /** @import { Frame } from "./frames.js" */
 /** @import { Goal } from "./seeker.js" */
 
@@ -31,7 +29,7 @@ import { Veil } from "./veil.js";
 
 const help = /** @type {HTMLDialogElement} */ ($("help"));
 const LOOK = 1000; // milliseconds between two looks whether another field has begun
-const calm = matchMedia("(prefers-reduced-motion: reduce)");
+const AGAIN = 30; // milliseconds between two looks ahead
 
 /** @type {Opened | null} */
 let world = null; // the run that the page shows
@@ -40,14 +38,14 @@ let point = null; // of a sweep, or null
 /** @type {{step: number, which: Which, request: number, then?: Goal} | null} */
 let wanted = null; // requested, and not shown yet; then: where to go in it
 let requests = 0; // for runs, so far
-let dirty = true;
 let startAfter = false; // whether to play as soon as the first frame is there
+let looking = 0; // timer
 let full = false; // whether the server has too many pages already
 /** @type {Frame | null} */
 let beside = null; // the frame of the second swarm, which comes before that of the first
 
 startTheme(repaint);
-const player = new Player((steps) => connection.send({ type: "advance", steps }));
+const player = new Player($("arena"), (steps) => connection.send({ type: "advance", steps }), draw);
 const seeker = new Seeker((message) => {
   player.asked = true; // no more frames of other steps
   sendInspected();
@@ -62,7 +60,6 @@ const change = new RateOfChange(controls, (stream) => {
   startAfter = player.playing || stream;
   begin(0);
 });
-const ahead = new Ahead(seekBar, shownLanes, (message) => connection.send(message));
 const veil = new Veil();
 
 // The swarms that the page shows: one, or two side by side.
@@ -106,7 +103,7 @@ function begin(step, which = controls.which) {
 function seek(to, lane = 0) {
   if (wanted) wanted.then = { to, lane };
   if (!world || wanted) return;
-  inspector.jump();
+  inspector.words = [[], []]; // what is known at other steps
   seeker.seek(to === "decision" ? to : Math.max(0, Math.min(to, world.last)), lane);
 }
 
@@ -119,12 +116,35 @@ function inspect(robot) {
     each.arena.chosen = robot;
     each.follow(robot < 0 ? null : robot);
   }
-  dirty = true;
-  ahead.mark();
+  player.wake();
+  mark();
   if (!world || wanted) return;
   if (player.playing && !seeker.busy) sendInspected();
   else seeker.again(shownStep()); // it brings what the robot knows
-  ahead.look(isOnTheWay);
+  look();
+}
+
+// Show what is found of what lies ahead.
+function mark() {
+  seekBar.mark(
+    shownLanes().map((each) => each.outlook),
+    lanes[0].shades,
+  );
+}
+
+// Ask the server for what lies ahead, a little at a time, until all marks of the seek bar are found.
+function look() {
+  clearTimeout(looking);
+  const lane = shownLanes().find((each) => each.world && !each.outlook.done);
+  if (!lane) return;
+  if (isOnTheWay()) return lookSoon();
+  const { robot, changes, world } = lane.outlook;
+  connection.send({ type: "look", robot, lane: lane.number, first: changes.length, seen: world.length });
+}
+
+function lookSoon() {
+  clearTimeout(looking);
+  looking = setTimeout(look, AGAIN);
 }
 
 // Whether the server is on the way to a step: another message would make it stop there.
@@ -141,8 +161,11 @@ const answers = {
   welcome(message) {
     $("banner").hidden = true;
     showConnection("live", "live");
-    if (!$("more-fields").childElementCount)
-      for (const input of buildMore(message.form, (path) => controls.inputs.has(path))) controls.add(input);
+    if (!$("more-fields").childElementCount) {
+      buildMore(message.form, (path) => controls.inputs.has(path));
+      for (const input of /** @type {NodeListOf<Input>} */ ($("more-fields").querySelectorAll("[data-path]")))
+        controls.add(input);
+    }
     controls.strategies(message.strategies);
     change.stream = message.stream;
     $("title").textContent = message.title;
@@ -173,7 +196,6 @@ const answers = {
     if (!isLate) change.open(message);
     document.body.dataset.swarms = message.swarms;
     readings.open(message);
-    dirty = true;
     startAfter ||= Boolean(message.field);
     if (message.field) return reflectSpeed(openField(message));
     $("controls").inert = false;
@@ -191,11 +213,11 @@ const answers = {
   robot(message) {
     if (message.generation !== world?.generation || message.jump !== seeker.jump) return;
     inspector.hear(message);
-    dirty = true;
+    player.wake();
   },
   outlook(message) {
-    if (message.generation === world?.generation && lanes[message.lane].foresee(message)) ahead.mark();
-    ahead.lookSoon(isOnTheWay);
+    if (message.generation === world?.generation && lanes[message.lane].foresee(message)) mark();
+    lookSoon();
   },
   undecided({ lane, last }) {
     const which = world?.swarms === 2 ? ` (${lanes[lane].world?.strategy})` : "";
@@ -209,7 +231,7 @@ const answers = {
     else player.halt();
     seeker.goal = seeker.next = null;
     startAfter = false;
-    reflectPlay();
+    player.wake();
     wanted = null;
     controls.showProblems(message.problems);
   },
@@ -246,7 +268,6 @@ function receive(frame) {
   wanted = null;
   if (startAfter) player.play(true);
   startAfter = false;
-  reflectPlay();
   if (!first) return;
   for (const each of lanes) {
     each.arena.chosen = inspector.robot;
@@ -257,8 +278,8 @@ function receive(frame) {
     else seek(frame.step);
   }
   if (first.then) seek(first.then.to, first.then.lane);
-  ahead.mark();
-  ahead.look(isOnTheWay);
+  mark();
+  look();
 }
 
 const connection = new Connection({
@@ -270,7 +291,6 @@ const connection = new Connection({
       fit();
       for (const each of shownLanes()) each.arena.setTasks(message);
     } else receive(message);
-    dirty = true;
   },
   lost(wait) {
     veil.hide();
@@ -289,29 +309,22 @@ const connection = new Connection({
   },
 });
 
-let past = 0;
-/** @param {number} time */
-function tick(time) {
-  const seconds = Math.min(0.1, (time - past) / 1000);
-  past = time;
-  const head = player.head,
-    was = player.playing;
-  const view = player.tick(seconds);
-  if (was && !player.playing) reflectPlay();
-  if (view && world && (dirty || head !== player.head)) {
-    dirty = lanes[0].draw(view, time);
-    const { now, next, between } = view;
-    if (now.beside)
-      dirty = lanes[1].draw({ now: now.beside, next: next?.beside ?? null, between }, time) || dirty;
-    if (!readings.isPlotted(now)) dirty = true;
-    readings.show(now, time, player.playing);
-    if (!seeker.busy) seekBar.show(now.step);
-    inspector.show(
-      now.step,
-      shownLanes().map((each) => each.world?.strategy ?? ""),
-    );
-  }
-  requestAnimationFrame(tick);
+/**
+ * Show a step; return whether something still moves.
+ * @param {View} view
+ * @param {number} time
+ */
+function draw({ now, next, between, calm }, time) {
+  const right = now.beside && { now: now.beside, next: next?.beside ?? null, between, calm },
+    moves = [lanes[0].draw({ now, next, between, calm }, time), right && lanes[1].draw(right, time)];
+  readings.show(now, time, player.playing);
+  if (!seeker.busy) seekBar.show(now.step);
+  inspector.show(
+    now.step,
+    shownLanes().map((each) => each.world?.strategy ?? ""),
+  );
+  reflectPlay();
+  return moves.includes(true) || !readings.isPlotted(now);
 }
 
 function reflectPlay() {
@@ -323,26 +336,20 @@ function reflectPlay() {
 
 function reflectSpeed(speed = player.speed) {
   player.speed = speed;
-  reflectMotion();
   $("speed").textContent = player.pace;
-}
-
-function reflectMotion() {
-  player.smooth = !calm.matches;
-  for (const { arena } of lanes) arena.calm = calm.matches || player.speed > 60; // faster, flashes would only flicker
 }
 
 function repaint() {
   for (const each of lanes) each.repaint();
-  ahead.mark();
-  dirty = true;
+  mark();
+  player.wake();
 }
 
 function fit() {
   if (!world) return;
   for (const each of shownLanes()) if (each.world) each.arena.layout();
-  ahead.mark();
-  dirty = true;
+  mark();
+  player.wake();
 }
 
 /**
@@ -354,7 +361,6 @@ function stopAt(to, lane = 0) {
   const goal = to === "decision" && world?.field ? decisionOf(player.latest) : to;
   if (goal === null) return;
   player.play(false);
-  reflectPlay();
   seek(goal, lane);
 }
 
@@ -366,12 +372,10 @@ const actions = {
       return seek(0);
     }
     player.play(!player.playing);
-    reflectPlay();
   },
   step() {
     if (seeker.busy) return stopAt(seeker.from(shownStep()) + 1); // a frame that comes later would undo it
     player.step();
-    reflectPlay();
   },
   back: () => stopAt(seeker.from(Math.ceil(player.head)) - 1),
   decision: () => stopAt("decision"),
@@ -400,7 +404,7 @@ for (const id of ["play", "step", "back", "restart", "faster", "slower", "anothe
   $(id).addEventListener("click", () => actions[id]());
 $("decision-0").addEventListener("click", actions.decision);
 for (const each of lanes) {
-  listenToArena(each, inspector, () => (dirty = true));
+  listenToArena(each, inspector, () => player.wake());
   new ResizeObserver(fit).observe(each.frame);
 }
 $("skip").addEventListener("click", () => $("play").focus()); // not a link: the address keeps the run
@@ -411,12 +415,20 @@ $("reset").addEventListener("click", () => {
   controls.against = "";
   begin(0);
 });
-$("copy").addEventListener("click", copyScenario);
+$("copy").addEventListener("click", async () => {
+  try {
+    await navigator.clipboard.writeText($("toml").textContent);
+    $("copy").textContent = "Copied";
+  } catch {
+    getSelection()?.selectAllChildren($("toml")); // a page by http from another machine has no clipboard
+    $("copy").textContent = "Selected: press Ctrl-C";
+  }
+  setTimeout(() => ($("copy").textContent = "Copy"), 2000);
+});
 addEventListener("hashchange", () => begin(0, followAddress()));
-calm.addEventListener("change", reflectMotion);
 new ResizeObserver(() => {
   lanes[0].plotted = -1;
-  dirty = true;
+  player.wake();
 }).observe($("plot"));
 
 setInterval(() => {
@@ -425,4 +437,3 @@ setInterval(() => {
 }, LOOK);
 reflectPlay();
 reflectSpeed();
-requestAnimationFrame(tick);

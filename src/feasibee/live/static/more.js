@@ -1,6 +1,6 @@
 // All fields of a scenario that the form does not have yet, from the server's list of them; see form.py.
 
-import { $ } from "./elements.js";
+import { $, capital, make } from "./elements.js";
 
 /**
  * @typedef {object} Field
@@ -14,68 +14,41 @@ import { $ } from "./elements.js";
  * @property {number} [max]
  */
 /** @typedef {{name: string, fields: Field[]}} Part */
-/** @typedef {HTMLInputElement | HTMLSelectElement} Input */
 
 /**
- * Build the controls of all fields that aren't known; return them.
+ * Build the controls of all fields that aren't known.
  * @param {Part[]} parts
  * @param {(path: string) => boolean} known
- * @returns {Input[]}
  */
 export function buildMore(parts, known) {
-  const inputs = [];
   for (const { name, fields } of parts) {
-    const missing = fields.filter((each) => !known(each.path));
-    if (!missing.length) continue;
-    const section = document.createElement("details"),
-      title = document.createElement("summary"),
-      box = document.createElement("div");
-    title.textContent = name[0].toUpperCase() + name.slice(1);
-    box.className = "fields";
-    for (const field of missing) {
-      const input = inputOf(field);
-      box.append(boxOf(field, input));
-      inputs.push(input);
-    }
-    section.append(title, box);
-    $("more-fields").append(section);
+    const boxes = fields.filter((each) => !known(each.path)).map(boxOf);
+    if (!boxes.length) continue;
+    const title = make("summary", {}, capital(name));
+    $("more-fields").append(make("details", {}, title, make("div", { className: "fields" }, ...boxes)));
   }
-  return inputs;
-}
-
-/** @param {Field} field */
-function inputOf({ path, kind, nullable, choices, min, max }) {
-  const input = document.createElement(kind === "choice" ? "select" : "input");
-  input.dataset.path = path;
-  input.dataset.empty = nullable ? "null" : "default";
-  if (input instanceof HTMLSelectElement) {
-    input.append(...(nullable ? [""] : []).concat(choices ?? []).map((each) => new Option(each, each)));
-    return input;
-  }
-  input.type = kind === "boolean" ? "checkbox" : kind === "value" ? "text" : "number";
-  if (kind === "number") input.step = "any";
-  if (min !== undefined) input.min = String(min);
-  if (max !== undefined) input.max = String(max);
-  return input;
 }
 
 /**
- * Return a control with its name and, below, its description.
+ * Return the control of a field with its name and, below, its description.
  * @param {Field} field
- * @param {Input} input
  */
-function boxOf({ path, name, note, kind }, input) {
-  const box = document.createElement("div"),
-    label = document.createElement("label"),
-    hint = document.createElement("small"),
-    text = name[0].toUpperCase() + name.slice(1);
-  hint.id = `hint-${path.replace(".", "-")}`;
-  hint.textContent = note;
+function boxOf({ path, name, note, kind, nullable, choices = [], min, max }) {
+  const input = kind === "choice" ? make("select", {}) : make("input", {}),
+    isBox = kind === "boolean";
+  input.dataset.path = path;
+  input.dataset.empty = nullable ? "null" : "default";
+  if (input instanceof HTMLSelectElement)
+    input.append(...[...(nullable ? [""] : []), ...choices].map((each) => new Option(each, each)));
+  else {
+    input.type = isBox ? "checkbox" : kind === "value" ? "text" : "number";
+    if (kind === "number") input.step = "any";
+    if (min !== undefined) input.min = String(min);
+    if (max !== undefined) input.max = String(max);
+  }
+  const hint = make("small", { id: `hint-${path.replace(".", "-")}` }, note),
+    parts = isBox ? [input, capital(name)] : [capital(name), input];
   input.setAttribute("aria-describedby", hint.id);
-  if (kind === "boolean") label.append(input, text);
-  else label.append(text, input);
-  label.className = kind === "boolean" ? "check" : "";
-  box.className = "wide";
-  box.append(label, hint);
-  return box;
+  const label = make("label", { className: isBox ? "check" : "" }, ...parts);
+  return make("div", { className: "wide" }, label, hint);
 }

@@ -1,6 +1,6 @@
 // The list of a sweep's runs under their points, each a button that replays its run.
 
-import { $, formatted } from "./elements.js";
+import { $, formatted, make } from "./elements.js";
 
 /**
  * @typedef {object} Replay
@@ -47,39 +47,25 @@ export function listReplays({ replays, pick, found }, choose) {
 /**
  * Return a point of the sweep with its runs.
  * @param {Replay[]} runs
- * @param {boolean} unfolded
+ * @param {boolean} open
  * @param {(replay: Replay) => void} choose
  */
-function pointOf(runs, unfolded, choose) {
-  const item = document.createElement("li"),
-    group = document.createElement("details"),
-    title = document.createElement("summary"),
-    list = document.createElement("ol"),
-    count = document.createElement("small");
-  const values = Object.entries(runs[0].values).map(([path, value]) => `${path} ${value}`);
-  count.textContent = runs.length === 1 ? " 1 run" : ` ${runs.length} runs`;
-  title.append(values.join(", ") || `point ${runs[0].point}`, count);
-  list.append(...runs.map((replay) => itemOf(replay, choose)));
-  group.open = unfolded;
-  group.append(title, list);
-  item.append(group);
-  return item;
-}
-
-/**
- * @param {Replay} replay
- * @param {(replay: Replay) => void} choose
- */
-function itemOf(replay, choose) {
-  const item = document.createElement("li"),
-    button = document.createElement("button");
-  const step = replay.decision_step >= 0 ? ` at step ${replay.decision_step}` : "";
-  button.textContent = `run ${replay.run}: ${replay.decision}${step}`;
-  button.type = "button";
-  button.dataset.key = keyOf(replay.point, replay.run);
-  button.addEventListener("click", () => choose(replay));
-  item.append(button);
-  return item;
+function pointOf(runs, open, choose) {
+  const values = Object.entries(runs[0].values).map(([path, value]) => `${path} ${value}`),
+    title = values.join(", ") || `point ${runs[0].point}`,
+    count = make("small", {}, runs.length === 1 ? " 1 run" : ` ${runs.length} runs`);
+  const items = runs.map((replay) => {
+    const step = replay.decision_step >= 0 ? ` at step ${replay.decision_step}` : "",
+      text = `run ${replay.run}: ${replay.decision}${step}`,
+      button = make("button", { type: "button", onclick: () => choose(replay) }, text);
+    button.dataset.key = keyOf(replay.point, replay.run);
+    return make("li", {}, button);
+  });
+  return make(
+    "li",
+    {},
+    make("details", { open }, make("summary", {}, title, count), make("ol", {}, ...items)),
+  );
 }
 
 /**

@@ -1,11 +1,11 @@
 // The seek bar: a slider over the steps of a run, and marks above it at what happens there.
 
 import { contextOf } from "./crowd.js";
-import { $, formatted } from "./elements.js";
+import { $, capital, formatted } from "./elements.js";
 import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, THERE, WORKING } from "./frames.js";
 import { drawTruth, truthsOf } from "./truths.js";
 
-/** @import { Shade } from "./theme.js" */
+/** @import { Shades } from "./theme.js" */
 /** @import { Change } from "./truths.js" */
 
 const INSET = 8; // half of the slider's thumb, in CSS pixels
@@ -55,7 +55,7 @@ export class SeekBar {
   /**
    * Draw the marks of each swarm, and say in words where they are.
    * @param {Outlook[]} outlooks
-   * @param {Record<Shade, string>} colours
+   * @param {Shades} colours
    */
   mark(outlooks, colours) {
     this.outlooks = outlooks;
@@ -87,7 +87,7 @@ export class SeekBar {
    * @param {CanvasRenderingContext2D} pen
    * @param {Outlook} outlook
    * @param {(step: number) => number} at
-   * @param {Record<Shade, string>} colours
+   * @param {Shades} colours
    */
   band(pen, { world, done }, at, colours) {
     const truths = truthsOf(world),
@@ -107,7 +107,7 @@ export class SeekBar {
    * @param {Outlook} outlook
    * @param {number} top
    * @param {(step: number) => number} at
-   * @param {Record<Shade, string>} colours
+   * @param {Shades} colours
    */
   strip(pen, { changes, done }, top, at, colours) {
     for (const [k, [step, flags]] of changes.entries()) {
@@ -175,7 +175,7 @@ function inWords({ robot, changes, world, decision, declaration, done, problem }
   }
   if (world.length && !lane) words.push(...worldInWords(world, done));
   const text = words.join(", ");
-  return `${side || text[0].toUpperCase()}${side ? text : text.slice(1)}.`;
+  return `${side ? side + text : capital(text)}.`;
 }
 
 /**

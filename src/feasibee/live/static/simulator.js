@@ -4,9 +4,8 @@ import { Arena } from "./arena.js";
 import { $, announce, formatted } from "./elements.js";
 import { listenToKeys } from "./keys.js";
 import { Player } from "./player.js";
-import { colours } from "./theme.js";
+import { coloursOf, startTheme } from "./theme.js";
 import { Curve } from "./curve.js";
-import { followTheme } from "./frame.js";
 import { Recording } from "./recording.js";
 import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
@@ -34,23 +33,26 @@ class Page {
     this.given = given;
     this.world = world;
     this.threshold = Number(part) / Number(whole);
-    this.shades = colours();
-    this.calm = matchMedia("(prefers-reduced-motion: reduce)");
+    this.shades = coloursOf();
     this.arena = new Arena(canvasOf("arena"), this.shades);
     this.curve = new Curve(canvasOf("curve"));
     this.seek = /** @type {HTMLInputElement} */ ($("seek"));
-    this.player = new Player((steps) =>
-      this.player.add(this.recording.frame(this.player.latest.step + steps)),
+    this.player = new Player(
+      canvasOf("arena"),
+      (steps) => this.player.add(this.frameAt(this.player.latest.step + steps)),
+      (view, time, rests) => {
+        this.show(view.now, time, rests);
+        return this.arena.draw(view, time);
+      },
     );
     this.swarms = new Swarms(other, () => this.showSwarms());
-    this.pending = this.past = this.curved = 0;
+    this.curved = 0;
     this.shown = -1;
     this.said = "";
-    this.stale = false;
     this.declares = given.numbers.rounds > 0;
     $("legend-declared").hidden = !this.declares;
     this.controls = new Controls(given, (settings) => this.begin(settings));
-    this.player.play(!this.calm.matches);
+    this.player.play(!this.player.calm.matches);
     this.setSpeed(this.player.speed);
     this.listen();
   }
@@ -80,42 +82,27 @@ class Page {
     this.swarms?.begin(settings);
     this.said = "";
     this.showSwarms();
-    this.wake();
   }
 
   restart() {
-    const { player, recording } = this;
-    player.clear();
-    player.last = recording.last;
-    player.add(recording.frame(0));
+    this.player.clear();
+    this.player.add(this.frameAt(0));
     this.shown = -1;
   }
 
-  wake() {
-    this.pending ||= requestAnimationFrame((time) => this.tick(time));
-  }
-
-  /** @param {number} time */
-  tick(time) {
-    const { player, recording } = this;
-    this.pending = 0;
-    if (this.stale) this.repaint();
-    player.last = recording.last;
-    const view = player.tick(this.past ? Math.min(0.1, (time - this.past) / 1000) : 0);
-    if (!view) return;
-    const flashing = this.arena.draw(view, time),
-      rests = !player.playing && player.head >= player.target;
-    this.show(view.now, time, rests);
-    this.past = rests ? 0 : time;
-    if (flashing || !rests) this.wake();
+  /** @param {number} step */
+  frameAt(step) {
+    const frame = this.recording.frame(Math.max(0, step));
+    this.player.last = this.recording.last; // it ends where the swarm decides
+    return frame;
   }
 
   repaint() {
-    this.stale = false;
-    this.shades = colours();
+    this.shades = coloursOf();
     this.arena.setColours(this.shades);
     this.shown = -1;
     this.showSwarms();
+    this.player.wake();
   }
 
   /**
@@ -187,18 +174,13 @@ class Page {
 
   /** @param {number} speed */
   setSpeed(speed) {
-    const { player, arena, calm } = this;
-    player.speed = speed;
-    player.smooth = !calm.matches && speed <= 60;
-    arena.calm = calm.matches || speed > 60; // faster, flashes would only flicker
-    $("speed").textContent = player.pace;
+    this.player.speed = speed;
+    $("speed").textContent = this.player.pace;
   }
 
   /** @param {number} step */
   goTo(step) {
-    this.player.arrive(this.recording.frame(Math.max(0, step)));
-    this.player.playing &&= !this.player.ended;
-    this.wake();
+    this.player.arrive(this.frameAt(step));
   }
 
   goToDecision() {
@@ -214,6 +196,7 @@ class Page {
 
   toggleRanges() {
     this.arena.ranges = !this.arena.ranges;
+    this.player.wake();
     $("ranges").setAttribute("aria-pressed", String(this.arena.ranges));
   }
 
@@ -240,28 +223,15 @@ class Page {
     listenToKeys(
       Object.fromEntries(Object.keys(this.actions).map((id) => [id, () => this.buttonOf(id).click()])),
     );
-    for (const [id, act] of Object.entries(this.actions))
-      this.buttonOf(id).addEventListener("click", () => {
-        act();
-        this.wake();
-      });
+    for (const [id, act] of Object.entries(this.actions)) this.buttonOf(id).addEventListener("click", act);
     this.seek.addEventListener("input", () => this.goTo(this.seek.valueAsNumber));
-    for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
-      $("arena").addEventListener(type, (event) => {
-        this.arena.pointed = type === "pointerleave" ? -1 : this.arena.at(event.clientX, event.clientY);
-        this.wake();
-      });
+    this.arena.followPointer($("arena"), () => this.player.wake());
     $("runs").addEventListener("click", (event) => {
       const run = runAt(canvasOf("runs"), event);
       if (run >= 0) this.chooseRun(run);
     });
-    const refresh = () => {
-      this.stale = true;
-      this.wake();
-    };
-    new ResizeObserver(refresh).observe($("frame"));
-    this.calm.addEventListener("change", () => this.setSpeed(this.player.speed));
-    followTheme(refresh);
+    new ResizeObserver(() => this.repaint()).observe($("frame"));
+    startTheme(() => this.repaint());
   }
 
   /** @param {string} id Of an action. */

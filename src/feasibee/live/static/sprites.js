@@ -3,7 +3,7 @@
 import { contextOf } from "./crowd.js";
 import { BYZANTINE, DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, WORKING } from "./frames.js";
 
-/** @import { Colours } from "./arena.js" */
+/** @import { Shades } from "./theme.js" */
 
 export const LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | DECLARED | WORKING | BYZANTINE; // flags that show
 
@@ -11,7 +11,7 @@ export const LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | DECLARED | WORKING | B
  * Draw a robot: its opinion as a disc, or a ring if infeasible; what else it is around or upon it.
  * @param {number} flags
  * @param {number} radius In pixels.
- * @param {Colours} colours
+ * @param {Shades} colours
  * @returns {HTMLCanvasElement}
  */
 export function drawSprite(flags, radius, colours) {
@@ -43,7 +43,7 @@ export function drawSprite(flags, radius, colours) {
  * @param {CanvasRenderingContext2D} pen
  * @param {number} flags
  * @param {number} radius
- * @param {Colours} colours
+ * @param {Shades} colours
  */
 function drawOpinion(pen, flags, radius, colours) {
   /** @param {number} size */

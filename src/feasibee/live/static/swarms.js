@@ -3,7 +3,7 @@
 import { drawSteps, fitted } from "./curve.js";
 import { counted, OPINIONS, shareOf } from "./words.js";
 
-/** @import { Shades } from "./curve.js" */
+/** @import { Shades } from "./theme.js" */
 /** @import { Settings, World } from "./world.js" */
 
 export const RUNS = 100;

@@ -7,22 +7,13 @@ import { BYZANTINE, DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, STUBBORN, THERE,
 /** @import { Frame } from "./frames.js" */
 
 /**
- * Return the name of a robot's class; an empty text if the team has no classes.
- * @param {Opened} world
- * @param {number} robot
- */
-function className(world, robot) {
-  return world.robotClasses[world.kinds[robot]] ?? "";
-}
-
-/**
  * Describe a robot in words.
  * @param {Opened} world
  * @param {number} robot
  * @param {number} flags
  */
 function describe(world, robot, flags) {
-  const name = className(world, robot);
+  const name = world.robotClasses[world.kinds[robot]];
   const words = [
     flags & NEUTRAL ? "no opinion" : flags & FEASIBLE ? "feasible" : "infeasible",
     !(flags & WORKING) ? "stopped" : flags & DISSEMINATING ? "disseminating" : "exploring",

@@ -3,8 +3,9 @@
 import { Arena } from "./arena.js";
 import { decode } from "./frames.js";
 import { Player, SPEEDS } from "./player.js";
+import { coloursOf } from "./theme.js";
 
-/** @import { Colours, World } from "./arena.js" */
+/** @import { World } from "./arena.js" */
 /** @import { Frame, Tasks } from "./frames.js" */
 
 /**
@@ -21,8 +22,6 @@ import { Player, SPEEDS } from "./player.js";
 /** @typedef {{problem?: string, swarm?: string}} Answer Message of the kernel. */
 /** @typedef {(DataView | ArrayBuffer)[]} Buffers */
 
-/** @type {(keyof Colours)[]} */
-const PAINTS = ["ground", "line", "ink", "feasible", "infeasible", "undecided", "task"];
 const PATIENCE = 2000; // milliseconds after which a waiting view says so
 /** @type {Record<number, string>} */
 const OUTCOMES = { 1: "feasible", 0: "infeasible", [-1]: "nothing" };
@@ -97,16 +96,19 @@ class WidgetView {
     this.slider = /** @type {HTMLInputElement} */ (this.find("input"));
     /** @type {World} */
     this.world = model.get("_world");
-    this.calm = matchMedia("(prefers-reduced-motion: reduce)");
     this.dark = matchMedia("(prefers-color-scheme: dark)");
     this.swarm = ""; // name of the present swarm: a frame with another name is late
-    this.pending = this.past = this.late = 0;
-    this.stale = true; // whether colours and size must be read again
-    this.player = new Player((steps) => this.request(this.player.latest.step + steps));
-    this.arena = new Arena(
-      /** @type {HTMLCanvasElement} */ (this.find("canvas")),
-      /** @type {Colours} */ ({}), // until the first repaint
+    this.late = 0;
+    const canvas = /** @type {HTMLCanvasElement} */ (this.find("canvas"));
+    this.player = new Player(
+      this.root,
+      (steps) => this.request(this.player.latest.step + steps),
+      (view, time, rests) => {
+        this.show(view.now, rests);
+        return this.arena.draw(view, time);
+      },
     );
+    this.arena = new Arena(canvas, coloursOf(this.root));
   }
 
   /** @param {string} selector */
@@ -130,14 +132,14 @@ class WidgetView {
     const stop = this.listenToSurroundings();
     this.begin(Math.min(model.get("step"), world.last));
     return () => {
-      cancelAnimationFrame(this.pending);
+      cancelAnimationFrame(this.player.pending);
       clearTimeout(this.late);
       stop();
     };
   }
 
   listenToUser() {
-    const { root, model, slider, arena } = this;
+    const { root, model, slider } = this;
     root.addEventListener("click", (event) => {
       const { does } = /** @type {HTMLElement} */ (event.target).dataset;
       if (does) this.act(does);
@@ -155,20 +157,13 @@ class WidgetView {
       model.set("speed", SPEEDS[slider.valueAsNumber]);
       model.save_changes();
     });
-    for (const type of /** @type {const} */ (["pointermove", "pointerleave"]))
-      this.find(".frame").addEventListener(type, (event) => {
-        arena.pointed = event.type === "pointerleave" ? -1 : arena.at(event.clientX, event.clientY);
-        this.wake();
-      });
+    this.arena.followPointer(this.find(".frame"), () => this.player.wake());
   }
 
   // Follow the kernel, the size, and the theme; return what ends it.
   listenToSurroundings() {
     const { model } = this;
-    const refresh = () => {
-      this.stale = true;
-      this.wake();
-    };
+    const refresh = () => this.repaint();
     const setSpeed = () => this.setSpeed();
     const hear = (/** @type {Answer} */ message, /** @type {Buffers} */ buffers) =>
       this.hear(message, buffers);
@@ -178,7 +173,6 @@ class WidgetView {
     size.observe(this.find(".frame"));
     theme.observe(document.body, { attributeFilter: ["data-jp-theme-light", "data-jp-theme-name"] });
     this.dark.addEventListener("change", refresh, { signal: ended.signal });
-    this.calm.addEventListener("change", setSpeed, { signal: ended.signal });
     model.on("msg:custom", hear);
     model.on("change:speed", setSpeed);
     return () => {
@@ -224,29 +218,6 @@ class WidgetView {
     clearTimeout(this.late);
     this.say(".note", "");
     this.player.add(/** @type {Frame} */ (decode(bytesOf(buffers[0]))));
-    this.wake();
-  }
-
-  wake() {
-    this.pending ||= requestAnimationFrame((time) => this.tick(time));
-  }
-
-  /** @param {number} time */
-  tick(time) {
-    const { player, model } = this;
-    this.pending = 0;
-    if (!this.root.offsetWidth) return; // not on the page yet, or hidden: a change of size calls tick again
-    if (this.stale) this.repaint();
-    const view = player.tick(this.past ? Math.min(0.1, (time - this.past) / 1000) : 0);
-    if (!view) return;
-    const flashing = this.arena.draw(view, time),
-      rests = !player.playing && player.head >= player.target;
-    this.show(view.now);
-    this.past = rests ? 0 : time;
-    if (flashing || (!rests && !(player.asked && player.head >= player.latest.step))) this.wake(); // otherwise the next frame does
-    if (!rests || model.get("step") === view.now.step) return;
-    model.set("step", view.now.step);
-    model.save_changes();
   }
 
   /**
@@ -258,8 +229,11 @@ class WidgetView {
     if (place.textContent !== text) place.textContent = text; // screen readers read each change
   }
 
-  /** @param {Frame} frame */
-  show(frame) {
+  /**
+   * @param {Frame} frame
+   * @param {boolean} rests
+   */
+  show(frame, rests) {
     const none = frame.counted - frame.feasible - frame.infeasible;
     for (const [name, value] of Object.entries({ ...frame, none })) {
       const place = this.find(`[data-count="${name}"]`);
@@ -274,28 +248,24 @@ class WidgetView {
     const outcome = frame.firstDecision < 0 ? `not decided (truth: ${truth})` : since;
     this.say(".outcome", this.world.changes ? held : outcome);
     this.say("[data-does=play]", this.player.playing ? "Pause" : "Play");
+    if (!rests || this.model.get("step") === frame.step) return;
+    this.model.set("step", frame.step);
+    this.model.save_changes();
   }
 
   setSpeed() {
     const { player, slider } = this;
     player.speed = this.model.get("speed");
-    player.smooth = !this.calm.matches;
-    this.arena.calm = this.calm.matches || player.speed > 60; // faster, flashes would only flicker
     slider.valueAsNumber = SPEEDS.findLastIndex((each) => each <= player.speed);
     slider.setAttribute("aria-valuetext", player.pace);
     this.say("output", player.pace);
   }
 
   repaint() {
-    this.stale = false;
     const light = document.body.dataset.jpThemeLight; // set by JupyterLab; others follow the system
     this.root.style.colorScheme = light === undefined ? "light dark" : light === "true" ? "light" : "dark";
-    const probe = this.root.appendChild(document.createElement("span"));
-    /** @param {keyof Colours} name */
-    const colour = (name) => ((probe.style.color = `var(--${name})`), getComputedStyle(probe).color);
-    const found = Object.fromEntries(PAINTS.map((name) => [name, colour(name)]));
-    this.arena.setColours(/** @type {Colours} */ (found));
-    probe.remove();
+    this.arena.setColours(coloursOf(this.root));
+    this.player.wake();
   }
 
   /** @param {string} action */
@@ -304,7 +274,6 @@ class WidgetView {
     if (action === "restart" || (action === "play" && player.ended)) this.begin(0);
     if (action === "play") player.play(!player.playing);
     if (action === "step") player.step();
-    this.wake();
   }
 }
 

@@ -1,9 +1,29 @@
-// The notice over the arena while the page waits: preparing, compiling, on the way to a step.
+// Whether the page has a connection to the server, what it says if not, and the notice while it waits.
 
 import { $, announce } from "./elements.js";
 
 const PATIENCE = 400; // milliseconds after which a waiting page shows that it prepares a swarm
 
+/**
+ * @param {string} text
+ * @param {string} kind
+ */
+export function showConnection(text, kind) {
+  $("connection").textContent = text;
+  $("connection").dataset.state = kind;
+}
+
+/**
+ * @param {string} text
+ * @param {boolean} canRetry Whether another attempt to connect could help.
+ */
+export function showBanner(text, canRetry = true) {
+  $("banner-text").textContent = text;
+  $("retry").hidden = !canRetry;
+  $("banner").hidden = false;
+}
+
+// The notice over the arena while the page waits: preparing, compiling, on the way to a step.
 export class Veil {
   constructor() {
     this.waiting = 0;
