@@ -98,9 +98,6 @@ def test_a_poisson_number_is_hardly_ever_above_the_limit(mean):
         ({"robots": {"failure_rate": 1e-12}}, "robots.failure_rate"),
         ({"robots": {"arrival_rate": 11.0}}, "robots.arrival_rate"),
         ({"tasks": {"lifetime": 0.0}}, "tasks.lifetime"),
-        ({"tasks": {"arrival_rate": 10.0}, "run": {"steps": 10**7}}, "tasks.arrival_rate"),
-        ({"events": [EVENT], "decision": {"declare": {}}}, "decision.declare"),
-        ({"events": [EVENT], "run": {"stop_at_decision": True}}, "run.stop_at_decision"),
     ],
 )  # fmt: skip
 def test_a_wrong_change_is_one_problem_with_a_remedy(sections, path):
@@ -138,11 +135,3 @@ def test_truth_follows_from_the_numbers_of_each_class():
     assert explain_numbers(scenario, [3], [2]).violator == (("lift",), 4, 3)
     assert explain_numbers(Scenario(), [0], [0]).feasible
     assert not explain_numbers(Scenario(), [0], [1]).feasible
-
-
-def test_opinions_that_follow_what_is_seen_need_to_see_it_again():
-    for name in ("roster", "fading"):
-        assert paths(decision={"strategy": name}, sensing={"observation": "unique"}) == [
-            "sensing.observation"
-        ]
-    Scenario(decision={"strategy": "census"}, sensing={"observation": "unique"})
