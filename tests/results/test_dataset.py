@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import gc
 import json
 import os
@@ -35,10 +34,6 @@ RECORD = replace(
 
 def names(folder):
     return sorted(path.name for path in folder.iterdir())
-
-
-def refuse_to_write(*arguments, **options):
-    raise OSError(errno.ENOSPC, "No space left on device")
 
 
 # --- Labels ---
@@ -194,24 +189,6 @@ def test_curves_are_packed(tmp_path):
     record.feasible_count[:] = 0
     save_results(to_dataset(record, SCENARIO, 0), tmp_path / "a.nc")
     assert (tmp_path / "a.nc").stat().st_size < record.feasible_count.nbytes / 4
-
-
-def test_a_failed_save_leaves_the_old_file_whole_and_nothing_else(tmp_path, monkeypatch):
-    old = to_dataset(RECORD, SCENARIO, 0)
-    save_results(old, tmp_path / "a.nc")
-    real = xr.Dataset.to_netcdf
-
-    def fail_at_the_end(*arguments, **options):
-        real(*arguments, **options)
-        refuse_to_write()
-
-    monkeypatch.setattr(xr.Dataset, "to_netcdf", fail_at_the_end)
-    with pytest.raises(FeasibeeError, match=r"a\.nc: .*No space left"):
-        save_results(to_dataset(RECORD, SCENARIO, 1), tmp_path / "a.nc")
-    with pytest.raises(FeasibeeError, match=r"b\.nc: .*No space left"):
-        save_results(to_dataset(RECORD, SCENARIO, 1), tmp_path / "b.nc")
-    assert names(tmp_path) == ["a.nc"]
-    assert open_results(tmp_path / "a.nc").identical(old)
 
 
 @pytest.mark.quick(1)

@@ -94,11 +94,6 @@ def test_quiet_times_beyond_tested_worlds_are_warned_of(changes, outside):
     assert outside is None or f"({outside})" in warnings[0]
 
 
-def test_a_strategy_that_cant_declare_has_no_word_of_its_own(assessment):
-    assert assessment.to_dict()["declared"] is None
-    assert "own word" not in text_of(assessment)
-
-
 def test_other_strategies_are_tried_best_first(assessment):
     names = [trial.name for trial in assessment.strategies]
     assert {*names} == {*suitable(SHORT)[0]} - {"dmmd"}
@@ -143,20 +138,14 @@ def test_how_long_to_wait_is_until_the_last_lapse(assessment):
     right_at = np.array([0, 29, 30, 20, 29, 30, 30])
     assert wait_for(type(outcome)(**{**vars(outcome), "right_at": right_at})) == 4  # 29 of 30 is 0.967
     assert wait_for(type(outcome)(**{**vars(outcome), "right_at": right_at[:4]})) is None
-
-
-def test_55_of_100_swarms_are_55_percent_of_them():
-    """In floats, 0.55 * 100 is 55.00000000000001; nothing else of an outcome is asked for."""
-    assert [
-        wait_for(SimpleNamespace(right_at=np.array([54, right]), runs=100), 0.55) for right in (54, 55)
-    ] == [
-        None,
-        1,
-    ]
+    for right, step in ((54, None), (55, 1)):  # in floats, 0.55 * 100 is 55.00000000000001
+        assert wait_for(SimpleNamespace(right_at=np.array([54, right]), runs=100), 0.55) == step
 
 
 def test_words_json_and_page(assessment, tmp_path):
     text = text_of(assessment)
+    assert assessment.to_dict()["declared"] is None
+    assert "own word" not in text
     assert "The tasks are feasible: each place has a robot of its own, and 12 robots are left over." in text
     assert json.loads(json.dumps(assessment.to_dict()))["runs"] == 30
     write_report(assessment, tmp_path / "page.html")
@@ -226,12 +215,14 @@ def test_a_latin_hypercube_has_one_point_in_each_slice():
     assert np.abs(np.quantile(inside, (0.25, 0.5, 0.75)) - (0.25, 0.5, 0.75)).max() < 0.05
 
 
-def test_the_interval_of_a_rank_correlation_is_that_of_resampled_points(monkeypatch):
+def test_a_rank_correlation_is_spearmans_and_its_interval_that_of_resampled_points(monkeypatch):
     monkeypatch.setattr("feasibee.studies.tuning.RESAMPLES", 99)
     pair = np.random.default_rng(4).integers(0, 9, (2, 60)).astype(float)
     drawn = np.random.default_rng(5).integers(0, 60, (99, 60))
     resampled = [stats.spearmanr(*pair[:, rows]).statistic for rows in drawn]
-    np.testing.assert_allclose(spearman(*pair, 5)[1:], np.quantile(resampled, (0.025, 0.975)))
+    expected = stats.spearmanr(*pair).statistic, *np.quantile(resampled, (0.025, 0.975))
+    np.testing.assert_allclose(spearman(*pair, 5), expected)
+    assert spearman(np.ones(20), pair[0, :20], 0).estimate == 0
 
 
 def test_fields_are_in_the_order_of_their_strength_and_each_point_has_runs_of_its_own(monkeypatch):
@@ -251,15 +242,6 @@ def test_fields_are_in_the_order_of_their_strength_and_each_point_has_runs_of_it
     assert [each.matters for each in found] == [True, False]
     assert not Sensitivity("", Interval(0.1, 0.0, 0.2)).matters
     assert not Sensitivity("", Interval(-0.1, -0.2, 0.0)).matters
-
-
-def test_rank_correlation_is_spearmans():
-    random = np.random.default_rng(3)
-    one, other = random.integers(0, 9, 60).astype(float), random.random(60)
-    found = spearman(one, other + one / 9, 0)
-    np.testing.assert_allclose(found.estimate, stats.spearmanr(one, other + one / 9).statistic)
-    assert found.low < found.estimate < found.high
-    assert spearman(np.ones(20), random.random(20), 0).estimate == 0
 
 
 def test_what_matters_is_found():

@@ -76,22 +76,11 @@ def with_share(at, share):
 # --- As a whole ---
 
 
-def test_all_claims_hold_where_they_are_made_to_hold():
-    claims = check()
-    assert {name: claim.verdict for name, claim in claims.items()} == dict.fromkeys(CLAIMS, HOLDS)
-
-
-def test_the_claims_are_the_papers_in_their_order():
-    words = (
-        "75 % of runs decide feasible",
-        "75 % of runs decide infeasible",
-        "symmetrical",
-        "diverge",
-        "earlier",
-    )
-    claims = list(check().values())
-    for claim, expected in zip(claims, (*words, "interquartile range is smaller"), strict=True):
+def test_the_claims_are_the_papers_in_their_order_and_hold_where_they_are_made_to_hold():
+    words = ("decide feasible", "decide infeasible", "symmetrical", "diverge", "earlier", "range is smaller")
+    for claim, expected in zip(check().values(), words, strict=True):
         assert expected in claim.claim
+        assert claim.verdict == HOLDS
         assert "section III" in claim.source
         assert claim.statistic
         assert claim.bar
@@ -119,10 +108,7 @@ def test_intervals_hold_their_estimate_and_verdicts_follow_from_them(shares, und
         if name != "narrower":  # a resampled interval needn't
             assert claim.low <= claim.estimate <= claim.high
         if name == "symmetrical":
-            inside, outside = (
-                claim.low > -0.1 and claim.high < 0.1,
-                claim.high < -0.1 or claim.low > 0.1,
-            )
+            inside, outside = -0.1 < claim.low <= claim.high < 0.1, claim.high < -0.1 or claim.low > 0.1
         elif name in {"feasible", "infeasible", "diverging"}:
             assert "above" in claim.bar
             inside, outside = claim.low > bars[name], claim.high <= bars[name]
@@ -148,16 +134,10 @@ def test_the_worst_ratio_decides_whether_the_swarm_is_right(name, ratio, right, 
 
 
 def test_the_interval_of_several_ratios_shares_the_error_among_them():
-    claim = check(shares=with_share(5.0, 0.8))["feasible"]
-    assert "3 ratios" in claim.statistic  # 10, 5, 2.5
-    assert (claim.estimate, claim.low, claim.high) == wilson(320, 400, 1 - 0.05 / 3)
-
-
-@pytest.mark.quick(1)
-@pytest.mark.parametrize("ratio", [2.0, 1.0, 0.5])
-def test_ratios_up_to_2_are_not_in_the_claim(ratio):
-    claims = check(shares=with_share(ratio, 0.5))
-    assert (claims["feasible"].verdict, claims["infeasible"].verdict) == (HOLDS, HOLDS)
+    for name, ratio, share in (("feasible", 5.0, 0.8), ("infeasible", 0.2, 0.2)):
+        claim = check(shares=with_share(ratio, share))[name]
+        assert "3 ratios" in claim.statistic  # 10, 5, 2.5, and their mirror images
+        assert (claim.estimate, claim.low, claim.high) == wilson(320, 400, 1 - 0.05 / 3)
 
 
 def test_an_undecided_run_is_not_a_right_one():
@@ -223,12 +203,6 @@ def test_opinions_diverge_when_both_decisions_are_frequent(share, verdict):
 # --- Earlier with a larger ratio ---
 
 
-def test_later_with_a_larger_ratio_fails():
-    claim = check(steps=lambda ratio, runs: 100 + 5 * ratio + np.arange(runs) % 30)["earlier"]
-    assert claim.verdict == FAILS
-    assert claim.estimate > 0.5
-
-
 def test_the_same_times_at_all_ratios_cannot_tell():
     claim = check(steps=lambda ratio, runs: np.arange(runs) % 50)["earlier"]
     assert claim.estimate == pytest.approx(0, abs=1e-9)
@@ -284,17 +258,6 @@ def test_the_width_of_the_band_is_the_mean_difference_of_the_quartiles():
     claim = check()["narrower"]
     assert claim.estimate == pytest.approx(4 - 20, rel=1e-4)
     assert claim.low < -16 < claim.high < 0
-
-
-@pytest.mark.quick(1)
-@pytest.mark.parametrize(
-    ("large", "small", "verdict"), [(5, 20, HOLDS), (20, 5, FAILS), (20, 20, CANNOT_TELL)]
-)
-def test_the_narrower_band_is_told(large, small, verdict):
-    def spread(ratio, runs):
-        return np.linspace(-1, 1, runs) * (large if ratio == 10 else small) + 50
-
-    assert check(spread=spread)["narrower"].verdict == verdict
 
 
 def test_the_interval_of_the_width_is_that_of_resampled_runs():

@@ -205,18 +205,8 @@ def test_the_remedy_for_a_large_world_is_enough():
 
 
 def test_the_command_prints_a_table_json_and_a_figure(tmp_path):
-    arguments = (
-        "compare",
-        "--limits",
-        "--strategies",
-        "none",
-        "--runs",
-        10,
-        "--seed",
-        1,
-        "--set",
-        "run.steps=80",
-    )
+    asked = ("compare", "--limits", "--strategies", "none", "--set", "run.steps=80")
+    arguments = (*asked, "--runs", 10, "--seed", 1)
     done = invoke(*arguments, "--out", tmp_path)
     assert done.exit_code == 0, done.output
     assert "complete map" in done.stdout

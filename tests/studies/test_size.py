@@ -81,45 +81,23 @@ def edge_of(path, values, answers):
 ENOUGH, SHORT, OPEN = "enough", "too few", "open"
 
 
-def test_the_ends_of_a_band_and_their_intervals():
-    below = edge_of("tasks.count", [20, 19, 18, 17], [SHORT, SHORT, OPEN, ENOUGH])
-    above = edge_of("tasks.count", [21, 22, 23], [SHORT, OPEN, ENOUGH])
-    band = Band(below, above)
-    assert (band.first, band.last, band.empty) == (18, 22, False)
-    assert band.firsts == (18, 19)
-    assert band.lasts == (21, 22)
-    assert band.to_dict()["intervals"] == {"from": [18, 19], "to": [21, 22]}
-    assert "from 18 to 22 tasks" in band_sentence(band, 20, 0.95)
-    assert "first number of tasks lies between 18 and 19" in band_sentence(band, 20, 0.95)
-
-
-def test_a_swarm_that_is_always_right_has_no_band():
-    band = Band(edge_of("tasks.count", [20, 19], [ENOUGH]), edge_of("tasks.count", [21, 22], [ENOUGH]))
-    assert band.empty
-    assert band.to_dict()["from"] is None
-    assert "none" in band_sentence(band, 20, 0.95)
-
-
-def test_a_band_without_an_end_goes_as_far_as_was_tried():
-    band = Band(
-        edge_of("tasks.count", [2, 1], [SHORT, SHORT]), edge_of("tasks.count", [3, 4, 5], [SHORT, OPEN, OPEN])
-    )
-    assert (band.first, band.last) == (1, 5)
-    assert band.firsts == (None, None)
-    assert band.lasts == (3, None)
-
-
 @pytest.mark.parametrize(
-    ("below", "above", "ends", "words"),
+    ("below", "above", "ends", "firsts", "lasts", "words"),
     [
-        ([ENOUGH], [SHORT, ENOUGH], (21, 21), "with 21 tasks, they are not shown"),
-        ([OPEN, ENOUGH], [SHORT, ENOUGH], (20, 21), "lies between 20 and 21."),
-        ([OPEN, ENOUGH], [OPEN, ENOUGH], (20, 21), "It may be empty."),
+        ([SHORT, SHORT, OPEN, ENOUGH], [SHORT, OPEN, ENOUGH], (18, 22), (18, 19), (21, 22), "18 to 22 tasks"),
+        ([ENOUGH], [ENOUGH], (21, 20), (21, 21), (20, 20), "none"),
+        ([SHORT] * 4, [SHORT, OPEN, OPEN], (17, 23), (None, None), (21, None), "is 21 or more"),
+        ([ENOUGH], [SHORT, ENOUGH], (21, 21), (21, 21), (21, 21), "with 21 tasks, they are not shown"),
+        ([OPEN, ENOUGH], [SHORT, ENOUGH], (20, 21), (20, 21), (21, 21), "lies between 20 and 21."),
+        ([OPEN, ENOUGH], [OPEN, ENOUGH], (20, 21), (20, 21), (20, 21), "It may be empty."),
     ],
 )
-def test_a_band_that_may_be_empty_is_one_whose_ends_may_be_in_the_other_order(below, above, ends, words):
-    band = Band(edge_of("tasks.count", [20, 19], below), edge_of("tasks.count", [21, 22], above))
-    assert (band.first, band.last, band.empty) == (*ends, False)
+def test_the_ends_of_a_band_and_their_intervals(below, above, ends, firsts, lasts, words):
+    """It goes as far as was tried, and may be empty if its ends may be in the other order."""
+    band = Band(edge_of("tasks.count", [20, 19, 18, 17], below), edge_of("tasks.count", [21, 22, 23], above))
+    assert (band.first, band.last, band.firsts, band.lasts) == (*ends, firsts, lasts)
+    assert band.empty == (ends == (21, 20))
+    assert band.to_dict()["from"] == (None if band.empty else band.first)
     assert words in band_sentence(band, 20, 0.95)
     assert ("may be empty" in band_sentence(band, 20, 0.95)) == ("may be empty" in words)
 
