@@ -374,15 +374,6 @@ export class Arena {
         this.pointed = robot;
       });
   }
-
-  /**
-   * Return a robot's position on the canvas, in CSS pixels.
-   * @param {number} i
-   * @returns {[number, number]}
-   */
-  placeOf(i) {
-    return [this.px[i] / this.ratio, this.py[i] / this.ratio];
-  }
 }
 
 /**

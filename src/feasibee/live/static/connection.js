@@ -1,19 +1,18 @@
 // The WebSocket to the server. It reconnects after 0.5 s, and doubles the wait up to 8 s.
 
+import { decode } from "./frames.js";
+
 const FIRST_WAIT = 500,
   LONGEST_WAIT = 8000;
 
-/**
- * @typedef {object} Handlers
- * @property {(message: any) => void} message JSON message of the server; see answers in main.js.
- * @property {(buffer: ArrayBuffer) => void} binary
- * @property {(wait: number) => void} lost With the milliseconds until the next attempt.
- */
-
 export class Connection {
-  /** @param {Handlers} handlers */
-  constructor(handlers) {
-    this.handlers = handlers;
+  /**
+   * @param {(message: any) => void} receive A message of the server; see answers in main.js.
+   * @param {(wait: number) => void} lost With the milliseconds until the next attempt.
+   */
+  constructor(receive, lost) {
+    this.receive = receive;
+    this.lost = lost;
     this.wait = FIRST_WAIT;
     this.open();
   }
@@ -27,14 +26,13 @@ export class Connection {
     socket.binaryType = "arraybuffer";
     socket.onmessage = (event) => {
       if (socket !== this.socket) return;
-      if (typeof event.data !== "string") return this.handlers.binary(event.data);
-      const message = JSON.parse(event.data);
+      const message = typeof event.data === "string" ? JSON.parse(event.data) : decode(event.data);
       if (message.type === "welcome") this.wait = FIRST_WAIT;
-      this.handlers.message(message);
+      this.receive(message);
     };
     socket.onclose = () => {
       if (socket !== this.socket) return;
-      this.handlers.lost(this.wait);
+      this.lost(this.wait);
       this.timer = setTimeout(() => this.open(), this.wait);
       this.wait = Math.min(2 * this.wait, LONGEST_WAIT);
     };

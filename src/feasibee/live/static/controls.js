@@ -11,8 +11,8 @@ export class Controls {
    * @param {() => void} change The user changed a control.
    */
   constructor(form, change) {
-    this.form = form;
     this.change = change;
+    this.problem = /** @type {HTMLElement} */ (form.querySelector("#problem"));
     /** @type {Record<string, unknown>} */
     this.changes = {};
     /** @type {Map<string, Input>} */
@@ -131,7 +131,7 @@ export class Controls {
       input.removeAttribute("aria-invalid");
       note.hidden = true;
     }
-    this.general("");
+    this.problem.hidden = true;
   }
 
   /**
@@ -165,13 +165,7 @@ export class Controls {
       unfold(input);
     }
     const more = problems.length > others.length ? ["Not changed: the previous run continues."] : [];
-    this.general([...others, ...more].join("\n"));
-  }
-
-  /** @param {string} text */
-  general(text) {
-    const place = /** @type {HTMLElement} */ (this.form.querySelector("#problem"));
-    place.textContent = text;
-    place.hidden = !text;
+    this.problem.textContent = [...others, ...more].join("\n");
+    this.problem.hidden = !this.problem.textContent;
   }
 }

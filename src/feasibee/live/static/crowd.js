@@ -13,16 +13,6 @@ import { THERE } from "./frames.js";
  */
 
 /**
- * Return the nearest pixel at which a picture stays within the edge.
- * @param {number} place
- * @param {number} half
- * @param {number} side
- */
-function inside(place, half, side) {
-  return Math.max(half, Math.min(Math.round(place), side - half));
-}
-
-/**
  * Return the 2D context of a canvas.
  * @param {HTMLCanvasElement} canvas
  * @param {CanvasRenderingContext2DSettings} [settings]
@@ -103,7 +93,9 @@ export class Crowd {
       const looks = flags[i] & mask,
         stamp = this.stamps.get(looks) ?? this.stamp(looks, picture(looks));
       const { half, offsets, colours, stays } = stamp,
-        place = inside(py[i], half, height) * width + inside(px[i], half, width);
+        x = Math.max(half, Math.min(Math.round(px[i]), width - half)), // it stays within the edge
+        y = Math.max(half, Math.min(Math.round(py[i]), height - half)),
+        place = y * width + x;
       for (let k = 0; k < offsets.length; k++) {
         const at = place + offsets[k],
           stay = stays[k];

@@ -69,80 +69,63 @@ export function drawSteps(pen, box, span, shades) {
   pen.stroke();
 }
 
-export class Curve {
-  /** @param {HTMLCanvasElement} canvas */
-  constructor(canvas) {
-    this.canvas = canvas;
-  }
-
-  /**
-   * @param {Course} course
-   * @param {number} step
-   * @param {number} threshold
-   * @param {Shades} shades
-   */
-  draw(course, step, threshold, shades) {
-    const { pen, box } = fitted(this.canvas),
-      { last, decisionStep, counted, truths } = course,
-      span = Math.max(1, Math.min(last, Math.max(FIRST_SPAN, Math.ceil(step / 50) * 50))),
-      gap = Math.ceil(span / POINTS); // steps between two points of a line
-    /** @param {number} at */
-    const x = (at) => box.left + (box.width * at) / span;
-    /** @param {number} share */
-    const y = (share) => box.top + box.height * (1 - share);
-    drawSteps(pen, box, span, shades);
-    if (truths) drawTruths(pen, box, truths, step, x, shades);
-    this.drawShares(pen, box, y, threshold, shades);
-    pen.lineJoin = "round";
-    for (const [counts, colour, dash] of /** @type {const} */ ([
-      [course.infeasible, shades.infeasible, [5, 3]],
-      [course.feasible, shades.feasible, []],
-    ])) {
-      pen.strokeStyle = colour;
-      pen.lineWidth = 2;
-      pen.setLineDash([...dash]);
-      pen.beginPath();
-      for (let at = 0; at < step + gap; at += gap) {
-        const shown = Math.min(at, step);
-        pen.lineTo(x(shown), y(counts[shown] / Math.max(1, counted[shown])));
-      }
-      pen.stroke();
-    }
-    pen.setLineDash([]);
-    if (decisionStep < 0 || decisionStep > step) return;
-    pen.strokeStyle = shades.ink;
-    pen.lineWidth = 1;
+/**
+ * Draw the shares of robots with each opinion until a step, and the threshold.
+ * @param {HTMLCanvasElement} canvas
+ * @param {Course} course
+ * @param {number} step
+ * @param {number} threshold
+ * @param {Shades} shades
+ */
+export function drawCurve(canvas, course, step, threshold, shades) {
+  const { pen, box } = fitted(canvas),
+    { last, decisionStep, counted, truths } = course,
+    span = Math.max(1, Math.min(last, Math.max(FIRST_SPAN, Math.ceil(step / 50) * 50))),
+    gap = Math.ceil(span / POINTS); // steps between two points of a line
+  /** @param {number} at */
+  const x = (at) => box.left + (box.width * at) / span;
+  /** @param {number} share */
+  const y = (share) => box.top + box.height * (1 - share);
+  drawSteps(pen, box, span, shades);
+  if (truths) drawTruths(pen, box, truths, step, x, shades);
+  pen.textAlign = "right";
+  pen.textBaseline = "middle";
+  pen.lineWidth = 1;
+  for (const share of [0, 0.5, threshold]) {
+    pen.fillStyle = share === threshold ? shades.ink : shades.muted;
+    pen.fillText(`${Math.round(1000 * share) / 10} %`, box.left - 6, y(share));
+    if (!share) continue;
+    pen.strokeStyle = share === threshold ? shades.ink : shades.line;
+    pen.setLineDash(share === threshold ? [2, 3] : []);
     pen.beginPath();
-    pen.moveTo(x(decisionStep), box.top);
-    pen.lineTo(x(decisionStep), box.top + box.height);
+    pen.moveTo(box.left, Math.round(y(share)) + 0.5);
+    pen.lineTo(box.left + box.width, Math.round(y(share)) + 0.5);
     pen.stroke();
   }
-
-  /**
-   * Draw the axis of shares, and the threshold.
-   * @param {CanvasRenderingContext2D} pen
-   * @param {Box} box
-   * @param {(share: number) => number} y
-   * @param {number} threshold
-   * @param {Shades} shades
-   */
-  drawShares(pen, box, y, threshold, shades) {
-    pen.textAlign = "right";
-    pen.textBaseline = "middle";
-    pen.lineWidth = 1;
-    for (const share of [0, 0.5, threshold]) {
-      pen.fillStyle = share === threshold ? shades.ink : shades.muted;
-      pen.fillText(`${Math.round(1000 * share) / 10} %`, box.left - 6, y(share));
-      if (!share) continue;
-      pen.strokeStyle = share === threshold ? shades.ink : shades.line;
-      pen.setLineDash(share === threshold ? [2, 3] : []);
-      pen.beginPath();
-      pen.moveTo(box.left, Math.round(y(share)) + 0.5);
-      pen.lineTo(box.left + box.width, Math.round(y(share)) + 0.5);
-      pen.stroke();
+  pen.setLineDash([]);
+  pen.lineJoin = "round";
+  for (const [counts, colour, dash] of /** @type {const} */ ([
+    [course.infeasible, shades.infeasible, [5, 3]],
+    [course.feasible, shades.feasible, []],
+  ])) {
+    pen.strokeStyle = colour;
+    pen.lineWidth = 2;
+    pen.setLineDash([...dash]);
+    pen.beginPath();
+    for (let at = 0; at < step + gap; at += gap) {
+      const shown = Math.min(at, step);
+      pen.lineTo(x(shown), y(counts[shown] / Math.max(1, counted[shown])));
     }
-    pen.setLineDash([]);
+    pen.stroke();
   }
+  pen.setLineDash([]);
+  if (decisionStep < 0 || decisionStep > step) return;
+  pen.strokeStyle = shades.ink;
+  pen.lineWidth = 1;
+  pen.beginPath();
+  pen.moveTo(x(decisionStep), box.top);
+  pen.lineTo(x(decisionStep), box.top + box.height);
+  pen.stroke();
 }
 
 /**

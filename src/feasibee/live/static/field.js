@@ -5,7 +5,6 @@ import { showBanner, showConnection } from "./notices.js";
 import { SPEEDS } from "./player.js";
 
 /** @import { Opened } from "./arena.js" */
-/** @import { Frame } from "./frames.js" */
 
 /**
  * How a field is, from the server; see fieldsession.py.
@@ -50,14 +49,4 @@ export function showField({ problems, silent, end }, last) {
   $("field-state").textContent = now;
   showConnection(end !== null ? "ended" : silent ? "field silent" : "live", silent ? "lost" : "live");
   return end ?? last;
-}
-
-/**
- * Return the step of the decision; if there is none yet, say so and return null.
- * @param {Frame} latest
- */
-export function decisionOf(latest) {
-  if (latest.decisionStep >= 0) return latest.decisionStep;
-  announce("The field has not decided yet");
-  return null;
 }

@@ -1,7 +1,7 @@
 // One of the swarms side by side: its arena, its plot, its caption, and what lies ahead in its run.
 
 import { Arena } from "./arena.js";
-import { Curve } from "./curve.js";
+import { drawCurve } from "./curve.js";
 import { $, formatted } from "./elements.js";
 import { coloursOf } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
@@ -24,7 +24,7 @@ export class Lane {
     this.canvas = /** @type {HTMLCanvasElement} */ (id("arena"));
     this.shades = coloursOf();
     this.arena = new Arena(this.canvas, this.shades);
-    this.curve = new Curve(/** @type {HTMLCanvasElement} */ (id("plot")));
+    this.plotCanvas = /** @type {HTMLCanvasElement} */ (id("plot"));
     this.course = begun(0, false);
     this.plotted = -1; // step of the curve
     /** @type {Opened | null} */
@@ -74,22 +74,6 @@ export class Lane {
     return robot === null ? truthsOf(world).map(([step]) => step) : changes.map(([step]) => step);
   }
 
-  /**
-   * Return the step of the last change before a step, or 0.
-   * @param {number} step
-   */
-  changeBefore(step) {
-    return this.changes.findLast((each) => each < step) ?? 0;
-  }
-
-  /**
-   * Return the step of the next change after a step, or that step.
-   * @param {number} step
-   */
-  changeAfter(step) {
-    return this.changes.find((each) => each > step) ?? step;
-  }
-
   repaint() {
     this.shades = coloursOf();
     this.arena.setColours(this.shades);
@@ -114,7 +98,7 @@ export class Lane {
   plot({ step, decisionStep }) {
     this.plotted = step;
     this.course.decisionStep = decisionStep;
-    this.curve.draw(this.course, step, this.world?.threshold ?? 1, this.shades);
+    drawCurve(this.plotCanvas, this.course, step, this.world?.threshold ?? 1, this.shades);
   }
 
   /**

@@ -4,8 +4,7 @@ import { readAddress, writeAddress } from "./address.js";
 import { Connection } from "./connection.js";
 import { Controls } from "./controls.js";
 import { $, announce, formatted } from "./elements.js";
-import { decisionOf, openField, showField } from "./field.js";
-import { decode } from "./frames.js";
+import { openField, showField } from "./field.js";
 import { Inspector, listenToArena } from "./inspector.js";
 import { listenToKeys } from "./keys.js";
 import { Lane } from "./lane.js";
@@ -205,6 +204,12 @@ const answers = {
     if (old) announce(`Seed ${message.seed}, run ${message.run}, from the start`);
     writeAddress(message, point, controls.against, controls.changes);
   },
+  frame: receive,
+  tasks(message) {
+    if (message.generation !== world?.generation) return;
+    fit();
+    for (const each of shownLanes()) each.arena.setTasks(message);
+  },
   field: (message) => (player.last = showField(message, player.last)),
   another() {
     announce("Another field has begun");
@@ -246,20 +251,21 @@ const answers = {
 
 /** @param {Frame} frame */
 function receive(frame) {
+  if (frame.generation !== world?.generation) return;
   lanes[frame.lane].keep(frame);
-  if (!seeker.accepts(frame)) return;
+  if (frame.jump !== seeker.jump) return;
   lanes[frame.lane].there = { robots: frame.there, tasks: frame.tasks };
   if (frame.lane) {
     beside = frame;
     return;
   }
-  if (world?.swarms === 2 && beside?.step === frame.step) frame.beside = beside;
+  if (world.swarms === 2 && beside?.step === frame.step) frame.beside = beside;
   if (!seeker.busy) player.add(frame);
   else {
     player.arrive(frame);
     if (!seeker.arrive()) player.asked = true; // on to the next goal
   }
-  if (wanted && wanted.request !== world?.request) {
+  if (wanted && wanted.request !== world.request) {
     player.asked = true; // no more frames of this run
     return;
   }
@@ -282,17 +288,9 @@ function receive(frame) {
   look();
 }
 
-const connection = new Connection({
-  message: (message) => answers[message.type]?.(message),
-  binary(buffer) {
-    const message = decode(buffer);
-    if (!world || message.generation !== world.generation) return;
-    if (message.type === "tasks") {
-      fit();
-      for (const each of shownLanes()) each.arena.setTasks(message);
-    } else receive(message);
-  },
-  lost(wait) {
+const connection = new Connection(
+  (message) => answers[message.type]?.(message),
+  (wait) => {
     veil.hide();
     showConnection("not connected", "lost");
     if (world && !wanted)
@@ -307,7 +305,7 @@ const connection = new Connection({
     full = false;
     $("banner").hidden = false;
   },
-});
+);
 
 /**
  * Show a step; return whether something still moves.
@@ -358,10 +356,12 @@ function fit() {
  * @param {number} lane
  */
 function stopAt(to, lane = 0) {
-  const goal = to === "decision" && world?.field ? decisionOf(player.latest) : to;
-  if (goal === null) return;
+  if (to === "decision" && world?.field) {
+    to = player.latest.decisionStep;
+    if (to < 0) return announce("The field has not decided yet");
+  }
   player.play(false);
-  seek(goal, lane);
+  seek(to, lane);
 }
 
 /** @type {Record<string, () => void>} */
@@ -380,8 +380,9 @@ const actions = {
   back: () => stopAt(seeker.from(Math.ceil(player.head)) - 1),
   decision: () => stopAt("decision"),
   "decision-1": () => stopAt("decision", 1),
-  before: () => stopAt(lanes[0].changeBefore(seeker.from(shownStep()))),
-  after: () => stopAt(lanes[0].changeAfter(seeker.from(shownStep()))),
+  before: () => stopAt(lanes[0].changes.findLast((each) => each < seeker.from(shownStep())) ?? 0),
+  after: () =>
+    stopAt(lanes[0].changes.find((each) => each > seeker.from(shownStep())) ?? seeker.from(shownStep())),
   restart: () => seek(0),
   faster: () => reflectSpeed(player.nextSpeed(1)),
   slower: () => reflectSpeed(player.nextSpeed(-1)),

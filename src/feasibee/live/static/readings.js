@@ -94,44 +94,34 @@ export class Readings {
   }
 
   /**
-   * Show the swarm's first decision, and whether it is right.
+   * Show the swarm's first decision, or in a world that changes, what it holds and what is true at this step.
    * @param {Frame} frame
    */
-  showDecision(frame) {
-    if (this.changes) return this.showHeld(frame);
-    const key = `${frame.firstDecision} ${frame.decision}`;
-    if (key === this.decision) return;
-    const first = OPINIONS[frame.firstDecision],
-      now = OPINIONS[frame.decision],
-      decided = frame.firstDecision >= 0,
-      step = formatted(frame.decisionStep);
-    const word = decided && frame.firstDecision === frame.truth ? "right" : "wrong";
-    $("decision").textContent = decided ? `${first}, since step ${step}` : "undecided";
-    if (decided && now !== first) $("decision").textContent = `first ${first}, at step ${step}; now ${now}`;
-    $("verdict").dataset.verdict = decided ? word : "";
-    $("judgement").textContent = decided ? `The swarm's decision is ${word}.` : "";
-    if (decided && this.decision?.startsWith("-1"))
-      announce(`The swarm has decided at step ${frame.decisionStep}: ${first}. That is ${word}.`);
+  showDecision({ step, decision, firstDecision, decisionStep, truth, there, tasks }) {
+    const { changes } = this,
+      opinion = changes ? decision : firstDecision,
+      [held, first, now, isTrue] = [opinion, firstDecision, decision, truth].map((each) => OPINIONS[each]),
+      isHeld = opinion >= 0,
+      word = opinion === truth ? "right" : "wrong",
+      at = formatted(decisionStep),
+      key = changes ? `${decision} ${isTrue}` : `${firstDecision} ${decision}`,
+      was = this.decision;
+    if (changes) {
+      $("question").textContent = questionOf({ robots: there, tasks }).question;
+      $("truth").textContent = `${isTrue} (${formatted(there)} robots, ${formatted(tasks)} tasks)`;
+    }
+    if (key === was) return;
     this.decision = key;
-  }
-
-  /**
-   * Show, in a world that changes, what the swarm holds and what is true at this step.
-   * @param {Frame} frame
-   */
-  showHeld(frame) {
-    const truth = OPINIONS[frame.truth],
-      held = frame.decision >= 0,
-      word = frame.decision === frame.truth ? "right" : "wrong",
-      key = `${frame.decision} ${truth}`;
-    $("question").textContent = questionOf({ robots: frame.there, tasks: frame.tasks }).question;
-    $("truth").textContent = `${truth} (${formatted(frame.there)} robots, ${formatted(frame.tasks)} tasks)`;
-    if (key === this.decision) return;
-    $("decision").textContent = OPINIONS[frame.decision];
-    $("verdict").dataset.verdict = held ? word : "";
-    $("judgement").textContent = held ? `The swarm's decision is ${word} at this step.` : "";
-    if (this.decision && !this.decision.endsWith(` ${truth}`))
-      announce(`From step ${frame.step} on, the tasks are ${truth}`);
-    this.decision = key;
+    $("decision").textContent = changes || !isHeld ? held : `${first}, since step ${at}`;
+    if (!changes && isHeld && now !== first)
+      $("decision").textContent = `first ${first}, at step ${at}; now ${now}`;
+    $("verdict").dataset.verdict = isHeld ? word : "";
+    $("judgement").textContent = isHeld
+      ? `The swarm's decision is ${word}${changes ? " at this step" : ""}.`
+      : "";
+    if (changes && was && !was.endsWith(` ${isTrue}`))
+      announce(`From step ${step} on, the tasks are ${isTrue}`);
+    if (!changes && isHeld && was?.startsWith("-1"))
+      announce(`The swarm has decided at step ${decisionStep}: ${first}. That is ${word}.`);
   }
 }

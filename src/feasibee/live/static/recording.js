@@ -46,24 +46,25 @@ export class Recording {
    */
   until(step) {
     while (this.known < Math.min(step, this.last)) {
-      this.world.step();
+      this.world.exports.world_step();
       this.record();
     }
     return Math.min(step, this.last);
   }
 
   record() {
-    const { world } = this;
+    const { world } = this,
+      { world_feasible, world_infeasible, world_decision } = world.exports;
     this.steps.push({
       x: shortened(world.places("world_x")),
       y: shortened(world.places("world_y")),
       flags: world.flags.slice(),
       heading: world.headings.slice(),
     });
-    this.feasible.push(world.feasible);
-    this.infeasible.push(world.infeasible);
+    this.feasible.push(world_feasible());
+    this.infeasible.push(world_infeasible());
     this.counted.push(world.robots);
-    if (this.decision < 0 && (this.decision = world.decision) >= 0) {
+    if (this.decision < 0 && (this.decision = world_decision()) >= 0) {
       this.decisionStep = this.known;
       if (this.stops) this.last = this.known;
     }

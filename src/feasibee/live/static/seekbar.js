@@ -33,8 +33,6 @@ export class SeekBar {
     this.slider = /** @type {HTMLInputElement} */ ($("seek"));
     this.canvas = /** @type {HTMLCanvasElement} */ ($("marks"));
     this.last = 1;
-    /** @type {Outlook[]} */
-    this.outlooks = [];
     this.slider.addEventListener("input", () => seek(this.slider.valueAsNumber));
   }
 
@@ -42,7 +40,6 @@ export class SeekBar {
   open(last) {
     this.last = Math.max(1, last);
     this.slider.max = String(last);
-    this.outlooks = [];
   }
 
   /** @param {number} step */
@@ -58,7 +55,6 @@ export class SeekBar {
    * @param {Shades} colours
    */
   mark(outlooks, colours) {
-    this.outlooks = outlooks;
     const ratio = devicePixelRatio || 1,
       strips = outlooks.filter((each) => each.robot !== null).length,
       width = Math.max(2 * INSET + 1, this.slider.clientWidth),
@@ -75,7 +71,12 @@ export class SeekBar {
       if (outlook.robot !== null) this.strip(pen, outlook, top + lane * (STRIP + 1), at, colours);
       pen.fillStyle = pen.strokeStyle = colours.ink;
       if (outlook.decision >= 0) sign(pen, at(outlook.decision), height, lane > 0);
-      if (outlook.declaration >= 0) diamond(pen, at(outlook.declaration));
+      if (outlook.declaration < 0) continue;
+      const x = at(outlook.declaration);
+      pen.fillRect(x - 0.5, 0, 1, SIGNS);
+      pen.beginPath();
+      pen.arc(x, 4.5, 3, 0, 2 * Math.PI);
+      pen.fill();
     }
     $("marks-text").textContent = outlooks
       .map((each, lane) => inWords(each, lane, outlooks.length))
@@ -143,18 +144,6 @@ function sign(pen, x, height, hollow) {
   if (hollow) pen.stroke();
   else pen.fill();
   pen.fillRect(x - 0.5, 7, 1, height - 7);
-}
-
-/**
- * Draw the sign of a declaration.
- * @param {CanvasRenderingContext2D} pen
- * @param {number} x
- */
-function diamond(pen, x) {
-  pen.fillRect(x - 0.5, 0, 1, SIGNS);
-  pen.beginPath();
-  pen.arc(x, 4.5, 3, 0, 2 * Math.PI);
-  pen.fill();
 }
 
 /**

@@ -1,6 +1,5 @@
 // Jumps to other steps of a run. One is on its way at a time; of those wanted meanwhile, the last one counts.
 
-/** @import { Frame } from "./frames.js" */
 /** @typedef {{to: number | "decision", lane: number}} Goal */
 
 export class Seeker {
@@ -54,14 +53,6 @@ export class Seeker {
   again(shown) {
     const { to, lane } = this.next ?? this.goal ?? { to: shown, lane: 0 };
     this.seek(to, lane);
-  }
-
-  /**
-   * Return whether a frame is one that is still wanted.
-   * @param {Frame} frame
-   */
-  accepts(frame) {
-    return frame.jump === this.jump;
   }
 
   // The frame of a jump has come: go on to the next one, if any; return whether there is none.

@@ -5,7 +5,7 @@ import { $, announce, formatted } from "./elements.js";
 import { listenToKeys } from "./keys.js";
 import { Player } from "./player.js";
 import { coloursOf, startTheme } from "./theme.js";
-import { Curve } from "./curve.js";
+import { drawCurve } from "./curve.js";
 import { Recording } from "./recording.js";
 import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
@@ -35,7 +35,6 @@ class Page {
     this.threshold = Number(part) / Number(whole);
     this.shades = coloursOf();
     this.arena = new Arena(canvasOf("arena"), this.shades);
-    this.curve = new Curve(canvasOf("curve"));
     this.seek = /** @type {HTMLInputElement} */ ($("seek"));
     this.player = new Player(
       canvasOf("arena"),
@@ -134,7 +133,7 @@ class Page {
       $(id).textContent = formatted(count);
     $("none-row").hidden = $("legend-none").hidden = !none;
     this.showDecision(frame);
-    this.curve.draw(recording, frame.step, this.threshold, this.shades);
+    drawCurve(canvasOf("curve"), recording, frame.step, this.threshold, this.shades);
     if (rests || frame.step % 50 === 0) this.describe(frame);
   }
 
@@ -183,21 +182,9 @@ class Page {
     this.player.arrive(this.frameAt(step));
   }
 
-  goToDecision() {
-    const { recording } = this;
-    while (recording.decision < 0 && recording.known < recording.last) recording.until(recording.known + 1);
-    this.goTo(recording.decision < 0 ? recording.last : recording.decisionStep);
-  }
-
   /** @param {number} run */
   chooseRun(run) {
     this.controls.set({ run: String(run) });
-  }
-
-  toggleRanges() {
-    this.arena.ranges = !this.arena.ranges;
-    this.player.wake();
-    $("ranges").setAttribute("aria-pressed", String(this.arena.ranges));
   }
 
   /** @type {Record<string, () => void>} */
@@ -212,10 +199,18 @@ class Page {
       this.goTo(Math.ceil(this.player.head) - 1);
     },
     restart: () => this.restart(),
-    decision: () => this.goToDecision(),
+    decision: () => {
+      const { recording } = this;
+      while (recording.decision < 0 && recording.known < recording.last) recording.until(recording.known + 1);
+      this.goTo(recording.decision < 0 ? recording.last : recording.decisionStep);
+    },
     slower: () => this.setSpeed(this.player.nextSpeed(-1)),
     faster: () => this.setSpeed(this.player.nextSpeed(1)),
-    ranges: () => this.toggleRanges(),
+    ranges: () => {
+      this.arena.ranges = !this.arena.ranges;
+      $("ranges").setAttribute("aria-pressed", String(this.arena.ranges));
+      this.player.wake();
+    },
     another: () => this.chooseRun((this.recording.settings.run + 1) % RUNS),
   };
 

@@ -54,9 +54,10 @@ export class Swarms {
       chunk = Math.max(1, Math.round(CHUNK / (world.robots + 1))),
       until = performance.now() + SLICE;
     while (this.outcomes.length < RUNS && performance.now() < until) {
-      this.step += world.play(Math.min(chunk, steps - this.step));
-      if (world.decision < 0 && this.step < steps) continue;
-      this.outcomes.push({ decision: world.decision, step: this.step });
+      this.step += world.exports.world_play(Math.min(chunk, steps - this.step));
+      const decision = world.exports.world_decision();
+      if (decision < 0 && this.step < steps) continue;
+      this.outcomes.push({ decision, step: this.step });
       if (this.outcomes.length < RUNS) this.beginRun();
     }
     this.changed();

@@ -7,26 +7,6 @@ import { BYZANTINE, DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, STUBBORN, THERE,
 /** @import { Frame } from "./frames.js" */
 
 /**
- * Describe a robot in words.
- * @param {Opened} world
- * @param {number} robot
- * @param {number} flags
- */
-function describe(world, robot, flags) {
-  const name = world.robotClasses[world.kinds[robot]];
-  const words = [
-    flags & NEUTRAL ? "no opinion" : flags & FEASIBLE ? "feasible" : "infeasible",
-    !(flags & WORKING) ? "stopped" : flags & DISSEMINATING ? "disseminating" : "exploring",
-    name && `class ${name}`,
-    flags & BYZANTINE && "Byzantine",
-    flags & STUBBORN && "stubborn",
-    flags & DECLARED && "has declared",
-    (!(flags & WORKING) || flags & BYZANTINE) && "not counted",
-  ];
-  return `Robot ${robot}: ${words.filter(Boolean).join(", ")}`;
-}
-
-/**
  * Show the tooltip beside the robot that is pointed at, or hide it.
  * @param {Lane} lane
  * @param {Opened} world
@@ -36,9 +16,20 @@ export function showTooltip({ arena, tip: box, canvas, frame: around }, world, f
   const robot = arena.pointed;
   box.hidden = !(frame.flags[robot] & THERE);
   if (box.hidden) return;
-  const text = describe(world, robot, frame.flags[robot]);
+  const flags = frame.flags[robot],
+    name = world.robotClasses[world.kinds[robot]];
+  const words = [
+    flags & NEUTRAL ? "no opinion" : flags & FEASIBLE ? "feasible" : "infeasible",
+    !(flags & WORKING) ? "stopped" : flags & DISSEMINATING ? "disseminating" : "exploring",
+    name && `class ${name}`,
+    flags & BYZANTINE && "Byzantine",
+    flags & STUBBORN && "stubborn",
+    flags & DECLARED && "has declared",
+    (!(flags & WORKING) || flags & BYZANTINE) && "not counted",
+  ];
+  const text = `Robot ${robot}: ${words.filter(Boolean).join(", ")}`;
   if (box.textContent !== text) box.textContent = text;
-  const [x, y] = arena.placeOf(robot);
+  const [x, y] = [arena.px[robot] / arena.ratio, arena.py[robot] / arena.ratio]; // in CSS pixels
   const left = Math.max(0, Math.min(canvas.offsetLeft + x + 14, around.clientWidth - box.offsetWidth));
   const top = canvas.offsetTop + y + (y > 60 ? -14 - box.offsetHeight : 18);
   box.style.transform = `translate(${left}px, ${top}px)`;

@@ -26,7 +26,11 @@
  * @property {number} run
  */
 
-/** @typedef {{memory: WebAssembly.Memory} & Record<string, (...given: number[]) => number>} Exports */
+/**
+ * What world.c exports; world_decision: 1 feasible, 0 infeasible, -1 neither; world_play: simulate until the swarm has
+ * decided, but at most so many steps, and return how many.
+ * @typedef {{memory: WebAssembly.Memory} & Record<string, (...given: number[]) => number>} Exports
+ */
 
 /**
  * Compile the world; each instance simulates one run at a time.
@@ -66,31 +70,6 @@ export class World {
     this.tasks = tasks;
     const words = BigInt(seed);
     exports.world_begin(Number(words & 0xffffffffn), Number(words >> 32n), run);
-  }
-
-  step() {
-    this.exports.world_step();
-  }
-
-  // 1 feasible, 0 infeasible, -1 neither.
-  get decision() {
-    return this.exports.world_decision();
-  }
-
-  get feasible() {
-    return this.exports.world_feasible();
-  }
-
-  get infeasible() {
-    return this.exports.world_infeasible();
-  }
-
-  /**
-   * Simulate until the swarm has decided, but at most so many steps; return how many.
-   * @param {number} steps
-   */
-  play(steps) {
-    return this.exports.world_play(steps);
   }
 
   /** @param {"world_x" | "world_y" | "world_task_x" | "world_task_y"} name */
