@@ -391,49 +391,39 @@ def _check(kind: Kind, point: int, chunk: Chunk, rows: Any) -> None:
         raise Damage(f"runs {chunk.first_run} to {chunk.first_run + chunk.runs - 1}")
 
 
-class Inventory(NamedTuple):
-    """The points of a journal, without their runs."""
+class Survey(NamedTuple):
+    """What is known of a journal: its points, and the damage."""
 
+    folder: Path
     entries: list[Entry]
-    """Undamaged points."""
-    damaged: list[int]
-    """Numbers of damaged points, as far as known."""
+    """Points whose rows are undamaged; their runs may be damaged."""
+    damaged: dict[int, str]
+    """Names of damaged points, by number."""
     flaws: list[str]
     """Other damage, in words."""
     commits: int
     """Number of transactions, as far as known."""
-
-
-class Survey(NamedTuple):
-    """Result of reading a journal from end to end."""
-
-    folder: Path
-    inventory: Inventory
-    damaged: dict[int, str]
-    """Names of damaged points, by number."""
-    good: int
-    """Number of undamaged points."""
-    runs: int
-    """Number of their runs."""
+    runs: int = 0
+    """Number of runs of undamaged points, if the journal was read from end to end."""
 
     @property
     def is_whole(self) -> bool:
         """Whether nothing is damaged."""
-        return not self.damaged and not self.inventory.flaws
+        return not self.damaged and not self.flaws
 
     @property
     def harm(self) -> str:
         """What is damaged, in words."""
         named = list(self.damaged.values())[:NAMED]
         more = len(self.damaged) - len(named)
-        return ", ".join([*self.inventory.flaws, *named, *([f"and {more} more points"] if more else [])])
+        return ", ".join([*self.flaws, *named, *([f"and {more} more points"] if more else [])])
 
     @property
     def line(self) -> str:
         """What is damaged, what isn't, and the remedy, in one line."""
         return (
             f"{self.folder / NAME}: damaged: {self.harm or 'what was read just now'}; {self.runs} runs of "
-            f"{self.good} other points are undamaged; {AGAIN}"
+            f"{sum(each.id not in self.damaged for each in self.entries)} other points are undamaged; {AGAIN}"
         )
 
 
@@ -451,8 +441,8 @@ def snapshot(database: sqlite3.Connection) -> Iterator[None]:
             database.execute("ROLLBACK")
 
 
-def inventory(database: sqlite3.Connection, folder: Path) -> Inventory:
-    """Return the points, and the damage to them or to the journal as a whole."""
+def inventory(database: sqlite3.Connection, folder: Path) -> Survey:
+    """Return the points, and the damage to them or to the journal as a whole; read no runs."""
     sealed = read_seal(folder)  # before the tables: a writer commits before it seals
     flaws: list[str] = []
     with snapshot(database):
@@ -474,31 +464,23 @@ def inventory(database: sqlite3.Connection, folder: Path) -> Inventory:
             flaws.append("its table chunks")
             chunks = None
         good, bad = entries(database, points or max(counts, default=0))
-    known = {*bad, *(entry.id for entry in good)}
-    bad += [point for point in counts if point not in known]
+    bad = sorted({*bad, *counts} - {entry.id for entry in good})
     if points is not None and points > len(good) + len(bad):
         flaws.append(f"points missing: {points - len(good) - len(bad)}")
     if chunks is not None and chunks != sum(counts.values()):
         flaws.append(f"chunks missing: {chunks - sum(counts.values())}")
-    return Inventory(good, sorted(bad), flaws, max(commits or 0, sealed))
+    damaged = {point: f"point {point}" for point in bad}
+    return Survey(folder, good, damaged, flaws, max(commits or 0, sealed))
 
 
 def survey(database: sqlite3.Connection, folder: Path, visit: Visit) -> Survey:
     """Read a journal from end to end.
 
-    Parameters
-    ----------
-    database : sqlite3.Connection
-        Connection to the journal.
-    folder : path
-        Where it is.
-    visit : callable
-        Called with each undamaged point and the outcomes of its runs; may raise `Damage` itself.
+    Call ``visit`` with each undamaged point and the outcomes of its runs; it may raise `Damage` itself.
     """
-    runs = good = 0
+    runs, damaged = 0, {}
     with snapshot(database):
         found = inventory(database, folder)
-        damaged = {number: f"point {number}" for number in found.damaged}
         for entry in found.entries:
             try:
                 results = results_of(database, entry.id)
@@ -508,9 +490,8 @@ def survey(database: sqlite3.Connection, folder: Path, visit: Visit) -> Survey:
             except Damage:
                 damaged[entry.id] = name_of(entry.id, entry.vary)
             else:
-                good += 1
                 runs += results.run.size
-    return Survey(folder, found, dict(sorted(damaged.items())), good, runs)
+    return found._replace(damaged=dict(sorted({**found.damaged, **damaged}.items())), runs=runs)
 
 
 def name_of(point: int, vary: str) -> str:

@@ -132,7 +132,7 @@ class Journal:
         """Return the rows of all points."""
         with self._strict():
             found = inventory(self._database, self.folder)
-            if found.damaged or found.flaws:
+            if not found.is_whole:
                 raise Damage
         return found.entries
 
@@ -368,7 +368,7 @@ class Journal:
         """Check that nothing is damaged, or rescue the undamaged part."""
         found = self.survey(lambda entry, results: None)
         if not content.is_sound(self._database, self.path):
-            found.inventory.flaws.append("its pages or indices")
+            found.flaws.append("its pages or indices")
         if found.is_whole:
             return
         if not rescue:
@@ -384,7 +384,7 @@ class Journal:
         shutil.rmtree(folder, ignore_errors=True)  # left by an attempt that was killed
         kept = 0
         with Journal(make_folder(folder), write=True) as fresh:
-            for entry in found.inventory.entries:
+            for entry in found.entries:
                 with fresh.transaction():
                     fresh.store(entry)
                     for kind in Kind:
@@ -392,7 +392,7 @@ class Journal:
                             fresh.put(kind, entry.id, rows, "itself")
                             kept += len(rows) if kind is Kind.RUNS else 0
             with fresh.transaction():  # continues the count of commits of the journal that it replaces
-                fresh._totals["commits"] = max(found.inventory.commits, fresh._totals["commits"])
+                fresh._totals["commits"] = max(found.commits, fresh._totals["commits"])
         for name in (LOCK, SEAL):
             (folder / name).unlink(missing_ok=True)
         self.rescued = f"{self.path}: damaged: {found.harm}; {kept} undamaged runs are kept"
