@@ -80,11 +80,11 @@ def test_a_scenario_that_a_strategy_does_not_support_leaves_its_bits_open(tmp_pa
 
 def test_a_file_of_ones_own_is_listed_with_its_rule(tmp_path):
     file = tmp_path / "own.py"
-    source = Path(__file__).parents[2] / "src/feasibee/strategies/voter.py"
+    source = Path(__file__).parents[2] / "src/feasibee/strategies/dc.py"
     file.write_text(source.read_text())
     row = listed("strategies", "--set", f"decision.strategy={file}")[-1]
     assert row["strategy"] == str(file)
-    assert row["rule"] == "The voter model, unmodulated: quality plays no part."
+    assert row["rule"] == "DC, direct comparison of qualities."
 
 
 def test_each_preset_has_a_line():

@@ -718,7 +718,7 @@ def test_a_figure_says_which_runs_it_takes_together(twice, results):
 
 
 def test_a_strategy_that_was_edited_is_another(tmp_path):
-    file = Path(__file__).parents[2] / "src/feasibee/strategies/voter.py"
+    file = Path(__file__).parents[2] / "src/feasibee/strategies/dc.py"
     own, folder = tmp_path / "own.py", tmp_path / "out"
     for more in ("", "# edited\n"):
         own.write_text(file.read_text() + more)

@@ -7,6 +7,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from typing import Any, NoReturn
 
 UNHARMED = "no file was left half-written"
@@ -23,7 +24,7 @@ _seen: list[signal.Signals] = []
 def begin() -> None:
     """Handle the signals, except those that the parent process ignores, as for a background job."""
     _handled[:] = [each for each in _SIGNALS if signal.getsignal(each) not in (signal.SIG_IGN, None)]
-    _handle(_Leave(UNHARMED))
+    _handle(partial(_leave, UNHARMED))
     sys.unraisablehook = _leave_or_print
 
 
@@ -44,7 +45,9 @@ def raising() -> Iterator[None]:
     except BaseException as error:
         # A module whose import was interrupted may raise any other error instead.
         if _seen or isinstance(error, KeyboardInterrupt):
-            _exit(str(error) if isinstance(error, KeyboardInterrupt) else "")
+            number = _seen[0] if _seen else signal.SIGINT
+            print(_line(number, str(error) if isinstance(error, KeyboardInterrupt) else ""), file=sys.stderr)
+            sys.exit(128 + number)
         raise
 
 
@@ -57,7 +60,7 @@ def leaving(what: str) -> Iterator[None]:
     what : str
         What to print of the state that is left.
     """
-    _handle(_Leave(what))
+    _handle(partial(_leave, what))
     try:
         yield
     finally:
@@ -74,33 +77,22 @@ def _raise(number: int, frame: Any) -> NoReturn:
     raise KeyboardInterrupt if number == signal.SIGINT else SystemExit(128 + number)
 
 
-def _exit(what: str) -> NoReturn:
-    """Print by which signal a command ended and what it kept; exit with the status of that signal."""
-    number = _seen[0] if _seen else signal.SIGINT
-    print(_line(number, what or UNHARMED), file=sys.stderr)
-    sys.exit(128 + number)
+def _line(number: int, what: str) -> str:
+    """Return by which signal a command ended, and what it kept."""
+    return f"feasibee: {_WORDS[signal.Signals(number).name]}; {what or UNHARMED}"
 
 
-def _line(number: signal.Signals, what: str) -> str:
-    return f"feasibee: {_WORDS[number.name]}; {what}"
-
-
-class _Leave:
-    """A signal handler that prints one line and ends the process at once."""
-
-    def __init__(self, what: str) -> None:
-        self.what = what
-
-    def __call__(self, number: int, frame: Any) -> NoReturn:
-        line = f"{_line(signal.Signals(number), self.what)}\n".encode()
-        try:
-            os.write(2, _CLEAR + line if os.isatty(2) else line)
-        finally:  # standard error may be closed
-            os._exit(128 + number)
+def _leave(what: str, number: int, frame: Any = None) -> NoReturn:
+    """Print one line, and end the process at once."""
+    line = f"{_line(number, what)}\n".encode()
+    try:
+        os.write(2, _CLEAR + line if os.isatty(2) else line)
+    finally:  # standard error may be closed
+        os._exit(128 + number)
 
 
 def _leave_or_print(what: sys.UnraisableHookArgs) -> None:
     """End at once if a signal came where Python can't raise an error, such as in a destructor."""
     if _seen and issubclass(what.exc_type, KeyboardInterrupt | SystemExit):
-        _Leave(UNHARMED)(_seen[0], None)
+        _leave(UNHARMED, _seen[0])
     sys.__unraisablehook__(what)

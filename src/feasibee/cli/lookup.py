@@ -17,7 +17,6 @@ from feasibee.scenario.runs import Runs
 if TYPE_CHECKING:
     from feasibee.scenario.feasibility import Verdict
     from feasibee.scenario.scenario import Scenario
-    from feasibee.simulation.loading import Prepared
     from feasibee.strategies.contract import Manifest
 
 
@@ -156,20 +155,7 @@ def strategies(given: Given, as_json: bool) -> None:
 
     base = given.read()
     rows = [_strategy(base, name) for name in all_strategies(base)]
-    if as_json:
-        print_json(rows)
-        return
-    cells = [
-        [
-            row["strategy"],
-            ", ".join(row["needs"]) or "-",
-            "yes" if row["declares"] else "-",
-            "-" if row["bits"] is None else _span(row["bits"]),
-            row["rule"],
-        ]
-        for row in rows
-    ]
-    _print_lines([["strategy", "needs", "declares", "bits", "rule"], *cells])
+    _print_rows(rows, ("strategy", "needs", "declares", "bits", "rule"), as_json)
 
 
 @command()
@@ -199,11 +185,7 @@ def presets(as_json: bool) -> None:
         }
         for name, values in PRESETS.items()
     ]
-    if as_json:
-        print_json(rows)
-        return
-    cells = [[row["preset"], "-", str(row["bits"]), str(row["steps"]), row["about"]] for row in rows]
-    _print_lines([["preset", "needs", "bits", "steps", "whose controller"], *cells])
+    _print_rows(rows, ("preset", "needs", "bits", "steps", "about"), as_json)
 
 
 def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
@@ -248,21 +230,37 @@ def _rule(manifest: Manifest) -> str:
     return line if "," in name or not rule else rule
 
 
-def _span(bits: Sequence[int]) -> str:
-    first, full = bits
-    return str(first) if first == full else f"{first} to {full}"
+def _print_rows(rows: Sequence[dict[str, Any]], columns: Sequence[str], as_json: bool) -> None:
+    """Print rows as JSON, or some of their columns, a line each.
 
-
-def _print_lines(rows: Sequence[Sequence[str]]) -> None:
-    """Print rows in columns, a line each; on a terminal, leave out the last words that it has no room for."""
-    widths = [max(len(row[place]) for row in rows) for place in range(len(rows[0]) - 1)]
+    On a terminal, leave out the last words that it has no room for.
+    """
+    if as_json:
+        print_json(rows)
+        return
+    heads = ["whose controller" if name == "about" else name for name in columns]
+    lines = [heads, *([_cell(row[name]) for name in columns] for row in rows)]
+    widths = [max(map(len, column)) for column in zip(*lines, strict=True)][:-1]
     width = console().width
-    for row in rows:
-        start = "  ".join(f"{cell:{size}}" for cell, size in zip(row, widths, strict=False))
-        text = row[-1]
+    for line in lines:
+        start = "  ".join(f"{cell:{size}}" for cell, size in zip(line, widths, strict=False))
+        text = line[-1]
         if sys.stdout.isatty():
             text = textwrap.shorten(text, max(8, width - len(start) - 2), placeholder=" …")
         click.echo(f"{start}  {text}".rstrip())
+
+
+def _cell(value: Any) -> str:
+    """Return a value as text: names, two numbers or one, yes; a dash for none of these."""
+    if isinstance(value, list) and value and isinstance(value[0], int):
+        return " to ".join(map(str, dict.fromkeys(value)))
+    return (
+        ", ".join(value)
+        if value and isinstance(value, list)
+        else "yes"
+        if value is True
+        else str(value or "-")
+    )
 
 
 @command("compile")
@@ -302,7 +300,8 @@ def compile_engines(
     for part in prepare_engines(files):
         parts.append(part)
         if not as_json:
-            click.echo(_prepared_line(part))
+            state = "loaded from disk" if part.cached else "compiled"
+            click.echo(f"{part.name}: {state} in {part.seconds:.1f} s")
     folder = export(out) if out else cache_folder()
     if as_json:
         answer = {"cache": str(cache_folder()), "out": out and str(folder), "processor": processor()}
@@ -313,8 +312,3 @@ def compile_engines(
         click.echo(f"It runs on processors of the kind {processor()}. To use it: FEASIBEE_CACHE={out}")
     elif all(part.cached for part in parts):
         click.echo("There was nothing to compile.")
-
-
-def _prepared_line(part: Prepared) -> str:
-    state = "loaded from disk" if part.cached else "compiled"
-    return f"{part.name}: {state} in {part.seconds:.1f} s"

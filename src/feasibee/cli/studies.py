@@ -283,33 +283,24 @@ def _print_tracking(outcomes: Sequence[Outcome]) -> None:
 def _print_service(outcomes: Sequence[Outcome]) -> None:
     """Print how well swarms that call and release robots were served, the most often feasible first."""
     found = [(each, each.judgement) for each in outcomes if each.judgement is not None]
-    rows = [
-        [
-            each.contender,
-            str(each.tasks),
-            *percents(judged.own.feasible_share),
-            f"{judged.own.idle.estimate:.1f}",
-            f"{judged.own.calls.estimate:.1f}",
-            f"{judged.own.too_many_per_call:.1f}",
-            f"{judged.own.too_few_per_call:.1f}",
-            f"{judged.robots} ({judged.as_often.idle.estimate:.1f})",
-            f"{100 * judged.oracle.feasible_share.estimate:.1f} ({judged.oracle.idle.estimate:.1f})",
-        ]
-        for each, judged in sorted(found, key=lambda pair: -pair[1].own.feasible_share.estimate)
-    ]
-    heads = [
-        "strategy",
-        "m",
-        "feasible",
-        "interval",
-        "idle",
-        "calls",
-        "too many",
-        "too few",
-        "fixed",
-        "oracle",
-    ]
-    print_numbers(f"What asking gives, {outcomes[0].runs} runs each", heads, rows, SERVICE_CAPTION)
+    rows = []
+    for each, judged in sorted(found, key=lambda pair: -pair[1].own.feasible_share.estimate):
+        own, oracle = judged.own, judged.oracle
+        share, interval = percents(own.feasible_share)
+        cells = {
+            "strategy": each.contender,
+            "m": str(each.tasks),
+            "feasible": share,
+            "interval": interval,
+            "idle": f"{own.idle.estimate:.1f}",
+            "calls": f"{own.calls.estimate:.1f}",
+            "too many": f"{own.too_many_per_call:.1f}",
+            "too few": f"{own.too_few_per_call:.1f}",
+            "fixed": f"{judged.robots} ({judged.as_often.idle.estimate:.1f})",
+            "oracle": f"{100 * oracle.feasible_share.estimate:.1f} ({oracle.idle.estimate:.1f})",
+        }
+        rows.append(list(cells.values()))
+    print_numbers(f"What asking gives, {outcomes[0].runs} runs each", list(cells), rows, SERVICE_CAPTION)
 
 
 def _delays(steps: Sequence[int | None]) -> str:
