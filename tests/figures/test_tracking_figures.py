@@ -46,7 +46,7 @@ def test_infeasible_steps_are_grey_and_each_stretch_is_named():
         draw_truth(ax, infeasible_share(TRUTH))
     np.testing.assert_allclose(band(ax), [1.0] * 4 + [SHADE] * 6, atol=0.01)
     assert names(ax) == ["feasible", "infeasible"]
-    assert [text.get_position()[0] for text in ax.texts] == [2.0, 6.5]
+    assert [text.xy[0] for text in ax.texts] == [2.0, 6.5]
 
 
 def test_a_short_stretch_has_no_name():

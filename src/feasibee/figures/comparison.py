@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.figures.decisions import LIMITS, draw_truth
-from feasibee.figures.labels import Point, label_ends, label_points, name_others
+from feasibee.figures.labels import Point, draw_points, label_ends, label_points
 from feasibee.figures.style import (
     GREY,
     PALETTE,
@@ -23,6 +24,7 @@ from feasibee.figures.style import (
     draw_intervals,
     figure,
     looks,
+    note,
     over_time,
     spaced_by_ratio,
 )
@@ -68,16 +70,15 @@ def draw_against_ratio(
         for name, share in known.items():
             look, places = found[name], np.arange(float(len(ratios))) + beside.get(name, 0.0)
             ax.plot(places, 100 * share[:, 0], **look.line)
+            ends[name] = (float(places[-1]), 100 * float(share[-1, 0]))
             if look.highlighted:
-                draw_intervals(ax, places, share, **_bars(look))
-                ends[name] = (float(places[-1]), 100 * float(share[-1, 0]))
+                draw_intervals(ax, places, share, **look.bars)
             _draw_crosses(ax, places, wrong.get(name, ()), look)
         _finish_ratios(ax, ratios, tasks)
         ax.set(ylabel=label, ylim=PERCENT)
         if any(each.estimate for share in wrong.values() for each in share):
             ax.plot([], [], "x", color="0.4", markersize=6, label="with a robot that declared wrongly (%)")
             ax.legend(loc="best")
-        name_others(drawn, found)
         label_ends(ax, ends, found, means)
     return drawn
 
@@ -124,9 +125,7 @@ def draw_against_time(
             spaced_by_ratio(ax)
             also_in_seconds(ax, seconds)
         axes[0][0].set(ylabel="swarms that are right (%)")
-        name_others(drawn, found)
-        shown = [name for name, look in found.items() if look.highlighted]
-        ends = {name: (lines[name].size - 1, float(lines[name][-1])) for name in shown}
+        ends = {name: (line.size - 1, float(line[-1])) for name, line in lines.items()}
         label_ends(axes[0][-1], ends, found, means, markers=False)
     return drawn
 
@@ -155,23 +154,43 @@ def draw_against_bits(
     before : mapping of str to Look, optional
         Looks of contenders in another figure.
     """
-    names = list(totals)
-    bits = [cost for cost, _ in totals.values()]
-    shares = [100 * accuracy.estimate for _, accuracy in totals.values()]
-    best = pareto(bits, shares)
-    found = _looks_of_front({names[place]: shares[place] for place in best}, names, keep, before)
-    with figure(7.2, 3.6) as (drawn, ax):
-        _draw_front(ax, [(bits[each], shares[each]) for each in best])
-        points = []
-        for name, (cost, accuracy) in totals.items():
-            middle, low, high = (100 * each for each in accuracy)
-            draw_intervals(ax, [cost], accuracy, **_bars(found[name]))
-            points.append(Point(name, cost, middle, found[name], low, high))
-        ax.set(xlabel="bits sent per robot-step", ylabel=label, ylim=(None, 104))
+    points = {name: (cost, *(100 * each for each in accuracy)) for name, (cost, accuracy) in totals.items()}
+    scores = {name: middle for name, (_, middle, _, _) in points.items()}
+    with _against_bits(points, scores, keep, before) as (drawn, ax):
+        ax.set(ylabel=label, ylim=(None, 104))
+        bits = [cost for cost, _ in totals.values()]
         span = max(bits) / min(bits) if min(bits) > 0 else 1.0
         _leave_room(ax, bits, max(span**0.2, 1.5), max(span**0.12, 1.3), 1.2)
-        label_points(ax, points)
     return drawn
+
+
+@contextmanager
+def _against_bits(
+    heights: Mapping[str, tuple[float, ...]],
+    scores: Mapping[str, float],
+    keep: Sequence[str] | None,
+    before: Mapping[str, Look] | None,
+) -> Iterator[tuple[Figure, Axes]]:
+    """Yield a figure of contenders against bits, with the Pareto front, which is highlighted; then name them.
+
+    ``heights`` has bits, and height of the point and of the ends of its bar. Points without score are hollow.
+    """
+    names = list(scores)
+    front = [names[place] for place in pareto([heights[name][0] for name in names], list(scores.values()))]
+    kept = list(heights)[:1] if keep is None else keep
+    shown = {name: scores[name] if name in front else -np.inf for name in heights if name in {*front, *kept}}
+    found = dict.fromkeys(heights, PLAIN) | looks(shown, kept, before)
+    with figure(7.2, 3.6) as (drawn, ax):
+        wide: dict[str, Any] = {"color": "0.88", "linewidth": 4, "solid_capstyle": "round", "zorder": 0}
+        ax.step(*np.reshape([heights[name][:2] for name in front], (-1, 2)).T, where="post", **wide)
+        points = [
+            Point(name, bits, height, found[name], low, high, name not in scores)
+            for name, (bits, height, low, high) in heights.items()
+        ]
+        draw_points(ax, points)
+        ax.set_xlabel("bits sent per robot-step")
+        yield drawn, ax
+        label_points(ax, points)
 
 
 def _leave_room(ax: Axes, bits: Sequence[float], left: float, right: float, linear: float) -> None:
@@ -185,19 +204,6 @@ def _leave_room(ax: Axes, bits: Sequence[float], left: float, right: float, line
         spaced_by_ratio(ax)
     else:
         ax.set_xlim(-0.2 * (most or 1), linear * (most or 1))
-
-
-def _looks_of_front(
-    front: Mapping[str, float],
-    names: Sequence[str],
-    keep: Sequence[str] | None,
-    before: Mapping[str, Look] | None,
-) -> dict[str, Look]:
-    """Return the looks of points: those of the front are highlighted, and those to keep."""
-    kept = list(names[:1] if keep is None else keep)
-    scores = {name: front.get(name, -np.inf) for name in names if name in front or name in kept}
-    shown = looks(scores, kept, before)
-    return {name: shown.get(name, PLAIN) for name in names}
 
 
 def _finish_ratios(ax: Axes, ratios: Sequence[str], tasks: Sequence[int]) -> None:
@@ -219,17 +225,6 @@ def _draw_crosses(ax: Axes, places: NDArray[np.float64], wrong: Sequence[Interva
     marked = 100 * np.array([each.estimate for each in wrong])
     some = np.flatnonzero(marked)
     ax.plot(places[some], marked[some], "x", color=look.colour, markersize=6, zorder=3)
-
-
-def _bars(look: Look) -> dict[str, Any]:
-    """Return options of markers with intervals."""
-    return {
-        "fmt": look.marker or "o",
-        "color": look.colour,
-        "markersize": 4.5 if look.highlighted else 3.5,
-        "elinewidth": 0.8,
-        "zorder": 2.6 if look.highlighted else 1.5,
-    }
 
 
 class Tracked(NamedTuple):
@@ -266,10 +261,7 @@ def draw_right_over_time(
             ax.plot(100 * share, **found[name].line)
         last = infeasible.size - 1
         over_time(ax, "swarms that are right (%)", last, LIMITS)
-        name_others(drawn, found)
-        ends = {
-            name: (last, 100 * float(shares[name][-1])) for name, look in found.items() if look.highlighted
-        }
+        ends = {name: (last, 100 * float(share[-1])) for name, share in shares.items()}
         label_ends(ax, ends, found, means, markers=False)
     return drawn
 
@@ -290,45 +282,21 @@ def draw_delay_against_bits(
     before : mapping of str to Look, optional
         Looks of contenders in another figure.
     """
-    known = {name: each.delay.median for name, each in contenders.items() if each.delay.median is not None}
-    never = 1.15 * max([*(each.delay.q75 or each.delay.median or 0 for each in contenders.values()), 10])
-    names = list(known)
-    best = pareto([contenders[name].bits for name in names], [-float(known[name]) for name in names])
-    front = {names[place]: -known[names[place]] for place in best}
-    found = _looks_of_front(front, list(contenders), None, before)
-    with figure(7.2, 3.6) as (drawn, ax):
-        _draw_front(ax, [(contenders[names[place]].bits, known[names[place]]) for place in best])
-        points = [_delay_point(ax, name, each, found[name], never) for name, each in contenders.items()]
-        ax.set(xlabel="bits sent per robot-step", ylabel=f"delay of detection (steps, of {steps:,})")
-        ax.set_ylim(0, 1.12 * never)
+    delays = {name: each.delay for name, each in contenders.items()}
+    known = {name: -float(each.median) for name, each in delays.items() if each.median is not None}
+    never = 1.15 * max([*(each.q75 or each.median or 0 for each in delays.values()), 10])
+    heights = {
+        name: (each.bits, *(never if step is None else step for step in (delay.median, delay.q25, delay.q75)))
+        for (name, each), delay in zip(contenders.items(), delays.values(), strict=True)
+    }
+    with _against_bits(heights, known, None, before) as (drawn, ax):
+        ax.set(ylabel=f"delay of detection (steps, of {steps:,})", ylim=(0, 1.12 * never))
         if len(known) < len(contenders):
             ax.axhline(never, color="0.8", linewidth=0.8, linestyle=":", zorder=0)
             steps_of = [tick for tick in ax.get_yticks() if tick < 0.95 * never]
             ax.set_yticks([*steps_of, never], [*(f"{tick:g}" for tick in steps_of), "never"])
         _leave_room(ax, [each.bits for each in contenders.values()], 2, 3, 1.3)
-        label_points(ax, points)
     return drawn
-
-
-def _draw_front(ax: Axes, front: Sequence[tuple[float, float]]) -> None:
-    if front:
-        wide: dict[str, Any] = {"color": "0.88", "linewidth": 4, "solid_capstyle": "round", "zorder": 0}
-        ax.step(*zip(*front, strict=True), where="post", **wide)
-
-
-def _delay_point(ax: Axes, name: str, each: Tracked, look: Look, never: float) -> Point:
-    """Draw a contender: its median, and its quartiles as a bar."""
-    middle, low, high = (
-        never if step is None else float(step) for step in (each.delay.median, each.delay.q25, each.delay.q75)
-    )
-    ax.plot([each.bits, each.bits], [low, high], color=look.colour, linewidth=0.8)
-    face = look.colour if each.delay.median is not None else "white"
-    ax.plot(each.bits, middle, look.marker or "o", color=look.colour, markerfacecolor=face, markersize=4.5)
-    return Point(name, each.bits, middle, look, low, high)
-
-
-FIXED = Look("0.35")
-"""Look of fixed numbers of robots."""
 
 
 def draw_service(judged: Mapping[str, Judgement], *, before: Mapping[str, Look] | None = None) -> Figure:
@@ -346,25 +314,21 @@ def draw_service(judged: Mapping[str, Judgement], *, before: Mapping[str, Look] 
     shares = {name: each.own.feasible_share.estimate for name, each in judged.items()}
     found = looks(shares, list(shares)[: len(PALETTE)], before)
     some = next(iter(judged.values()))
-    lines = dict(
-        sorted((number, each) for judgement in judged.values() for number, each in judgement.fixed.items())
-    )
+    fixed = {number: each for judgement in judged.values() for number, each in judgement.fixed.items()}
+    lines = dict(sorted(fixed.items()))
     with figure(7.2, 3.6) as (drawn, ax):
         points = [
             _point(name, each.own, found[name] if found[name].highlighted else Look(GREY, "o"))
             for name, each in judged.items()
         ]
         points.append(_point("oracle", some.oracle, Look("black", "*")))
+        draw_points(ax, points)
         idle = [each.idle.estimate for each in lines.values()]
         enough = [100 * each.feasible_share.estimate for each in lines.values()]
-        ax.plot(idle, enough, color=FIXED.colour, linewidth=0.8, marker="|", zorder=1)
+        ax.plot(idle, enough, color="0.35", linewidth=0.8, marker="|", zorder=1)
         for number, x, y in zip(lines, idle, enough, strict=True):
-            ax.annotate(str(number), (x, y), (4, -10), textcoords="offset points", fontsize=7, color="0.35")
-        where = {"xytext": (24, 0), "textcoords": "offset points", "va": "center", "fontsize": 8}
-        ax.annotate("so many robots\nthat never ask", (idle[-1], enough[-1]), **where, color="0.35")
-        for point in points:
-            bars = {"color": point.look.colour, "capsize": 2, "marker": point.look.marker, "zorder": 3}
-            ax.errorbar([point.x], [point.y], [[point.y - point.low], [point.high - point.y]], **bars)
+            note(ax, str(number), (x, y), (4, -10), fontsize=7, va="baseline")
+        note(ax, "so many robots\nthat never ask", (idle[-1], enough[-1]), (24, 0))
         lowest = min(*enough, *(point.low for point in points))
         ax.set(xlabel="idle robots, mean", ylabel="steps with enough robots (%)", ylim=(lowest - 6, 104))
         beside = 0.012 * (ax.get_xlim()[1] - ax.get_xlim()[0])

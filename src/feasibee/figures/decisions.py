@@ -25,6 +25,7 @@ from feasibee.figures.style import (
     draw_intervals,
     fill_band,
     looks,
+    note,
     over_time,
     small_multiples,
     spaced_by_ratio,
@@ -130,11 +131,8 @@ def draw_opinion_panels(
     columns : int
         Panels side by side.
     """
-    size = (6.4, 0.7, 1.55)
-    with small_multiples(len(bands), columns, size, "time (steps)", "opinion feasible (% of robots)") as (
-        drawn,
-        grid,
-    ):
+    shape, labels = (6.4, 0.7, 1.55), ("time (steps)", "opinion feasible (% of robots)")
+    with small_multiples(len(bands), columns, shape, *labels) as (drawn, grid):
         for ax, (title, (low, median, high)), colour in zip(grid, bands.items(), colours, strict=True):
             for other in bands.values():
                 ax.plot(other[1], color=GREY, linewidth=0.8, zorder=1.5)
@@ -170,10 +168,8 @@ def plot_decisions(
         axes.set(xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=PERCENT)
         ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10) if min(ratios) <= tick <= max(ratios)]
         spaced_by_ratio(axes, ticks if len(ticks) >= 2 else ())
-        ends = {
-            name: (max(ratios), 100 * intervals[int(np.argmax(ratios))][0])
-            for name, intervals in rates.items()
-        }
+        last = int(np.argmax(ratios))
+        ends = {name: (ratios[last], 100 * intervals[last][0]) for name, intervals in rates.items()}
         label_ends(axes, ends, {name: Look(COLOURS[name], MARKERS[name]) for name in rates})
         return axes
 
@@ -228,13 +224,7 @@ def mark_median(ax: Axes, median: int | None) -> None:
         label = f"half of the runs: step {median}"
         ax.axvline(median, color="0.6", linewidth=0.8, linestyle=":", label=label)
         late = median > 0.6 * ax.get_xlim()[1]
-        look: dict[str, Any] = {
-            "ha": "right" if late else "left",
-            "va": "center",
-            "fontsize": 8,
-            "color": "0.4",
-        }
-        ax.annotate(label, (median, 30), (-4 if late else 4, 0), textcoords="offset points", **look)
+        note(ax, label, (median, 30), (-4 if late else 4, 0), ha="right" if late else "left")
 
 
 def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]]) -> None:
@@ -285,12 +275,17 @@ def draw_panels(panels: Sequence[Panel], columns: int = 4) -> Figure:
                 for name in ("feasible", "infeasible"):
                     middle = 100 * np.array(panels[0].rates[name])[:, 0]
                     ax.plot(panels[0].ratios, middle, color=COLOURS[name], linewidth=2.6, alpha=0.22)
-            _draw_panel(ax, panel)
+            tip = {"color": "0.45", "linewidth": 0.9, "linestyle": ":", "label": "infeasible to its left"}
+            ax.axvline(panel.tip, zorder=0, **tip)
+            _draw_rates(ax, panel.ratios, panel.rates, markersize=2.4, linewidth=0.9, elinewidth=0.7)
+            ax.set(ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
+            spaced_by_ratio(ax, (0.1, 0.5, 1, 2, 10))
+            ax.set_title(panel.title, fontsize=8.5)
+            ax.tick_params(labelsize=8)
         handles, labels = grid[0].get_legend_handles_labels()
         faint = grid[0].plot([], [], color=COLOURS["undecided"], linewidth=2.6, alpha=0.4)[0]
-        drawn.legend(
-            [*handles, faint], [*labels, panels[0].title], loc="outside upper center", ncols=len(handles) + 1
-        )
+        where: dict[str, Any] = {"loc": "outside upper center", "ncols": len(handles) + 1}
+        drawn.legend([*handles, faint], [*labels, panels[0].title], **where)
     return drawn
 
 
@@ -301,17 +296,6 @@ def _draw_rates(
     for name, intervals in rates.items():
         look = {"color": COLOURS[name], "marker": MARKERS[name], "label": name}
         draw_intervals(ax, ratios, intervals, **look, **widths)
-
-
-def _draw_panel(ax: Axes, panel: Panel) -> None:
-    ax.axvline(
-        panel.tip, color="0.45", linewidth=0.9, linestyle=":", zorder=0, label="infeasible to its left"
-    )
-    _draw_rates(ax, panel.ratios, panel.rates, markersize=2.4, linewidth=0.9, elinewidth=0.7)
-    ax.set(ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
-    spaced_by_ratio(ax, (0.1, 0.5, 1, 2, 10))
-    ax.set_title(panel.title, fontsize=8.5)
-    ax.tick_params(labelsize=8)
 
 
 def plot_right_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
@@ -360,32 +344,18 @@ def draw_truth(ax: Axes, infeasible: NDArray[np.float64]) -> None:
         Share of the runs whose tasks are infeasible, by step.
     """
     shades = LinearSegmentedColormap.from_list("truth", ["1.0", str(SHADE)])
-    edges = np.arange(infeasible.size + 1) - 0.5
-    ax.pcolormesh(
-        edges,
-        [0, 1],
-        infeasible[np.newaxis, :],
-        cmap=shades,
-        vmin=0,
-        vmax=1,
-        zorder=0,
-        rasterized=True,
-        transform=ax.get_xaxis_transform(),
-    )
+    edges, behind = np.arange(infeasible.size + 1) - 0.5, ax.get_xaxis_transform()
+    shown: dict[str, Any] = {"cmap": shades, "vmin": 0, "vmax": 1, "zorder": 0, "rasterized": True}
+    ax.pcolormesh(edges, [0, 1], infeasible[np.newaxis, :], transform=behind, **shown)
+    top = {"fontsize": 7.5, "ha": "center", "va": "top", "zorder": 1}
     if not np.isin(infeasible, (0, 1)).all():
-        _write(ax, 0.5, "grey: share of runs whose tasks are infeasible", ax.transAxes)
+        note(ax, "grey: share of runs whose tasks are infeasible", (0.5, 0.985), where=ax.transAxes, **top)
         return
     starts = np.flatnonzero(np.diff(infeasible, prepend=-1))
     for start, end in zip(starts, [*starts[1:], infeasible.size - 1], strict=True):
         if end - start >= NARROW * infeasible.size:
             name = DECISIONS[INFEASIBLE if infeasible[start] else FEASIBLE]
-            _write(ax, (start + end) / 2, name, ax.get_xaxis_transform())
-
-
-def _write(ax: Axes, x: float, text: str, where: Any) -> None:
-    """Write a text at the top of the axes."""
-    look: dict[str, Any] = {"fontsize": 7.5, "color": "0.35", "ha": "center", "va": "top", "zorder": 1}
-    ax.text(x, 0.985, text, transform=where, **look)
+            note(ax, name, ((start + end) / 2, 0.985), where=behind, **top)
 
 
 def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:

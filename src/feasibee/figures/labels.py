@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox, Transform, blended_transform_factory, offset_copy
 from numpy.typing import NDArray
 
-from feasibee.figures.style import GREY, Look, text_colour
+from feasibee.figures.style import GREY, PLAIN, Look, text_colour
 
 SIZE: Final = 8.0
 """Size of labels, in points."""
@@ -39,7 +39,7 @@ def label_ends(
     markers: bool = True,
     title: str = "",
 ) -> None:
-    """Write names to the right of the axes, each joined to the end of its line.
+    """Write names to the right of the axes, each joined to the end of its line; name grey lines below.
 
     Call it after all else is drawn.
 
@@ -48,7 +48,7 @@ def label_ends(
     ax : Axes
         With its final limits.
     ends : mapping of str to pair of float
-        The last point of each line to label, by name.
+        The last point of each line, by name; those of grey lines aren't used.
     looks : mapping of str to Look
         How the lines are drawn.
     scores : mapping of str to float
@@ -60,12 +60,14 @@ def label_ends(
         What the names are values of.
     """
     figure: Any = ax.figure.figure  # the outermost one
+    _name_others(figure, [name for name, look in looks.items() if look == PLAIN])
     figure.draw_without_rendering()  # fixes the height of the axes
     inverse = ax.transData.inverted()
     if title:
         top = offset_copy(ax.transAxes, figure, SPACE, 0.5 * GAP, "points")
         ax.text(1.0, 1.0, title, transform=top, fontsize=SIZE, va="bottom", clip_on=False)
-    names = sorted(ends, key=lambda name: (round(ends[name][1]), scores.get(name, 0.0)))
+    shown = [name for name in ends if looks[name] != PLAIN]
+    names = sorted(shown, key=lambda name: (round(ends[name][1]), scores.get(name, 0.0)))
     scale = figure.dpi / 72
     box = ax.get_window_extent()
     wanted = [ax.transData.transform(ends[name])[1] for name in names]
@@ -107,6 +109,16 @@ def _label_end(
     )
 
 
+def _name_others(figure: Figure, grey: Sequence[str]) -> None:
+    """Write below a figure which lines are grey, if any."""
+    if grey:
+        width = int(figure.get_figwidth() * 72 / (0.53 * (SIZE - 1)))
+        text = textwrap.fill(
+            f"grey: {', '.join(grey)}", width, break_long_words=False, break_on_hyphens=False
+        )
+        figure.supxlabel(text, x=0.01, ha="left", fontsize=SIZE - 1, color="0.4")
+
+
 def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> list[float]:
     """Return places in ascending order, at least a gap apart and within limits, nearest to given ones.
 
@@ -126,7 +138,7 @@ def spread(wanted: Sequence[float], gap: float, low: float, high: float) -> list
 
 
 class Point(NamedTuple):
-    """A point with a label."""
+    """A point with a label and a vertical bar."""
 
     name: str
     x: float
@@ -134,7 +146,15 @@ class Point(NamedTuple):
     look: Look
     low: float
     high: float
-    """Ends of its vertical bar."""
+    """Ends of its bar."""
+    hollow: bool = False
+
+
+def draw_points(ax: Axes, points: Sequence[Point]) -> None:
+    """Draw points with their bars."""
+    for _, x, y, look, low, high, hollow in points:
+        face = {"markerfacecolor": "white"} if hollow else {}
+        ax.errorbar([x], [y], [[y - low], [high - y]], **look.bars, **face)
 
 
 def label_points(ax: Axes, points: Sequence[Point]) -> None:
@@ -211,14 +231,3 @@ def _leader(offset: tuple[float, float], size: tuple[float, float], look: Look) 
     if max(nearest) <= DISTANCES[0] + 1:
         return None
     return {"arrowstyle": "-", "linewidth": 0.6, "color": look.colour, "shrinkA": 1, "shrinkB": 3}
-
-
-def name_others(figure: Figure, looks: Mapping[str, Look]) -> None:
-    """Write below a figure which lines are grey, if any."""
-    grey = [name for name, look in looks.items() if not look.highlighted]
-    if grey:
-        width = int(figure.get_figwidth() * 72 / (0.53 * (SIZE - 1)))
-        text = textwrap.fill(
-            f"grey: {', '.join(grey)}", width, break_long_words=False, break_on_hyphens=False
-        )
-        figure.supxlabel(text, x=0.01, ha="left", fontsize=SIZE - 1, color="0.4")

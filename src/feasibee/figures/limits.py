@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.figures.decisions import draw_share_by_step
-from feasibee.figures.style import figure, over_time, spaced_by_ratio, text_colour
+from feasibee.figures.style import figure, note, over_time, spaced_by_ratio, text_colour
 
 
 class Look(NamedTuple):
@@ -72,12 +72,8 @@ def _end(steps: NDArray[np.int64], most: int) -> float:
 
 def _write(ax: Axes, text: str, place: tuple[float, float], look: Look) -> None:
     """Write a label below a point of a curve to its right, or above it to its left."""
-    left = look.side == "left"
-    ends: dict[str, Any] = {"ha": look.side, "va": "top" if left else "bottom"}
-    offset = (5, -3) if left else (-5, 3)
-    ax.annotate(
-        text, place, offset, textcoords="offset points", color=text_colour(look.colour), fontsize=8, **ends
-    )
+    offset, above = ((5, -3), "top") if look.side == "left" else ((-5, 3), "bottom")
+    note(ax, text, place, offset, ha=look.side, va=above, color=text_colour(look.colour))
 
 
 WORD = "#0072B2"
@@ -144,9 +140,9 @@ def draw_frontier(panels: Sequence[Panel], most: int) -> Figure:
 
 def _draw_bits(ax: Axes, bits: Sequence[float], words: Sequence[Word]) -> None:
     """Draw each contender's bits per robot-step, with its name."""
-    for place, (cost, word) in enumerate(zip(bits, words, strict=True)):
+    for place, cost in enumerate(bits):
         ax.plot(cost, place, "s", color=WORD, markersize=3.5)
-        _note(ax, f"{cost:.3g}", (cost, place), word, "data")
+        note(ax, f"{cost:.3g}", (cost, place), (4, 0), fontsize=7.5, color=WORD)
     ax.set_yticks(range(len(bits)), [word.contender for word in words])
     ax.set(xlabel="bits per robot-step", xlim=(0.6 * min(bits), 8 * max(bits)))
     _finish(ax, 1.5 * max(bits))
@@ -154,6 +150,7 @@ def _draw_bits(ax: Axes, bits: Sequence[float], words: Sequence[Word]) -> None:
 
 def _draw_panel(ax: Axes, panel: Panel, words: Sequence[Word], most: int) -> None:
     """Draw the limits as bands, and each contender's time and accuracy in front."""
+    beside = ax.get_yaxis_transform()
     for name in BANDS:
         middle, late = panel.limits[name]
         if middle is not None:
@@ -166,19 +163,11 @@ def _draw_panel(ax: Axes, panel: Panel, words: Sequence[Word], most: int) -> Non
             ax.plot([word.median, end], [place, place], color=colour, linewidth=1.8)
             fill = colour if word.ok >= RELIABLE else "white"
             ax.plot(word.median, place, "o", color=colour, markerfacecolor=fill, markersize=4.5)
-        _note(ax, f"{word.ok:.3f}", (1.0, place), word, "axes fraction")
-    ax.annotate(
-        "ok", (1.0, len(words) - 0.1), (4, 0), ("axes fraction", "data"), "offset points", fontsize=7.5
-    )
+        note(ax, f"{word.ok:.3f}", (1.0, place), (4, 0), beside, fontsize=7.5, color=WORD)
+    note(ax, "ok", (1.0, len(words) - 0.1), (4, 0), beside, fontsize=7.5, color="black", va="baseline")
     ax.set(xlabel="time (steps)", xlim=(10, 1.25 * most))
     ax.set_title(panel.title)
     _finish(ax, most)
-
-
-def _note(ax: Axes, text: str, place: tuple[float, int], word: Word, across: str) -> None:
-    """Write a number to the right of a place in a contender's row."""
-    look: dict[str, Any] = {"ha": "left", "va": "center", "fontsize": 7.5, "color": WORD}
-    ax.annotate(text, place, (4, 0), (across, "data"), "offset points", **look)
 
 
 def _finish(ax: Axes, most: float) -> None:
@@ -192,12 +181,6 @@ def _label_bands(ax: Axes, panel: Panel, rows: int) -> None:
     for name in BANDS:
         middle, late = panel.limits[name]
         if middle is not None:
-            place = np.sqrt(max(1, middle) * (late or middle))
-            label: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5}
-            ax.text(
-                place,
-                rows - 0.5 + STRIP,
-                LOOKS[name].label,
-                color=text_colour(LOOKS[name].colour),
-                **label,
-            )
+            place = float(np.sqrt(max(1, middle) * (late or middle))), rows - 0.5 + STRIP
+            look = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5}
+            note(ax, LOOKS[name].label, place, color=text_colour(LOOKS[name].colour), **look)

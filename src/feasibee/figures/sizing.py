@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from feasibee.figures.style import draw_intervals, figure, spaced_by_ratio
+from feasibee.figures.style import (
+    PALETTE,
+    are_spaced_by_ratio,
+    draw_intervals,
+    figure,
+    note,
+    spaced_by_ratio,
+    text_colour,
+)
 from feasibee.results.statistics import Interval
 
-BLUE, ORANGE, DARK_ORANGE, GREY = "#0072B2", "#D55E00", "#9c4400", "0.45"
-DECADE: Final = 10
-"""Ratio of the largest to the least value from which an axis is spaced by ratio."""
+BLUE, ORANGE, GREY = *PALETTE[:2], "0.45"
 
 
 class Panel(NamedTuple):
@@ -41,23 +47,13 @@ def draw_sizing(panels: Sequence[Panel], target: float) -> Figure:
     target : float
         Share of swarms that must be right.
     """
-    with figure(1.0 + 3.4 * len(panels), 3.0, columns=len(panels), sharey=True, squeeze=False) as (
-        drawn,
-        axes,
-    ):
+    size = 1.0 + 3.4 * len(panels), 3.0
+    with figure(*size, columns=len(panels), sharey=True, squeeze=False) as (drawn, axes):
         for ax, panel in zip(axes[0], panels, strict=True):
             _draw(ax, panel, target)
         axes[0][0].set(ylabel="swarms that are right (%)", ylim=(-2, 108), yticks=range(0, 101, 20))
-        axes[0][0].text(
-            0.99,
-            100 * target - 2,
-            f"{100 * target:g} %",
-            ha="right",
-            va="top",
-            color=GREY,
-            fontsize=8,
-            transform=axes[0][0].get_yaxis_transform(),
-        )
+        where = axes[0][0].get_yaxis_transform()
+        note(axes[0][0], f"{100 * target:g} %", (0.99, 100 * target - 2), where=where, ha="right", va="top")
     return drawn
 
 
@@ -66,37 +62,20 @@ def _draw(ax: Any, panel: Panel, target: float) -> None:
     ax.axhline(100 * target, color=GREY, linewidth=0.8, linestyle="--", zorder=0)
     look = {"color": BLUE, "marker": "o", "markersize": 3.5, "linewidth": 1.2, "elinewidth": 0.7}
     draw_intervals(ax, values, [share for _, share in panel.points], **look)
-    if values.min() > 0 and values.max() / values.min() >= DECADE:
+    if are_spaced_by_ratio(values):
         spaced_by_ratio(ax)
     ax.set(xlabel=panel.label)
+    above: dict[str, Any] = {"where": ax.get_xaxis_transform(), "va": "bottom"}
     if panel.least is not None:
-        _mark(ax, panel.least, f"enough from {panel.least:g}")
+        ax.axvline(panel.least, color=BLUE, linewidth=0.8, linestyle=":")
+        note(ax, f"enough from {panel.least:g}", (panel.least, 1.01), ha="center", color=BLUE, **above)
     if panel.band is not None:
         first, last = panel.band
         ax.axvspan(first - 0.5, last + 0.5, color=ORANGE, alpha=0.15, linewidth=0, zorder=0)
-        middle_of_band = np.sqrt(first * last) if ax.get_xscale() == "log" else (first + last) / 2
+        middle = float(np.sqrt(first * last)) if ax.get_xscale() == "log" else (first + last) / 2
         ends = f"{first:g}" if first == last else f"{first:g} to {last:g}"
-        ax.text(
-            middle_of_band,
-            101,
-            f"blind band: {ends}",
-            ha="center",
-            va="bottom",
-            color=DARK_ORANGE,
-            fontsize=8,
-        )
+        note(ax, f"blind band: {ends}", (middle, 101), ha="center", va="bottom", color=text_colour(ORANGE))
     if panel.truth is not None:
         ax.axvline(panel.truth + 0.5, color=GREY, linewidth=0.8, linestyle=":")
         for side, text in (("right", "feasible  "), ("left", "  infeasible")):
-            _above(ax, panel.truth + 0.5, text, GREY, side)
-
-
-def _mark(ax: Any, value: float, text: str) -> None:
-    ax.axvline(value, color=BLUE, linewidth=0.8, linestyle=":")
-    _above(ax, value, text, BLUE, "center")
-
-
-def _above(ax: Any, value: float, text: str, colour: str, side: str) -> None:
-    """Write above the axes."""
-    place = ax.get_xaxis_transform()
-    ax.text(value, 1.01, text, ha=side, va="bottom", color=colour, fontsize=8, transform=place)
+            note(ax, text, (panel.truth + 0.5, 1.01), ha=side, color=GREY, **above)

@@ -65,6 +65,13 @@ class Look(NamedTuple):
         above = 2 + PALETTE.index(self.colour) / 10
         return {"color": self.colour, "linestyle": self.dashes, "linewidth": 1.5, "zorder": above}
 
+    @property
+    def bars(self) -> dict[str, Any]:
+        """Options of matplotlib's ``errorbar`` for markers with intervals."""
+        size, above = (4.5, 2.6) if self.highlighted else (3.5, 1.5)
+        shape = {"fmt": self.marker or "o", "markersize": size, "elinewidth": 0.8}
+        return {"color": self.colour, "zorder": above, **shape}
+
 
 PLAIN: Final = Look(GREY)
 """Look of a line that isn't highlighted."""
@@ -134,6 +141,19 @@ def draw_intervals(ax: Axes, places: Any, shares: Any, **look: Any) -> None:
     """Draw shares with their intervals, of shape (places, 3), in percent."""
     middle, low, high = 100 * np.reshape(shares, (-1, 3)).T
     ax.errorbar(places, middle, yerr=(middle - low, high - middle), **look)
+
+
+def note(
+    ax: Axes,
+    text: str,
+    place: tuple[float, float],
+    offset: tuple[float, float] = (0, 0),
+    where: Any = "data",
+    **look: Any,
+) -> None:
+    """Write a text at an offset in points from a place, such as a number in a row or a name above axes."""
+    look = {"fontsize": 8, "color": "0.35", "va": "center", **look}
+    ax.annotate(text, place, offset, where, "offset points", annotation_clip=False, **look)
 
 
 def over_time(ax: Axes, label: str, last: float, limits: tuple[float, float] = PERCENT) -> None:

@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from feasibee.figures.labels import label_ends, name_others
+from feasibee.figures.labels import label_ends
 from feasibee.figures.style import (
     PERCENT,
-    Look,
     are_spaced_by_ratio,
     figure,
     fill_band,
@@ -58,17 +56,19 @@ def draw_lines(
         for name, line in zip(found, lines.values(), strict=True):
             values = sorted(line) if numeric else list(line)
             share = _scale(show) * np.array([line[value] for value in values])
-            _draw_band(ax, values, share, found[name])
-            known = np.flatnonzero(np.isfinite(share[:, 0]))
-            if found[name].highlighted and known.size:
-                ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(share[known[-1], 0]))
+            look, (middle, low, high) = found[name], share.T
+            ax.plot(values, middle, marker=look.marker, markersize=4, **look.line)
+            if look.highlighted:
+                fill_band(ax, values, low, high, look.colour)
+            known = np.flatnonzero(np.isfinite(middle))
+            if known.size:
+                ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(middle[known[-1]]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
         ax.set(xlabel=x, ylabel=_label(show), ylim=PERCENT if _scale(show) > 1 else (0, None))
         _say_averaged(ax, over)
         _say_never(ax, lines, show)
         if hue:
-            name_others(drawn, found)
             label_ends(ax, ends, found, means, title=hue)
     return drawn
 
@@ -88,14 +88,6 @@ def _scale(show: str) -> float:
 def _label(show: str) -> str:
     measure = MEASURES[show]
     return f"{measure.label}:\n{measure.ends}" if measure.ends else measure.label
-
-
-def _draw_band(ax: Axes, values: Sequence[Any], share: NDArray[np.float64], look: Look) -> None:
-    """Draw a line with its band: ``share`` has estimate, low and high of each value, in percent."""
-    middle, low, high = share.T
-    ax.plot(values, middle, marker=look.marker, markersize=4, **look.line)
-    if look.highlighted:
-        fill_band(ax, values, low, high, look.colour)
 
 
 def _say_averaged(ax: Axes, over: Sequence[str]) -> None:
