@@ -16,7 +16,7 @@ import subprocess
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
@@ -173,12 +173,9 @@ def _shown(path: Path, start: int, end: int, every: int) -> range:
 def _check(path: Path, every: int, fps: int, size: int) -> None:
     """Validate the arguments before the work."""
     suffix = check_output(path, SUFFIXES)
-    for name, value, low, high in (
-        ("fps", fps, 1, 120),
-        ("size", size, 240, 4096),
-        ("every", every, 1, 10**9),
-    ):
-        check_integer(name, value, low, high)
+    check_integer("fps", fps, 1, 120)
+    check_integer("size", size, 240, 4096)
+    check_integer("every", every, 1, 10**9)
     if suffix == ".mp4":
         _ffmpeg(path)
     if suffix == ".gif" and fps not in GIF_RATES:
@@ -243,7 +240,7 @@ def _write_gif(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
                 file.write(_gif_header(picture.size, colours))
             else:
                 changed = now != before
-                box = _box_of(changed)
+                box = Image.fromarray(changed).getbbox() or (0, 0, 1, 1)
                 shown = Image.fromarray(np.where(changed, now, np.uint8(clear)))
             before = now
             for part in GifImagePlugin.getdata(
@@ -289,14 +286,6 @@ def _gif_header(size: tuple[int, int], colours: list[int]) -> bytes:
         + table
         + b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
     )
-
-
-def _box_of(changed: np.ndarray[Any, np.dtype[np.bool_]]) -> tuple[int, int, int, int]:
-    """Return the smallest box around all changes: left, top, right, bottom; one pixel without changes."""
-    rows, columns = (np.flatnonzero(changed.any(axis=axis)) for axis in (1, 0))
-    if not rows.size:
-        return 0, 0, 1, 1
-    return int(columns[0]), int(rows[0]), int(columns[-1]) + 1, int(rows[-1]) + 1
 
 
 class _Reel(Image.Image):

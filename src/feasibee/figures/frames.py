@@ -142,10 +142,7 @@ class Painter:
         drawn.paste(arena, self.corner)
         pen = ImageDraw.Draw(drawn)
         self._edge(pen)
-        self._words(drawn, pen, swarm)
-        for number, note in enumerate(notes, self.lines):
-            at = (self.margin, self.words + (number + 0.5) * self.line)
-            pen.text(at, note, self.theme.ink, self.font, "lm")
+        self._words(drawn, pen, swarm, notes)
         if self.span is not None:
             self._curves(drawn, pen, swarm, *self.span)
         return drawn.reduce(DRAWN)
@@ -185,8 +182,7 @@ class Painter:
             self._noses(arena, spots, swarm.headings[there])
         radius = round(8 * self.radius) / 8
         for x, y, robot in spots:
-            *look, gone = looks[robot]
-            _press(arena, _robot(*look, radius, self.theme, gone), x, y)
+            _press(arena, _robot(radius, self.theme, *looks[robot]), x, y)
 
     def _noses(
         self, arena: Image.Image, spots: Sequence[tuple[float, float, int]], headings: NDArray[np.float64]
@@ -216,31 +212,33 @@ class Painter:
         box = (left - thick, top - thick, left + self.arena[0] + thick - 1, top + self.arena[1] + thick - 1)
         pen.rectangle(box, outline=self.theme.ink if walls else self.theme.faint, width=thick)
 
-    def _words(self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Shown) -> None:
-        """Write the step, the decision and the truth; the robot before each count is the legend."""
+    def _words(
+        self, drawn: Image.Image, pen: ImageDraw.ImageDraw, swarm: Shown, notes: Sequence[str]
+    ) -> None:
+        """Write step, decision, truth and notes; the robot before each count is the legend."""
         left, right = self.margin, self.size[0] - self.margin
-        first, second = self.words + 0.5 * self.line, self.words + 1.5 * self.line
-        pen.text((left, first), f"step {swarm.step}", self.theme.ink, self.font, "lm")
-        pen.text((right, first), self._outcome(swarm), self.theme.ink, self.font, "rm")
-        pen.text((right, second), f"truth: {DECISIONS[swarm.truth]}", self.theme.ink, self.font, "rm")
+
+        def write(x: float, line: int, text: str, anchor: str = "lm") -> float:
+            pen.text((x, self.words + (line + 0.5) * self.line), text, self.theme.ink, self.font, anchor)
+            return x + self.font.getlength(f"{text}   ")
+
+        write(left, 0, f"step {swarm.step}")
+        write(right, 0, self._outcome(swarm), "rm")
+        write(right, 1, f"truth: {DECISIONS[swarm.truth]}", "rm")
         counts = {FEASIBLE: swarm.feasible_counts[-1], INFEASIBLE: swarm.infeasible_counts[-1]}
+        texts = {opinion: f"{count} {DECISIONS[opinion]}" for opinion, count in counts.items()}
         none = swarm.counted_counts[-1] - sum(counts.values())
         at, radius = float(left), round(0.42 * self.font.size)
-        for opinion, count in counts.items():
-            _press(drawn, _robot(opinion, False, True, False, radius, self.theme), at + radius, second)
-            text = f"{count} {DECISIONS[opinion]}"
-            pen.text((at + 2.8 * radius, second), text, self.theme.ink, self.font, "lm")
-            at += 2.8 * radius + self.font.getlength(text + "   ")
+        for opinion, text in (texts | ({NO_OPINION: str(none)} if none else {})).items():
+            _press(drawn, _robot(radius, self.theme, opinion), at + radius, self.words + 1.5 * self.line)
+            at = write(at + 2.8 * radius, 1, text)
         if self.scenario.declares:
             feasible, infeasible = swarm.declared_counts
-            text = f"declared: {feasible} feasible, {infeasible} infeasible"
-            pen.text((left, second + self.line), text, self.theme.ink, self.font, "lm")
+            write(left, 2, f"declared: {feasible} feasible, {infeasible} infeasible")
         if self.scenario.dynamic:
-            text = f"{int(swarm.present.sum())} robots, {len(swarm.tasks)} tasks"
-            pen.text((left, second + self.line), text, self.theme.ink, self.font, "lm")
-        if none:
-            _press(drawn, _robot(NO_OPINION, False, True, False, radius, self.theme), at + radius, second)
-            pen.text((at + 2.8 * radius, second), str(none), self.theme.ink, self.font, "lm")
+            write(left, 2, f"{int(swarm.present.sum())} robots, {len(swarm.tasks)} tasks")
+        for line, text in enumerate(notes, self.lines):
+            write(left, line, text)
 
     def _outcome(self, swarm: Shown) -> str:
         """Return the decision and whether it is right.
@@ -261,9 +259,8 @@ class Painter:
         left, top, right, bottom = self.strip
 
         def place(step: int, share: float) -> tuple[float, float]:
-            return left + (right - left) * (step - start) / max(1, end - start), bottom - (
-                bottom - top
-            ) * share
+            across = (step - start) / max(1, end - start)
+            return left + (right - left) * across, bottom - (bottom - top) * share
 
         small = self.font.font_variant(size=0.8 * self.font.size)
         threshold = self.scenario.decision.threshold
@@ -291,7 +288,7 @@ class Painter:
             if len(points) > 1:
                 pen.line(points, colour, max(DRAWN, self.size[0] // 240), joint="curve")
             if points:
-                _press(drawn, _robot(opinion, False, True, False, radius, self.theme), *points[-1])
+                _press(drawn, _robot(radius, self.theme, opinion), *points[-1])
 
     def _band(self, pen: ImageDraw.ImageDraw, ends: list[float], truth: bool) -> None:
         """Draw the truth above the curves, from change to change: full if feasible, hollow if not."""
@@ -327,12 +324,12 @@ def _press(onto: Image.Image, stamp: Stamp, x: float, y: float) -> None:
 
 @cache
 def _robot(
-    opinion: int,
-    disseminating: bool,
-    counted: bool,
-    declared: bool,
     radius: float,
     theme: Theme,
+    opinion: int,
+    disseminating: bool = False,
+    counted: bool = True,
+    declared: bool = False,
     lost: bool = False,
 ) -> Stamp:
     """Draw a robot: a disc in the colour of its opinion, pale if it doesn't count, grey if it is lost.
