@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from following import SIGHTINGS
 from numba import types
-from own_files import assert_same, played, replaced, why_not
+from own_files import FADING, assert_same, played, replaced
 
-from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm, reference
+from feasibee import Scenario, Swarm, reference
 from feasibee.engine.compile import entry
 from feasibee.engine.knowledge import update_pending
 from feasibee.engine.layout import Clock, Pending
@@ -16,46 +15,9 @@ from feasibee.engine.params import Action
 from feasibee.engine.signatures import FUNCTIONS, PARAMS, STATE
 from feasibee.robot.controller import Controller, Settings
 from feasibee.scenario.plugins import load
-from feasibee.scenario.runs import Runs
 from feasibee.scenario.setting import setting_from
-from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies.contract import Thing
 
-FADING = (
-    '''\
-"""Names of tasks, each forgotten after a while; robots follow what they know in every step."""
-
-BY_NAME = True
-NEEDS_COUNT = True
-PARAMETERS = {"lasts": 9.0}
-
-
-'''
-    + SIGHTINGS
-    + """\
-
-
-def start(known, me):
-    known[me.id % len(known)] = 1
-
-
-def count(known, counts, me):
-    counts[0], counts[me.setting.robot_classes] = me.setting.robots, present(known)
-
-
-def judge(known, me):
-    for k in range(len(known)):
-        known[k] = max(known[k] - 1, 0)
-    if present(known) == me.id:
-        return -1
-    return 1 if present(known) <= me.id else 0
-
-
-def gap(known, me):
-    return present(known) - me.setting.robots
-"""
-)
-"""A strategy without an `encode` of its own, so that `judge` must mark what it changes."""
 SMALL = {"arena.side": 8.0, "run.steps": 60, "robots.know_count": True, "decision.gain": 5.0}
 WORLDS = {
     "paper": {},
@@ -136,52 +98,6 @@ def gaps_of(swarm, numbers):
     state.clock[Clock.PENDING] = len(numbers)
     entry(types.void(PARAMS, STATE, FUNCTIONS))(ask)(swarm._packed, state, swarm._functions)
     return state.seen[numbers, 0].tolist()
-
-
-# --- Errors ---
-
-ASKED = "    return 1 if present(known) <= me.id else 0"
-LINE = FADING.partition("def judge")[0].count("\n") + 1
-
-
-def test_a_file_that_judges_and_declares_is_told_what_to_remove(write):
-    text = FADING + "\n\ndef declare(known, me):\n    return -1\n"
-    with pytest.raises(ScenarioError, match=r"both judge.* and declare.*; remove def judge or def declare"):
-        scenario_of(write(text))
-
-
-@pytest.mark.parametrize("name", ["declare", "judge", "gap"])
-def test_it_needs_the_functions_for_knowledge(write, name):
-    text = FADING.partition("\n\ndef words")[0] + f"\n\ndef {name}(known, me):\n    return 0\n"
-    with pytest.raises(ScenarioError, match=f"has {name}, by which robots pass on .* no function words"):
-        scenario_of(write(text))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        (ASKED, "    return 2", f"line {LINE}: judge("),
-        ("present(known) - me.setting.robots", "0.5", "returns 0.5; must be a whole number from -"),
-        ("present(known) - me.setting.robots", "-(2**53) - 1", "must be a whole number from -"),
-    ],
-)
-def test_a_function_that_fails_when_it_is_tried_is_told_with_its_line(write, old, new, words):
-    text = why_not(scenario_of(write(replaced(FADING, old, new))))
-    assert text.startswith("mine.py, line "), text
-    assert words in text
-
-
-@pytest.mark.slow
-def test_a_judge_that_fails_only_in_a_run_is_told_with_its_line_and_run(write):
-    scenario = scenario_of(write(replaced(FADING, ASKED, "    return 7 if me.step == 33 else -1")))
-    with pytest.raises(FeasibeeError, match=rf"line {LINE}: judge\(.*returns 7; .*\(in run \d of seed 1\)$"):
-        simulate_record(scenario, Runs(2, 1), threads=1)
-
-
-@pytest.mark.slow
-def test_a_judge_that_does_not_compile_is_told(write):
-    scenario = scenario_of(write(replaced(FADING, ASKED, "    return 0.5 if me.step == 33 else -1")))
-    assert "judge doesn't compile: it must return a whole number" in why_not(scenario)
 
 
 # --- On a robot ---

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
-from own_files import assert_same, copy_of, replaced, why_not
+from own_files import OPINIONS, SET, assert_same, copy_of, replaced, why_not
 
-from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee import Scenario, ScenarioError
 from feasibee.engine.runner import strategy_functions
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
-from feasibee.strategies.contract import ARGUMENTS, KNOWLEDGE
 from feasibee.strategies.words import Words
 
-SET = (Path(__file__).parents[2] / "examples" / "roll_call.py").read_text(encoding="utf-8")
-"""A grow-only set of the ids of robots and tasks."""
-OPINIONS = SET.partition("\n\ndef words")[0]
 TURNS = (
     OPINIONS.replace("BY_NAME = True", 'PARAMETERS = {"names": 2.0}\nMEMORY = 1')
     + """
@@ -228,126 +223,6 @@ def test_words_that_overflow_are_equal_in_both_implementations(write):
     text = replaced(text, "length += message[k] *", "length += (message[k] & 7) *")
     record = assert_same(*2 * [scenario_of(write(text))])
     assert np.ptp(record.feasible_count) > 0
-
-
-# --- What is wrong with a file ---
-
-MERGING = "    for k in range(len(known)):\n        known[k] = max("
-
-
-@pytest.mark.parametrize("name", KNOWLEDGE)
-def test_a_missing_function_is_told_with_what_to_write(write, name):
-    head, _, rest = SET.partition(f"def {name}(")
-    text = head + rest.partition("\n\n\n")[2]
-    with pytest.raises(ScenarioError) as caught:
-        scenario_of(write(text))
-    wanted = f"no function {name}; write def {name}({', '.join(ARGUMENTS[name])})"
-    assert wanted in str(caught.value)
-    assert "by which robots pass on knowledge" in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        (
-            "def merge(known, message, sender, me)",
-            "def merge(known, message, me)",
-            "line 26: merge must take 4",
-        ),
-        ("def bits(message, me)", "def bits(message, *me)", "bits must take 2; write def bits(message, me)"),
-        ("BY_NAME = True", "BY_NAME = 1", "line 3: BY_NAME = 1 must be True or False"),
-        ("def start(", "def message_words(setting): return 3\n\n\ndef start(", "function encode"),
-        ("def start(", "start = 3\n\n\ndef begin(", "start isn't a plain function; write def st"),
-    ],
-)
-def test_what_is_wrong_with_the_text_is_told(write, old, new, words):
-    with pytest.raises(ScenarioError) as caught:
-        scenario_of(write(replaced(SET, old, new)))
-    assert words in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
-        ("setting.robot_ids + setting.task_ids", "0", 11, "words(Setting("),
-        ("setting.robot_ids + setting.task_ids", "0.5", 11, "returns 0.5; must be a whole"),
-        ("known[me.id] = 1", "known[me.id] = 0.5", 18, "start(["),
-        ("known[me.id] = 1", "known[len(known)] = 1", 18, "fails: IndexError"),
-        ("known[me.id] = 1", "return [me.id]", 16, "returns [0]; must return nothing: it writes into kn"),
-        ("known[thing.id if", "known[thing.name if", 23, "'Thing' object has no attribute 'name'"),
-        ("known[k] = max(", "message[k] = max(", 29, "TypeError: 'tuple' object does not support"),
-        ("] += known[k]", "] -= 1", 32, "count writes [-3, -4] into counts; must be"),
-        ("] += known[k]", "] += 0.5", 32, "count writes [1.5, 2.0] into counts"),
-        ("else 1] +=", "else 5] +=", 35, "IndexError: list index out of range"),
-        ("return length", "return -1", 38, "returns -1; must be a whole number from 0 to 1099511627776"),
-        ("return length", "return length / 2", 38, "must be a whole number from 0"),
-        ("return length", "return None", 38, "returns None; must be a whole number from 0"),
-    ],
-)
-def test_what_fails_when_it_is_tried_is_told_with_function_and_line(write, old, new, line, words):
-    text = why_not(scenario_of(write(replaced(SET, old, new))))
-    assert text.startswith(f"mine.py, line {line}: "), text
-    assert words in text
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
-        ("known[me.id] = 1", "known[me.id] = {1: 1}[1]", 18, "start doesn't compile"),
-        ("known[me.id] = 1", "known[me.id] = len(list(known)) > 0", 16, "it must not make lists"),
-        ("return length\n", "if length > 9999999:\n        return 0.5\n    return length\n", 38, "bits"),
-        (MERGING, f"    if me.step == 77:\n        return 1\n{MERGING}", 26, "merge"),
-        (
-            "known[k], message[k])\n",
-            "known[k], message[k])\n        if me.step == 77:\n            message[k] = 0\n",
-            31,
-            "merge doesn't compile",
-        ),
-    ],
-)
-def test_what_does_not_compile_is_told_with_function_and_line(write, old, new, line, words):
-    path = write(replaced(SET, old, new))
-    assert simulate_record(scenario_of(path, **{"run.steps": 5}), Runs(1, 0), backend="reference").runs == 1
-    text = why_not(scenario_of(path, **{"run.steps": 5}))
-    assert f"mine.py, line {line}: " in text, text
-    assert words in text
-    assert "doesn't compile" in text
-
-
-LATE = "20 < me.step < 1000"  # no trial has it
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("old", "new", "why"),
-    [
-        (
-            "        counts[0 if",
-            f"        if {LATE}:\n            counts[1] = -5\n            return\n        counts[0 if",
-            r"line 32: count writes \[0, -5\] into counts; must be whole numbers",
-        ),
-        (
-            "    length = 2\n",
-            f"    if {LATE}:\n        return -me.step\n    length = 2\n",
-            r"line 38: bits\(.*returns -\d+; must be a",
-        ),
-        (MERGING, MERGING.replace("known))", f"known) + ({LATE}))"), r"line 29: merge\(.*fails: IndexError"),
-        (
-            "    known[thing.id if",
-            f"    one = 1 // (1 - ({LATE}))\n    known[one * thing.id if",
-            r"line 23: observe\(.*fails: ZeroDivisionError",
-        ),
-    ],
-)
-def test_what_fails_only_in_a_run_is_told_with_function_line_and_run(write, old, new, why):
-    scenario = scenario_of(write(replaced(SET, old, new)))
-    said = rf"^mine\.py, {why}.*\(in run \d of seed 1\)$"
-    with pytest.raises(FeasibeeError, match=said) as engine:
-        simulate_record(scenario, Runs(2, 1), threads=1)
-    with pytest.raises(FeasibeeError) as reference:
-        simulate_record(scenario, Runs(2, 1), backend="reference")
-    assert str(engine.value)[:60] == str(reference.value)[:60]  # long arguments are shortened
 
 
 @pytest.mark.slow

@@ -4,40 +4,16 @@ from __future__ import annotations
 
 import importlib.metadata
 import inspect
-import re
 
 import numpy as np
 import pytest
-from own_files import assert_same, copy_of, replaced, why_not
+from own_files import MINE, assert_same, copy_of, why_not
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
 from feasibee.scenario import plugins
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes, dmmd
-
-MINE = '''\
-"""A strategy of mine."""
-
-import math
-
-PARAMETERS = {"weight": 2.0}
-
-
-def quality(robots_seen, tasks_seen):
-    return 1.0 / (1.0 + math.exp(0.1 * (tasks_seen - robots_seen)))
-
-
-def dissemination(quality, gain):
-    return gain * quality
-
-
-def decide(mind, inbox):
-    lead = inbox.feasible_votes - inbox.infeasible_votes
-    if abs(lead) < mind.parameters[0]:
-        return mind.opinion
-    return 1 if lead > 0 else 0
-'''
 
 SMALL = {"arena.side": 8.0, "run.steps": 40}
 
@@ -81,12 +57,6 @@ def test_what_a_robot_knows_may_set_for_how_long_it_broadcasts(write):
 
 def mean_bits(scenario):
     return simulate_record(scenario, Runs(5, 1)).bits_sent.mean()
-
-
-def test_a_broadcast_of_an_impossible_length_is_told(write):
-    text = f"{MINE}\n\ndef lasting(mind, gain):\n    return -1.0\n"
-    said = told_when_run(write(text))
-    assert re.fullmatch(r"mine.py, line \d+: lasting\(.*\) returns -1.0; must be a number of steps .*", said)
 
 
 def test_a_path_in_a_file_is_from_the_scenarios_folder(write, tmp_path, monkeypatch):
@@ -196,116 +166,9 @@ def test_a_missing_file_is_told(tmp_path):
     assert "can't be read: it is a directory; name a file" in told(tmp_path / "folder.py")
 
 
-def test_a_missing_function_is_told_with_what_to_write(write):
-    rule = told(write(without("decide")))
-    assert rule == "mine.py: has no function decide; write def decide(mind, inbox)"
-
-
 def test_a_file_that_says_only_how_to_decide_rates_and_broadcasts_as_the_voter_does(write):
     path = write(inspect.getsource(STRATEGIES["voter"].decide))
     assert_same(Scenario().replace({**SMALL, "decision.strategy": "voter"}), scenario_of(path))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
-        (
-            "def decide(mind, inbox)",
-            "def decide(mind)",
-            16,
-            "decide must take 2; write def decide(mind, inbox)",
-        ),
-        ("def quality(robots_seen, tasks_seen)", "def quality(*seen)", 8, "quality must take 2"),
-        ("(quality, gain)", "(quality, gain, more=1)", 12, "dissemination must take 2"),
-        ("import math", "import maths", 3, "imports maths; a strategy may import math only"),
-        ("import math", "from . import math", 3, "imports .; a strategy may import math only"),
-        ("    return gain * quality", "    return gain *", 13, "SyntaxError: invalid syntax"),
-        ("    return gain * quality", "  return gain\n   + 3", 14, "IndentationError"),
-        ("PARAMETERS = {", "PARAMETERS = {'late': 1 / 3} or {", 5, "PARAMETERS = {'late': 1 / 3} or"),
-    ],
-)
-def test_what_is_wrong_is_told_with_its_line(write, old, new, line, words):
-    rule = told(write(replaced(MINE, old, new)))
-    assert rule.startswith(f"mine.py, line {line}: "), rule
-    assert words in rule
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
-        ("PARAMETERS = {", "1 / 0; PARAMETERS = {", 5, "ZeroDivisionError: division by zero"),
-        ("PARAMETERS = {", "exit(7); PARAMETERS = {", 5, "SystemExit: 7"),
-        ("0.1 * (tasks_seen", "0.1 * (task_seen", 9, "quality(0, 0) fails: NameError: name 'task_seen'"),
-        ("inbox.feasible_votes -", "inbox.votes -", 17, "fails: AttributeError: "),
-        ("mind.parameters[0]", "mind.parameters[1]", 18, "fails: IndexError"),
-        ("mind.parameters[0]", "mind.memory[0]", 18, "fails: IndexError"),
-        ("math.exp(0.1", "math.log(-5 + 0 * 0.1", 9, "quality(0, 0) fails: ValueError"),
-        ("math.exp(0.1", "exit(0.1", 9, "quality(0, 0) fails: SystemExit: 0.0"),
-        ("return 1.0 / (1.0 + ", "return 1.0 / (robots_seen + 0 * ", 9, "quality(0, 0) fails: ZeroDivision"),
-        ("    lead = ", "    return 2\n    lead = ", 16, "returns 2; must be 1, 0, or -1 for none"),
-        ("    lead = ", "    return None\n    lead = ", 16, "returns None; must be 1, 0, or -1 for none"),
-        ("return gain * quality", "return None", 12, "returns None; must be a number of steps from 0"),
-        ("return gain * quality", "return math.inf", 12, "returns inf; must be a number of steps from 0"),
-        ("return gain * quality", "return quality - 1", 12, " returns -"),
-        ("return gain * quality", "return gain * 1e9", 12, "10.0) returns 10000000000.0;"),
-        ("return 1.0 / ", "return [1.0] or ", 8, "quality(0, 0) returns [1.0]; must be a number from 0 to 1"),
-        ("return 1.0 / ", "return 1.0 + robots_seen or ", 8, "quality(1, 0) returns 2.0; must be a number"),
-        ("return 1.0 / ", "return -1 / ", 8, "quality(0, 0) returns -0.5; must be a number from 0 to 1"),
-    ],
-)
-def test_what_fails_or_is_nonsense_when_tried_is_told_with_its_line(write, old, new, line, words):
-    text = told_when_run(write(replaced(MINE, old, new)))
-    assert text.startswith(f"mine.py, line {line}: "), text
-    assert words in text
-
-
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        (
-            "def merge(known, message, sender, me): pass",
-            "by which robots pass on knowledge, but no function w",
-        ),
-        ("decide = 3", "decide isn't a plain function; write def decide(mind, inbox)"),
-        ("say = max", "say isn't a plain function; write def say(mind)"),
-        ("from math import exp as say", "say isn't a plain function; write def say(mind)"),
-        ("@staticmethod\ndef say(mind): return 1", "say isn't a plain function; write def say(mind)"),
-        ("def value(): return 1", "value must take 1; write def value(mind)"),
-        ("MEMORY = -1", "MEMORY = -1 must be a whole number from 0 to 64"),
-        ("MEMORY = 65", "MEMORY = 65 must be a whole number from 0 to 64"),
-        ("MEMORY = True", "MEMORY = True must be a whole number"),
-        ("MEMORY = 2.0", "MEMORY = 2.0 must be a whole number"),
-        ("VALUE_BITS = 17", "VALUE_BITS = 17 must be a whole number from 0 to 16"),
-        ("FORGETS = 1", "FORGETS = 1 must be True or False"),
-        ("STARTS_NEUTRAL = 'no'", "STARTS_NEUTRAL = 'no' must be True or False"),
-        ("ONE_CLASS = 1", "ONE_CLASS = 1 must be True or False"),
-        ("MEMORY = 1 + 1", "MEMORY = 1 + 1 must be a whole number from 0 to 64, written out"),
-        ("MEMORY: int", "MEMORY = ... must be a whole number"),
-        ("PARAMETERS = ['weight']", "PARAMETERS = ['weight'] must be a dict of names and numbers"),
-        ("PARAMETERS = {'weight': 'x'}", "must be a dict of names and numbers"),
-        ("PARAMETERS = {'weight': float('nan')}", "must be a dict of names and numbers"),
-        ("PARAMETERS = {3: 1.0}", "must be a dict of names and numbers"),
-    ],
-)
-def test_constants_and_names_that_must_not_be_are_told(write, line, words):
-    rule = told(write(f"{MINE}\n{line}\n"))
-    assert rule.startswith("mine.py")
-    assert words in rule
-
-
-@pytest.mark.parametrize(
-    ("line", "words"),
-    [
-        ("def value(mind): return 'x'", "returns 'x'; must be a number"),
-        ("def say(mind): return 5", "returns 5; must be 1, 0, or -1 for none"),
-        ("PARAMETERS['more'] = 1.0", "PARAMETERS changes while the file runs; write its value out once"),
-        ("globals()['decide'] = 3", "decide isn't a plain function"),
-    ],
-)
-def test_what_only_a_run_shows_is_told(write, line, words):
-    text = told_when_run(write(f"{MINE}\n{line}\n"))
-    assert text.startswith("mine.py")
-    assert words in text
 
 
 def test_text_that_is_no_python_at_all_is_told(write, tmp_path):
@@ -313,35 +176,6 @@ def test_text_that_is_no_python_at_all_is_told(write, tmp_path):
     (tmp_path / "bytes.py").write_bytes(b"\xff\xfe = 3")
     assert "it isn't UTF-8 text" in told(tmp_path / "bytes.py")
     assert "too many nested parentheses" in told(write("x = " + "(" * 5000))
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
-        (
-            "    lead = inbox.feasible_votes - inbox.infeasible_votes",
-            "    lead = {1: inbox.feasible_votes}.get(2, 0)",
-            17,
-            "",
-        ),
-        (
-            "    if abs(lead)",
-            "    if lead > 100:\n        return inbox.voices\n    if abs(lead)",
-            19,
-            "voices",
-        ),
-        ("        return mind.opinion", "        return [mind.opinion, 1][0]", 19, ""),
-    ],
-)
-def test_what_does_not_compile_is_told_with_its_line(write, old, new, line, words):
-    path = write(replaced(MINE, old, new))
-    scenario = scenario_of(path)
-    assert simulate_record(scenario, Runs(1, 0), backend="reference").runs == 1  # Python has no trouble
-    text = why_not(scenario)
-    assert "mine.py" in text
-    assert f"line {line}: decide doesn't compile" in text
-    assert words in text
-    assert "numbers and math" in text
 
 
 # --- Strategies of other packages ---
@@ -387,7 +221,7 @@ def test_a_built_in_name_is_not_taken_over(package):
 @pytest.mark.parametrize(
     ("target", "text", "words"),
     [
-        ("fable_two", without("decide"), "fable: has no function decide"),
+        ("fable_two", MINE.replace("def decide(", "def other("), "fable: has no function decide"),
         ("fable_none", MINE, "fable_none isn't a module in a .py file"),
         ("fable_two.none", MINE, "fable_two.none isn't a module in a .py file"),
         ("fable_two:decide", MINE, "fable_two:decide isn't a module"),
@@ -411,13 +245,6 @@ def test_a_module_within_a_package_is_found_and_the_package_is_not_imported(pack
     assert scenario_of("fable").hash == scenario_of(write(MINE)).hash
 
 
-@pytest.mark.parametrize("module", ["random", "numpy", "feasibee.engine"])
-def test_a_library_is_refused_with_its_line(write, module):
-    """A generator with a state of its own would make runs differ."""
-    rule = told(write(MINE.replace("import math", f"import math\nimport {module}")))
-    assert rule.startswith(f"mine.py, line 4: imports {module}; a strategy may import math only")
-
-
 def test_a_file_that_changes_is_another_strategy(write):
     path = write(MINE)
     before = scenario_of(path)
@@ -429,52 +256,6 @@ def test_a_file_that_changes_is_another_strategy(write):
     assert not np.array_equal(
         simulate_record(after, Runs(3, 1), curves=True).feasible_count, stays.feasible_count
     )
-
-
-@pytest.mark.parametrize(
-    ("line", "number", "why"),
-    [
-        ("lead = mind.memory[5]", 18, "fails: IndexError: "),
-        ("lead = 1 / (inbox.feasible_votes - inbox.feasible_votes)", 18, "fails: ZeroDivisionError: "),
-        ("return None if inbox.chance < 0.9 else 1", 16, "returns None; must be 1, 0, or -1 for none"),
-        ("return 7", 16, "returns 7; must be 1, 0, or -1 for none"),
-        ("return 0.5", 16, "returns 0.5; must be 1, 0, or -1 for none"),
-    ],
-)
-def test_what_fails_only_in_a_run_is_told_with_line_arguments_and_run(write, line, number, why):
-    """No trial has the chance 0.125 or more but not 0.25, 0.5 and so on: the line is behind a condition."""
-    guarded = f"    if 0.0 < inbox.chance < 0.2:\n        {line}\n"
-    scenario = scenario_of(write(MINE.replace("    lead = inbox", guarded + "    lead = inbox")))
-    said = rf"^mine\.py, line {number}: decide\(Mind\(opinion=\d.*{why}.*\(in run \d of seed 1\)$"
-    with pytest.raises(FeasibeeError, match=said) as engine:
-        simulate_record(scenario, Runs(5, 1), threads=1)
-    with pytest.raises(FeasibeeError) as reference:
-        simulate_record(scenario, Runs(5, 1), backend="reference")
-    assert str(engine.value).startswith(str(reference.value))
-    with pytest.raises(FeasibeeError, match=rf"line {number}: decide.*{why}.*\(in run 0 of seed 1\)$"):
-        Swarm(scenario, seed=1).advance(200)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "why"),
-    [
-        (
-            "    return 1.0 /",
-            "    if robots_seen == 4: return 1.5\n    return 1.0 /",
-            r"quality\(4, \d+\) returns 1.5; must be a number from 0 to 1",
-        ),
-        (
-            "    return gain * quality",
-            "    return gain * quality - (100.0 if gain == 10.0 and 0.25 < quality < 0.4 else 0.0)",
-            r"dissemination\(0\.\d+, 10\.0\) returns -9\d\.\d+; must be a number of steps from",
-        ),
-    ],
-)
-def test_nonsense_that_is_returned_only_in_a_run_is_told(write, old, new, why):
-    scenario = scenario_of(write(replaced(MINE, old, new)))
-    for backend in ("engine", "reference"):
-        with pytest.raises(FeasibeeError, match=why):
-            simulate_record(scenario, Runs(20, 1), backend=backend)
 
 
 def test_a_failure_in_a_large_swarm_is_told_with_the_command_that_says_where(write):

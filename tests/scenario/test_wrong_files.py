@@ -1,0 +1,299 @@
+"""What is wrong with a user's strategy is told with function and line: by its text, a trial, or in a run."""
+
+from __future__ import annotations
+
+import pytest
+from own_files import FADING, JUDGED, MINE, QUIET, SET, SURE, replaced, why_not
+
+from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.strategies.contract import ARGUMENTS, KNOWLEDGE
+
+TEXTS = {"mine": MINE, "set": SET, "quiet": QUIET, "fading": FADING}
+DECLARE, JUDGE = (
+    f"line {text.partition(f'def {name}')[0].count(chr(10)) + 1}: {name}("
+    for text, name in ((QUIET, "declare"), (FADING, "judge"))
+)
+
+
+def cases(table, slow=()):
+    """Return the rows of a table, each with its text's name; to compile knowledge takes seconds."""
+    return [
+        pytest.param(name, *row, marks=slow if name != "mine" else ())
+        for name, rows in table.items()
+        for row in rows
+    ]
+
+
+@pytest.fixture
+def spoil(write):
+    """Write a strategy's file with a part replaced, or with a line more; return a scenario with it."""
+
+    def to(name, old, new, **changes):
+        text = replaced(TEXTS[name], old, new) if old else f"{TEXTS[name]}\n{new}\n"
+        small = {"arena.side": 8.0, "run.steps": 60, "tasks.count": 12, "robots.know_count": True}
+        return Scenario().replace({**small, "decision.strategy": str(write(text)), **changes})
+
+    return to
+
+
+# --- By the text ---
+
+WRITTEN = {
+    "mine": [
+        ("def decide(", "def other(", ": has no function decide; write def decide(mind, inbox)"),
+        (
+            "decide(mind, inbox)",
+            "decide(mind)",
+            ", line 16: decide must take 2; write def decide(mind, inbox)",
+        ),
+        ("(robots_seen, tasks_seen):", "(*seen):", ", line 8: quality must take 2"),
+        ("(quality, gain)", "(quality, gain, more=1)", ", line 12: dissemination must take 2"),
+        ("import math", "import maths", ", line 3: imports maths; a strategy may import math only"),
+        ("import math", "from . import math", ", line 3: imports .; a strategy may import math only"),
+        ("import math", "import numpy", ", line 3: imports numpy; a strategy may import math only"),
+        ("import math", "import feasibee.engine", ", line 3: imports feasibee.engine; a strategy may import"),
+        ("    return gain * quality", "    return gain *", ", line 13: SyntaxError: invalid syntax"),
+        ("    return gain * quality", "  return gain\n   + 3", ", line 14: IndentationError"),
+        ("PARAMETERS = {", "PARAMETERS = {'late': 1 / 3} or {", ", line 5: PARAMETERS = {'late': 1 / 3} or"),
+        *(
+            ("", f"def {name}(known, me): pass", f"has {name}, by which robots pass on")
+            for name in ("judge", "gap")
+        ),
+        ("", "def declare(known, me): return 0", "has declare, by which robots pass on knowledge, but"),
+        ("", "decide = 3", "decide isn't a plain function; write def decide(mind, inbox)"),
+        ("", "say = max", "say isn't a plain function; write def say(mind)"),
+        ("", "from math import exp as say", "say isn't a plain function; write def say(mind)"),
+        ("", "@staticmethod\ndef say(mind): return 1", "say isn't a plain function; write def say(mind)"),
+        ("", "def value(): return 1", "value must take 1; write def value(mind)"),
+        ("", "MEMORY = -1", "MEMORY = -1 must be a whole number from 0 to 64"),
+        ("", "MEMORY = 65", "MEMORY = 65 must be a whole number from 0 to 64"),
+        ("", "MEMORY = True", "MEMORY = True must be a whole number"),
+        ("", "MEMORY = 2.0", "MEMORY = 2.0 must be a whole number"),
+        ("", "VALUE_BITS = 17", "VALUE_BITS = 17 must be a whole number from 0 to 16"),
+        ("", "FORGETS = 1", "FORGETS = 1 must be True or False"),
+        ("", "STARTS_NEUTRAL = 'no'", "STARTS_NEUTRAL = 'no' must be True or False"),
+        ("", "ONE_CLASS = 1", "ONE_CLASS = 1 must be True or False"),
+        ("", "MEMORY = 1 + 1", "MEMORY = 1 + 1 must be a whole number from 0 to 64, written out"),
+        ("", "MEMORY: int", "MEMORY = ... must be a whole number"),
+        ("", "PARAMETERS = ['weight']", "PARAMETERS = ['weight'] must be a dict of names and numbers"),
+        ("", "PARAMETERS = {'weight': 'x'}", "must be a dict of names and numbers"),
+        ("", "PARAMETERS = {'weight': float('nan')}", "must be a dict of names and numbers"),
+        ("", "PARAMETERS = {3: 1.0}", "must be a dict of names and numbers"),
+    ],
+    "set": [
+        *(
+            (f"def {each}(", f"def other_{each}(", f"{each}; write def {each}({', '.join(ARGUMENTS[each])})")
+            for each in KNOWLEDGE
+        ),
+        ("def merge(known, message, sender, me)", "def merge(known, me)", ", line 26: merge must take 4"),
+        ("def bits(message, me)", "def bits(message, *me)", "bits must take 2; write def bits(message, me)"),
+        ("BY_NAME = True", "BY_NAME = 1", ", line 3: BY_NAME = 1 must be True or False"),
+        ("", "def message_words(setting): return 3", "has message_words, but no function encode"),
+        ("def start(", "start = 3\n\n\ndef begin(", "start isn't a plain function; write def st"),
+    ],
+    "fading": [
+        ("", "def declare(known, me): return -1", "remove def judge or def declare"),
+    ],
+}
+
+
+@pytest.mark.parametrize(("name", "old", "new", "words"), cases(WRITTEN))
+def test_what_is_wrong_with_the_text_is_told(spoil, name, old, new, words):
+    with pytest.raises(ScenarioError) as caught:
+        spoil(name, old, new)
+    (problem,) = caught.value.problems
+    assert problem.path == "decision.strategy"
+    assert problem.rule.startswith("mine.py"), problem.rule
+    assert words in problem.rule
+
+
+# --- By a trial ---
+
+WHOLE = "must be a whole number from 0 to 1099511627776"
+GAP = "present(known) - me.setting.robots"
+TRIED = {
+    "mine": [
+        ("PARAMETERS = {", "1 / 0; PARAMETERS = {", "line 5: ZeroDivisionError: division by zero"),
+        ("PARAMETERS = {", "exit(7); PARAMETERS = {", "line 5: SystemExit: 7"),
+        ("(tasks_seen -", "(task_seen -", "line 9: quality(0, 0) fails: NameError: name 'task_seen'"),
+        ("inbox.feasible_votes -", "inbox.votes -", "line 17: decide(", "fails: AttributeError: "),
+        ("mind.parameters[0]", "mind.parameters[1]", "line 18: decide(", "fails: IndexError"),
+        ("mind.parameters[0]", "mind.memory[0]", "line 18: decide(", "fails: IndexError"),
+        ("math.exp(0.1", "math.log(-5 + 0 * 0.1", "line 9: quality(0, 0) fails: ValueError"),
+        ("math.exp(0.1", "exit(0.1", "line 9: quality(0, 0) fails: SystemExit: 0.0"),
+        ("1.0 / (1.0 + ", "1.0 / (robots_seen + 0 * ", "line 9: quality(0, 0) fails: ZeroDivision"),
+        ("    lead = ", "    return 2\n    lead = ", "line 16: ", "returns 2; must be 1, 0, or -1 for none"),
+        ("    lead = ", "    return None\n    lead = ", "line 16: ", "returns None; must be 1, 0, or -1 for"),
+        ("gain * quality", "None", "line 12: ", "returns None; must be a number of steps from 0"),
+        ("gain * quality", "math.inf", "line 12: ", "returns inf; must be a number of steps from 0"),
+        ("gain * quality", "quality - 1", "line 12: ", " returns -"),
+        ("gain * quality", "gain * 1e9", "line 12: ", "10.0) returns 10000000000.0;"),
+        ("return 1.0 / ", "return [1.0] or ", "line 8: quality(0, 0) returns [1.0]; must be a number from 0"),
+        ("return 1.0 / ", "return 1.0 + robots_seen or ", "line 8: quality(1, 0) returns 2.0; must be a num"),
+        ("return 1.0 / ", "return -1 / ", "line 8: quality(0, 0) returns -0.5; must be a number from 0 to 1"),
+        ("", "def lasting(mind, gain): return -1.0", "line 22: lasting(", "-1.0; must be a number of steps"),
+        ("", "def value(mind): return 'x'", "line 22: value(", "returns 'x'; must be a number"),
+        ("", "def say(mind): return 5", "line 22: say(", "returns 5; must be 1, 0, or -1 for none"),
+        ("", "PARAMETERS['more'] = 1.0", "PARAMETERS changes while the file runs; write its value out once"),
+        ("", "globals()['decide'] = 3", "decide isn't a plain function"),
+    ],
+    "set": [
+        ("setting.robot_ids + setting.task_ids", "0", "line 11: words(Setting("),
+        ("setting.robot_ids + setting.task_ids", "0.5", "line 11: ", "returns 0.5; must be a whole"),
+        ("known[me.id] = 1", "known[me.id] = 0.5", "line 18: start(["),
+        ("known[me.id] = 1", "known[len(known)] = 1", "line 18: ", "fails: IndexError"),
+        ("known[me.id] = 1", "return [me.id]", "line 16: ", "returns [0]; must return nothing: it writes in"),
+        ("known[thing.id if", "known[thing.name if", "line 23: ", "'Thing' object has no attribute 'name'"),
+        ("known[k] = max(", "message[k] = max(", "line 29: ", "TypeError: 'tuple' object does not support"),
+        ("] += known[k]", "] -= 1", "line 32: count writes [-3, -4] into counts; must be"),
+        ("] += known[k]", "] += 0.5", "line 32: count writes [1.5, 2.0] into counts"),
+        ("else 1] +=", "else 5] +=", "line 35: ", "IndexError: list index out of range"),
+        ("return length", "return -1", "line 38: ", f"returns -1; {WHOLE}"),
+        ("return length", "return length / 2", "line 38: ", WHOLE),
+        ("return length", "return None", "line 38: ", f"returns None; {WHOLE}"),
+    ],
+    "quiet": [
+        (SURE, "    return 2", DECLARE, "returns 2; must be 1, 0, or -1 for none"),
+        (SURE, "    return me.y_coordinate", "declare(", "has no attribute 'y_coordinate'"),
+        ("larger(robots + tasks, 1)", "(robots + tasks)", "line 14: quality(0, 0) fails: ZeroDiv"),
+    ],
+    "fading": [
+        (JUDGED, "    return 2", JUDGE),
+        (GAP, "0.5", "gap(", "returns 0.5; must be a whole number from -"),
+        (GAP, "-(2**53) - 1", "gap(", "must be a whole number from -"),
+    ],
+}
+
+
+@pytest.mark.parametrize(("name", "row"), [(name, row) for name, rows in TRIED.items() for row in rows])
+def test_what_fails_when_it_is_tried_is_told_with_its_line(spoil, name, row):
+    old, new, *words = row
+    text = why_not(spoil(name, old, new))
+    assert text.startswith("mine.py"), text
+    assert all(each in text for each in words), text
+
+
+# --- When it is compiled ---
+
+MERGING = "    for k in range(len(known)):\n        known[k] = max("
+MAX = "known[k], message[k])\n"
+COMPILED = {
+    "mine": [
+        (
+            "    lead = inbox.f",
+            "    lead = {1: inbox.feasible_votes}.get(2, 0)\n    lead = inbox.f",
+            "17: decide",
+        ),
+        (
+            "    if abs(lead)",
+            "    if lead > 100:\n        return inbox.voices\n    if abs(lead)",
+            "19: decide",
+        ),
+        ("        return mind.opinion", "        return [mind.opinion, 1][0]", "19: decide"),
+    ],
+    "set": [
+        ("known[me.id] = 1", "known[me.id] = {1: 1}[1]", "18: start"),
+        (
+            "known[me.id] = 1",
+            "known[me.id] = len(list(known)) > 0",
+            "16: start doesn't compile: it must not m",
+        ),
+        ("return length\n", "if length > 9999999:\n        return 0.5\n    return length\n", "38: bits"),
+        (MERGING, f"    if me.step == 77:\n        return 1\n{MERGING}", "26: merge"),
+        (MAX, f"{MAX}        if me.step == 77:\n            message[k] = 0\n", "31: merge"),
+    ],
+    "quiet": [
+        (SURE, "    return 0.5 if me.step == 33 else -1", "declare"),
+        (SURE, "    return [1, 0][0]", "declare"),
+        ("    return opinion\n", "    return kept(opinion - 1) if opinion > 5 else opinion\n", "decide"),
+    ],
+    "fading": [
+        (
+            JUDGED,
+            "    return 0.5 if me.step == 33 else -1",
+            "judge doesn't compile: it must return a whole number",
+        ),
+    ],
+}
+
+
+@pytest.mark.parametrize(("name", "old", "new", "words"), cases(COMPILED, pytest.mark.slow))
+def test_what_does_not_compile_is_told_with_function_and_line(spoil, name, old, new, words):
+    scenario = spoil(name, old, new, **{"run.steps": 5})
+    assert simulate_record(scenario, Runs(1, 0), backend="reference").runs == 1  # Python has no trouble
+    text = why_not(scenario)
+    assert "mine.py" in text
+    assert words in text
+    assert "doesn't compile" in text
+
+
+# --- Only in a run ---
+
+RARE, LATE = "0.0 < inbox.chance < 0.2", "20 < me.step < 1000"
+"""No trial has such a chance or step."""
+
+
+def rarely(line):
+    return "    lead = inbox", f"    if {RARE}:\n        {line}\n    lead = inbox"
+
+
+DECIDE = r"decide\(Mind\(opinion=\d.*"
+RUN = {
+    "mine": [
+        (*rarely("lead = mind.memory[5]"), f"line 18: {DECIDE}fails: IndexError: "),
+        (*rarely("lead = 1 / (mind.opinion - mind.opinion)"), f"line 18: {DECIDE}fails: ZeroDivisionError: "),
+        (*rarely("return 7"), f"line 16: {DECIDE}returns 7; must be 1, 0, or -1 for none"),
+        (*rarely("return 0.5"), f"line 16: {DECIDE}returns 0.5; must be 1, 0, or -1 for none"),
+        (
+            *rarely("return None if inbox.chance < 0.9 else 1"),
+            f"line 16: {DECIDE}returns None; must be 1, 0,",
+        ),
+        (
+            "return 1.0 /",
+            "return 1.5 if robots_seen == 4 else 1.0 /",
+            r"line 8: quality\(4, \d+\) returns 1.5;",
+        ),
+        (
+            "return gain",
+            "return -9 if gain == 10.0 and 0.2 < quality < 0.4 else gain",
+            "line 12: .* returns -9;",
+        ),
+    ],
+    "set": [
+        (
+            "        counts[0 if",
+            f"        if {LATE}:\n            counts[1] = -5\n            return\n        counts[0 if",
+            r"line 32: count writes \[0, -5\] into counts; must be whole numbers",
+        ),
+        (
+            "    length = 2\n",
+            f"    length = -me.step if {LATE} else 2\n    if length < 0:\n        return length\n",
+            r"line 38: bits\(.*returns -\d+; must be a",
+        ),
+        (MERGING, MERGING.replace("known))", f"known) + ({LATE}))"), r"line 29: merge\(.*fails: IndexError"),
+        (
+            "known[thing.id if",
+            f"known[1 // (1 - ({LATE})) * thing.id if",
+            r"line 23: observe\(.*ZeroDivisionErr",
+        ),
+    ],
+    "quiet": [
+        (SURE, "    return 7 if me.step == 33 else -1", r"declare\(.*returns 7; must be 1, 0, or -1"),
+        (SURE, "    return -1 // (1 - (me.step == 33))", r"declare\(.*fails: ZeroDivisionError"),
+    ],
+    "fading": [(JUDGED, "    return 7 if me.step == 33 else -1", r"judge\(.*returns 7; ")],
+}
+
+
+@pytest.mark.parametrize(("name", "old", "new", "why"), cases(RUN, pytest.mark.slow))
+def test_what_fails_only_in_a_run_is_told_with_line_arguments_and_run(spoil, name, old, new, why):
+    scenario = spoil(name, old, new)
+    with pytest.raises(FeasibeeError, match=rf"^mine\.py, .*{why}.*\(in run \d of seed 1\)$") as engine:
+        simulate_record(scenario, Runs(5, 1), threads=1)
+    with pytest.raises(FeasibeeError) as reference:
+        simulate_record(scenario, Runs(5, 1), backend="reference")
+    assert str(engine.value)[:60] == str(reference.value)[:60]  # long arguments are shortened
+    with pytest.raises(FeasibeeError, match=rf"^mine\.py, .*{why}.*\(in run 0 of seed 1\)$"):
+        Swarm(scenario, seed=1).advance(200)
