@@ -127,12 +127,10 @@ def with_points(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]
 
 def without(tables: Mapping[str, Any], wrong: Iterable[tuple[Any, ...]]) -> dict[str, Any]:
     """Return tables without the fields, or whole sections and lists, at these places."""
-    kept = dict(tables)
-    for name, *key in wrong:
-        if name in SECTIONS and key:
-            kept[name] = {each: value for each, value in kept[name].items() if each != key[0]}
-        else:
-            kept.pop(name, None)
+    places = {place[:2] if place[0] in SECTIONS else place[:1] for place in wrong}
+    kept = {name: table for name, table in tables.items() if (name,) not in places}
+    for name in {place[0] for place in places} & SECTIONS.keys() & kept.keys():
+        kept[name] = {key: value for key, value in kept[name].items() if (name, key) not in places}
     return kept
 
 
