@@ -53,6 +53,10 @@ class Page:
     def answer(self, kind, **message):
         """Send a message to the server; return its first answer of a kind, and skip others."""
         self.say(**message)
+        return self.until(kind)
+
+    def until(self, kind):
+        """Return the next message of a kind, and skip others."""
         while (received := self.receive())["type"] != kind:
             assert received["type"] in ("compiling", "going", "opened", "tasks", "robot"), received
         return received

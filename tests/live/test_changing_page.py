@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from PIL import Image
 from serving import serving_at
-from visiting import at, change, expect_no_scrolling, expect_picture, focus_nothing, picture_of, unfolded
+from visiting import at, change, colours_of, expect_picture, focus_nothing, picture_of, unfolded
 from waiting import eventually
 
 from feasibee import Scenario, Swarm
-from feasibee.live.catalogue import STREAM, Catalogue
+from feasibee.live.catalogue import Catalogue
 from feasibee.live.reasons import reasons_of
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
@@ -103,15 +103,7 @@ def test_robots_that_have_left_are_not_drawn(visit):
 
 
 def expect_colours(page, selector, expected):
-    found = page.evaluate(
-        """selector => { const it = document.querySelector(selector), found = new Set();
-        const data = it.getContext("2d").getImageData(0, 0, it.width, it.height).data;
-        for (let k = 0; k < data.length; k += 4)
-            if (data[k + 3] === 255) found.add(data.slice(k, k + 3).join());
-        return [...found]; }""",
-        selector,
-    )
-    assert expected <= set(found)
+    assert expected <= colours_of(page, selector)
 
 
 @pytest.mark.slow
@@ -205,22 +197,6 @@ def test_the_preset_and_the_rate_of_change_by_keyboard(visit, still):
 
 
 @pytest.mark.slow
-def test_the_preset_simulates_what_the_example_does(visit, still):
-    page = visit(still, reduced_motion="reduce")
-    unfolded(page, "#stream")
-    page.locator("#stream").click()
-    expect(page.locator("#last")).to_have_text("2,500")
-    page.get_by_role("button", name="Pause").click()  # the stream plays at once
-    page.locator("#seek").fill("2000")
-    at(page, 2000)
-    swarm = Swarm(Scenario().replace(STREAM))
-    swarm.advance(2000)
-    truth = "feasible" if swarm.truth else "infeasible"
-    expect(page.locator("#truth")).to_have_text(f"{truth} (20 robots, {len(swarm.tasks)} tasks)")
-    expect(page.locator("#feasible")).to_have_text(str(swarm.feasible_count))
-
-
-@pytest.mark.slow
 def test_two_strategies_are_compared_in_one_changing_world(visit, port):
     page = visit(port, reduced_motion="reduce")
     page.locator("#against").select_option("dmmd")
@@ -240,16 +216,3 @@ def test_events_are_typed_on_the_page(visit, port):
     expect(page.locator("#marks-text")).to_contain_text("the world changes once, the truth once, at 5")
     change(page, "events", "[{ step = 500, tasks = 1 }]")
     expect(page.locator("#note-events")).to_contain_text("is after the end of a run")
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("width", "scheme"), [(360, "dark"), (900, "light"), (1440, "dark")])
-def test_it_fits_any_width(visit, port, width, scheme):
-    page = visit(port, width=width, color_scheme=scheme)
-    expect(page.locator("#marks-text")).to_contain_text("the truth 2 times")
-    expect_no_scrolling(page, width)
-    expect(page.locator("#rate-row")).to_be_hidden()
-    nameless = page.locator("button, input, select").evaluate_all(
-        "all => all.filter(it => !(it.ariaLabel || it.textContent.trim() || it.labels?.length)).length"
-    )
-    assert nameless == 0

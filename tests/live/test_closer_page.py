@@ -10,6 +10,7 @@ from serving import serving_at
 from visiting import (
     at,
     change,
+    colours_of,
     control_of,
     expect_no_scrolling,
     expect_picture,
@@ -23,12 +24,9 @@ from visiting import (
 from waiting import eventually
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.live.catalogue import Catalogue, read_catalogue
+from feasibee.live.catalogue import Catalogue
 from feasibee.live.reasons import reasons_of
 from feasibee.live.timeline import Outlook
-from feasibee.sweeps import executors
-from feasibee.sweeps.plan import study_of
-from feasibee.sweeps.sweep import sweep
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
@@ -208,14 +206,7 @@ def test_the_changes_of_a_robot_are_marked_and_gone_to(visit, port):
     for key, step in (("]", steps[1]), ("]", steps[2]), ("[", steps[1]), ("[", 0), ("]", steps[1])):
         page.keyboard.press(key)
         at(page, step)
-    colours = page.evaluate(
-        """() => { const it = document.getElementById("marks"), found = new Set();
-        const data = it.getContext("2d").getImageData(0, 0, it.width, it.height).data;
-        for (let k = 0; k < data.length; k += 4)
-            if (data[k + 3] === 255) found.add(data.slice(k, k + 3).join());
-        return [...found]; }"""
-    )
-    assert {"0,114,178", "213,94,0"} <= set(colours)  # both opinions
+    assert colours_of(page, "#marks") >= {"0,114,178", "213,94,0"}  # both opinions
 
 
 @pytest.mark.slow
@@ -336,25 +327,6 @@ def test_every_field_is_under_more(visit, port):
 
 def expect_scenario(page, scenario):
     assert Scenario.from_toml(page.locator("#toml").text_content()) == scenario
-
-
-@pytest.mark.slow
-def test_the_runs_of_a_sweep_are_under_their_points(visit, tmp_path):
-    tables = {"runs": 9, "seed": 5, "scenario": {"run": {"steps": 1000}}, "sweep": {"tasks.count": [17, 24]}}
-    sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
-    with serving_at(read_catalogue(tmp_path / "results", "all")) as port:
-        page = visit(port)
-        groups = page.locator("#replay-list summary")
-        expect(groups).to_have_text(["tasks.count 17 9 runs", "tasks.count 24 9 runs"])
-        groups.nth(1).click()
-        expect(page.locator("#replay-list button").last).to_be_hidden()
-        page.keyboard.press("Enter")  # by keyboard
-        button = page.locator("#replay-list button").last
-        button.focus()
-        page.keyboard.press("Enter")
-        expect(page.get_by_role("button", name="Pause")).to_be_visible()  # it plays
-        expect(page.locator("#now")).not_to_have_text("0")
-        expect(button).to_have_attribute("aria-current", "true")
 
 
 @pytest.mark.slow

@@ -185,36 +185,6 @@ def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
         assert found == ([robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth)
 
 
-@pytest.mark.slow
-def test_a_page_names_robots_that_are_silent_and_goes_back(tmp_path):
-    with (
-        running(a_plan(small(120), faults=kills("1@5", 120)), tmp_path),
-        serving_at(FieldCatalogue(tmp_path)) as port,
-        Page(port) as page,
-    ):
-        assert page.welcome["title"] == f"field in {tmp_path}"
-        page.say(type="open")
-        opened, received = {}, []
-        while not received or received[-1]["step"] < 120:
-            message = page.receive()
-            if message["type"] == "opened":
-                opened = message
-            elif message["type"] == "frame":
-                received.append(message)
-                page.say(type="advance", steps=1)
-            elif message["type"] == "field" and message["problems"]:
-                assert message["problems"] == ["robot 3 is silent"]
-        assert (opened["robots"], opened["field"]["hz"], opened["last"]) == (4, 20.0, 120)
-        assert sum(len(each["feasibleCounts"]) for each in received) == 121
-        working = FLAGS.index("working")
-        assert received[-1]["flags"][3] >> working & 1 == 0
-        assert received[-1]["counted"] == 3
-        page.say(type="seek", to=20, jump=1)
-        while (message := page.receive())["type"] != "frame" or message["jump"] != 1:
-            pass
-        assert message["step"] == 20
-
-
 def test_a_session_says_what_it_cannot_do_and_what_robots_reported(ended):
     session = FieldSession(ended[0])
     session.begin(None)

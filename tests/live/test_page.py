@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 
 import numpy as np
@@ -45,40 +44,35 @@ def test_keys_step_play_pause_and_restart(visit, port):
     expect(page.locator("#now")).to_have_text("1")
     page.keyboard.press("ArrowRight")
     expect(page.locator("#now")).to_have_text("2")
-    page.keyboard.press("+")
-    expect(page.locator("#speed")).to_have_text("30 steps / s")
-    page.keyboard.press("-")
-    expect(page.locator("#speed")).to_have_text("20 steps / s")
+    page.get_by_role("button", name="One step").click()
+    expect(page.locator("#now")).to_have_text("3")
+    faster, slower = (page.get_by_role("button", name=each) for each in ("Faster", "Slower"))
+    for act, pace in (
+        (lambda: page.keyboard.press("+"), 30),
+        (faster.click, 60),
+        (lambda: page.keyboard.press("-"), 30),
+        (slower.click, 20),
+    ):
+        act()
+        expect(page.locator("#speed")).to_have_text(f"{pace} steps / s")
+    focus_nothing(page)
     page.keyboard.press(" ")
     expect(page.get_by_role("button", name="Pause")).to_be_visible()
-    expect(page.locator("#now")).not_to_have_text("2")
-    page.keyboard.press(" ")
+    expect(page.locator("#now")).not_to_have_text("3")
+    page.get_by_role("button", name="Pause").click()
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
     expect_rest(page, step_of)
     page.keyboard.press("r")
     expect(page.locator("#now")).to_have_text("0")
+    page.get_by_role("button", name="Play", exact=True).click()
+    expect(page.locator("#now")).not_to_have_text("0")
+    page.get_by_role("button", name="Restart").click()
+    expect(page.locator("#now")).to_have_text("0")
+    focus_nothing(page)
     page.keyboard.press("?")
     expect(page.get_by_role("dialog")).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_be_hidden()
-
-
-@pytest.mark.slow
-def test_buttons_do_the_same(visit, port):
-    page = visit(port)
-    page.get_by_role("button", name="One step").click()
-    expect(page.locator("#now")).to_have_text("1")
-    page.get_by_role("button", name="Play", exact=True).click()
-    expect(page.locator("#now")).not_to_have_text("1")
-    page.get_by_role("button", name="Pause").click()
-    page.get_by_role("button", name="Play", exact=True).click()
-    page.get_by_role("button", name="One step").click()
-    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
-    expect_rest(page, step_of)
-    page.get_by_role("button", name="Faster").click()
-    page.get_by_role("button", name="Slower").click()
-    page.get_by_role("button", name="Restart").click()
-    expect(page.locator("#now")).to_have_text("0")
 
 
 def test_the_page_says_what_simulate_says(visit, port):
@@ -203,19 +197,6 @@ def expect_arena_within(page, width, height):
 
 
 @pytest.mark.slow
-def test_two_pages_have_a_swarm_each(visit, port):
-    first, second = visit(port), visit(port, "#run=7")
-    change(first, "tasks.count", "12")
-    expect(first.locator("#truth")).to_have_text("feasible (20 robots, 12 tasks)")
-    focus_nothing(first)
-    first.keyboard.press(".")
-    expect(first.locator("#now")).to_have_text("1")
-    expect(second.locator("#now")).to_have_text("0")
-    expect(second.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
-    expect(second.locator("[data-path='run']")).to_have_value("7")
-
-
-@pytest.mark.slow
 def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit, same_port):
     catalogue, port = Catalogue(Scenario(), seed=1), same_port
     with serving_at(catalogue, port):
@@ -254,12 +235,18 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
         page = visit(port)
         expect(page.locator("#replays-title")).to_have_text(f"{catalogue.found} runs that decided wrong")
         expect(page.locator("#replay-list button")).to_have_count(catalogue.found)
+        groups = page.locator("#replay-list summary")
+        expect(groups).to_contain_text(["tasks.count 17", "tasks.count 24"])
+        groups.last.click()
+        expect(page.locator("#replay-list button").last).to_be_hidden()
+        page.keyboard.press("Enter")  # unfold again
         expect(page.locator("[aria-current='true']")).to_have_count(1)
         button = page.locator("#replay-list button").last
         words = {1: "feasible", 0: "infeasible"}
         decided = f"{words[chosen.decision]} at step {chosen.decision_step}"
         assert f"run {chosen.run}: {decided}" in button.inner_text()
-        button.click()
+        button.focus()
+        page.keyboard.press("Enter")
         expect(page.get_by_role("button", name="Pause")).to_be_visible()  # picking a run plays it
         focus_nothing(page)
         page.keyboard.press(" ")
@@ -325,20 +312,11 @@ def test_declarations_are_counted_and_told(visit, tmp_path):
 
 
 @pytest.mark.slow
-def test_without_declare_nothing_is_said_of_it(visit, port):
-    page = visit(port)
-    expect(page.locator("#declared-row")).to_be_hidden()
-    expect(page.locator("#legend-declared")).to_be_hidden()
-
-
-@pytest.mark.slow
 def test_ten_thousand_robots_are_drawn(visit, port):
     page = visit(port, "#robots.count=10000&tasks.count=9000&arena.side=447")
     page.keyboard.press(".")
     expect(page.locator("#now")).to_have_text("1")
     expect(page.locator("#feasible")).to_have_text(re.compile("^[45],"))
-    if os.environ.get("FEASIBEE_SHOTS"):
-        page.screenshot(path="ten-thousand.png")
 
 
 @pytest.mark.quick(1)
@@ -362,6 +340,8 @@ def test_every_control_has_a_name(visit, port):
         "all => all.filter(it => !(it.ariaLabel || it.textContent.trim() || it.labels?.length)).length"
     )
     assert nameless == 0
+    for each in ("#declared-row", "#legend-declared"):
+        expect(page.locator(each)).to_be_hidden()  # in a scenario without declarations
     expect(page.locator("#arena")).to_have_attribute("aria-label", re.compile("20 robots and 20 tasks"))
 
 

@@ -42,12 +42,6 @@ def test_the_words_are_those_of_the_state():
     assert f"at step {57 + state.phase_left} it begins to disseminate" in words["Next"]
 
 
-def test_a_census_says_how_many_it_knows():
-    swarm = Swarm(Scenario(decision={"strategy": "census"}), 1)
-    swarm.advance(300)
-    assert said(swarm, 4)["Knows"] == "20 robots and 20 tasks, by name"
-
-
 ALONE = {"radio.range": 0.01, "robots.know_count": True, "tasks.count": 16}
 
 

@@ -116,6 +116,19 @@ def point_at(page, swarm, robot, act):
     getattr(page.mouse, act)(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
 
 
+def colours_of(page, selector):
+    """Return the opaque colours of a canvas."""
+    found = page.evaluate(
+        """selector => { const it = document.querySelector(selector), found = new Set();
+        const data = it.getContext("2d").getImageData(0, 0, it.width, it.height).data;
+        for (let k = 0; k < data.length; k += 4)
+            if (data[k + 3] === 255) found.add(data.slice(k, k + 3).join());
+        return [...found]; }""",
+        selector,
+    )
+    return set(found)
+
+
 def expect_no_scrolling(page, width):
     """Expect that the page is no wider than its window."""
 
