@@ -23,8 +23,8 @@ from feasibee.results.statistics import (
     mean_difference,
     mean_of,
     mean_share,
+    opinion_quartiles,
     quartiles,
-    quartiles_of_present,
 )
 
 CODES = {"F": 1, "I": 0, ".": -1}
@@ -155,7 +155,7 @@ def test_the_measures_of_each_run_by_hand():
 
 def test_the_quartiles_of_opinions_are_of_the_robots_present_at_each_step():
     feasible, present = [[4, 5], [1, 2], [0, 0], [2, 8], [3, 1]], [[4, 10], [4, 10], [4, 0], [4, 8], [4, 1]]
-    np.testing.assert_allclose(quartiles_of_present(feasible, present), [[25, 20], [50, 50], [75, 100]])
+    np.testing.assert_allclose(opinion_quartiles(feasible, present), [[25, 20], [50, 50], [75, 100]])
 
 
 # --- The truth of all runs ---

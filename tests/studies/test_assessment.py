@@ -47,7 +47,7 @@ def assessment():
 
 def text_of(assessment):
     """Return all that is said of an assessment."""
-    return "\n".join(line for each in sections(assessment) for line in each.lines)
+    return "\n".join(line for lines in sections(assessment).values() for line in lines)
 
 
 def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
@@ -330,9 +330,9 @@ def test_the_verdict_is_on_the_worse_of_two_worlds(assessment, here, there, leve
 
 
 def test_the_verdict_comes_first_in_shape_colour_and_words(assessment, tmp_path):
-    first = sections(assessment)[0]
-    assert first.title == "Verdict"
-    assert first.lines[0].startswith("■ Not ready: ")
+    title, lines = next(iter(sections(assessment).items()))
+    assert title == "Verdict"
+    assert lines[0].startswith("■ Not ready: ")
     assert assessment.to_dict()["verdict"]["colour"] == "red"
     write_report(assessment, tmp_path / "page.html", "feasibee assess mine.toml")
     page = (tmp_path / "page.html").read_text()

@@ -198,7 +198,7 @@ def test_an_assessment_judges_by_the_share_of_right_steps(assessment):
 
 
 def test_an_assessment_says_how_swarms_track_the_truth(assessment, tmp_path):
-    said = {each.title: " ".join(each.lines) for each in sections(assessment)}
+    said = {title: " ".join(lines) for title, lines in sections(assessment).items()}
     share = f"{100 * assessment.verdict.right.estimate:.1f} %"
     assert f"such swarms are right in {share}" in said["Verdict"]
     assert "is right in the most steps" in said["Recommended"]

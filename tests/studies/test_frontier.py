@@ -18,7 +18,7 @@ from feasibee.studies.comparison import compare
 from feasibee.studies.limits import (
     CONTENDERS,
     RULE,
-    limits_near,
+    limits,
     speakers,
     spoken,
     tasks_near,
@@ -93,7 +93,7 @@ def test_contenders_by_name(own):
 
 
 def test_the_figure_and_its_data_are_written(found, tmp_path):
-    bounds = limits_near(SHORT, TASKS, 20, 2)
+    bounds = {number: limits(SHORT.replace({"tasks.count": number}), 20, 2) for number in TASKS}
     write_frontier(tmp_path, found, bounds)
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "frontier.csv",

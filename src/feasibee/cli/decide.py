@@ -89,9 +89,9 @@ def assess(
 def _print_assessment(assessment: Assessment, report: Path | None) -> None:
     from feasibee.studies.report import sections
 
-    for section in sections(assessment):
-        click.echo(section.title)
-        for line in section.lines:
+    for title, lines in sections(assessment).items():
+        click.echo(title)
+        for line in lines:
             click.echo(wrapped(line, "  ", "    "))
         click.echo()
     if report is not None:

@@ -337,21 +337,15 @@ def _with_limits(
 ) -> None:
     """Simulate strategies and limits of their worlds; write and print both."""
     from feasibee.studies.comparison import compare, design_points
-    from feasibee.studies.limits import (
-        limits_near,
-        oracle_world,
-        speakers,
-        spoken,
-        tasks_near,
-        write_frontier,
-    )
+    from feasibee.studies.limits import limits, oracle_world, speakers, spoken, tasks_near, write_frontier
 
     alone = strategies == ALONE
     numbers = [scenario.tasks.count] if alone and not tasks else tasks_near(scenario, tasks)
     contenders = {} if alone else speakers(scenario, strategies)
     Runs.of_point(len(numbers) - 1, runs, seed)
-    for number in numbers:  # raises before the folder is made
-        oracle_world(scenario.replace({"tasks.count": number}), cells)
+    worlds = {number: scenario.replace({"tasks.count": number}) for number in numbers}
+    for world in worlds.values():  # raises before the folder is made
+        oracle_world(world, cells)
     design_points(contenders, numbers, runs, seed)  # likewise
     folder = make_folder(out)
     found: list[Outcome] = []
@@ -359,14 +353,17 @@ def _with_limits(
         with executing("Comparing", folder, workforce) as execution:
             found = compare(contenders, numbers, runs, seed, execution, curves=False)
     with progress("Computing the limits") as advance:
-        bounds = limits_near(scenario, numbers, runs, seed, cells, workforce.workers, advance)
+        bounds: dict[int, Limits] = {}
+        for number, world in worlds.items():
+            advance(len(bounds) / len(worlds))
+            bounds[number] = limits(world, runs, seed, cells_per_range=cells, threads=workforce.workers)
     write_frontier(folder, found, bounds)
     if as_json:
         said = {number: [spoken(each) for each in found if each.tasks == number] for number in bounds}
         print_json(
             [
-                {**limits.to_dict(), **({"strategies": said[number]} if said[number] else {})}
-                for number, limits in bounds.items()
+                {**each.to_dict(), **({"strategies": said[number]} if said[number] else {})}
+                for number, each in bounds.items()
             ]
         )
         return

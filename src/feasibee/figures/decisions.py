@@ -39,7 +39,6 @@ from feasibee.results.statistics import (
     decision_times,
     declare_times,
     opinion_quartiles,
-    quartiles_of_present,
 )
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import check_integer
@@ -81,9 +80,10 @@ def plot_opinions(
         raise FeasibeeError("the results have no curves; simulate with curves=True")
     until = None if until is None else check_integer("until", until, 1, 2**31)
     bands = {
-        str(name): quartiles_of_present(dataset["feasible_count"], dataset["robots_present"])
-        if scenarios[name].dynamic
-        else opinion_quartiles(dataset["feasible_count"], scenarios[name].robots.count)
+        str(name): opinion_quartiles(
+            dataset["feasible_count"],
+            dataset["robots_present"] if scenarios[name].dynamic else scenarios[name].robots.count,
+        )
         for name, dataset in named.items()
     }
     axes = draw_opinion_bands(bands, ax, until)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -127,7 +127,8 @@ def save_results(dataset: xr.Dataset, path: str | Path) -> None:
     if kind == ".csv":
         _write_runs(dataset, Path(path))
         return
-    packed = {name: {"zlib": True, "complevel": 4} for name in _curves(dataset)}
+    curves = [str(name) for name, variable in dataset.data_vars.items() if variable.ndim == 2]
+    packed = {name: {"zlib": True, "complevel": 4} for name in curves}
     sealed = dataset.assign_attrs({DIGEST: _digest(dataset)})
     write_netcdf(sealed, path, packed)
 
@@ -199,7 +200,3 @@ def _digest(dataset: xr.Dataset) -> str:
         text.update(repr((name, variable.dims, plain.dtype.str, plain.shape)).encode())
         text.update(plain.tobytes())
     return text.hexdigest()
-
-
-def _curves(dataset: xr.Dataset) -> Iterator[str]:
-    return (str(name) for name, variable in dataset.data_vars.items() if variable.ndim == 2)

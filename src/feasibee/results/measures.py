@@ -254,8 +254,7 @@ def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking 
     .. [1] Page, "Continuous inspection schemes", Biometrika 1954.
     .. [2] Basseville, Nikiforov, "Detection of Abrupt Changes: Theory and Application", 1993.
     """
-    found = counts_of(results, first_step) if scenario.dynamic else None
-    return None if found is None or not found.steps.sum() else summarised([found])
+    return summarised([counts_of(results, first_step)] if scenario.dynamic else [])
 
 
 def counts_of(results: Any, first_step: int = 1) -> RunCounts:
@@ -269,8 +268,10 @@ def counts_of(results: Any, first_step: int = 1) -> RunCounts:
     )
 
 
-def summarised(parts: Sequence[RunCounts]) -> Tracking:
-    """Return the measures of some runs together, at least one of which has a step."""
+def summarised(parts: Sequence[RunCounts]) -> Tracking | None:
+    """Return the measures of some runs together; None if none of them has a step."""
+    if not any(part.steps.sum() for part in parts):
+        return None
     steps, right, alarms = (np.concatenate(each) for each in zip(*(part[:3] for part in parts), strict=True))
     delay, watched = (
         np.concatenate([getattr(each.changes, name) for each in parts]) for name in ("delay", "watched")
@@ -511,8 +512,7 @@ class Measured(NamedTuple):
     @property
     def tracking(self) -> Tracking | None:
         """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
-        played = self.followed is not None and self.followed.steps.sum()
-        return summarised([self.followed]) if self.followed and played else None
+        return summarised([self.followed] if self.followed else [])
 
     def to_dict(self) -> dict[str, Any]:
         """Return declarations, and how swarms tracked the truth if it changes, as plain tables."""
@@ -563,8 +563,7 @@ def together(parts: Sequence[Measured], name: str) -> Interval:
         runs = sum(each.counts[name] for each in counted), sum(each.runs for each in counted)
         interval = confidence_sequence if any(each.sequential for each in counted) else wilson
         return interval(*runs) if counted else NONE
-    followed = [each.followed for each in parts if each.runs and each.followed]
-    found = getattr(summarised(followed), name) if followed else None
+    found = getattr(summarised([each.followed for each in parts if each.followed]), name, None)
     if isinstance(found, Quartiles):
         ends = (np.nan if step is None else float(step) for step in (found.median, found.q25, found.q75))
         return Interval(*ends)

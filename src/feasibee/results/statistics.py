@@ -155,22 +155,24 @@ def _at_rank(ordered: NDArray[np.int64], rank: int) -> int | None:
     return None if step == NEVER else step
 
 
-def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.float64]:
+def opinion_quartiles(feasible_count: ArrayLike, robots: int | ArrayLike) -> NDArray[np.float64]:
     """Return the quartiles over runs of the percentage of robots with opinion 1.
 
     Parameters
     ----------
     feasible_count : array of int, shape (runs, steps + 1)
         Counts per run and step; after the end of a run (-1), its last value is used.
-    robots : int
-        Number of robots.
+    robots : int or array of int, shape (runs, steps + 1)
+        Number of robots; or of those present at each step, if robots come and go.
 
     Returns
     -------
     float64 array, shape (3, steps + 1)
         Lower quartile, median and upper quartile, in percent.
     """
-    counts = _whole_numbers("feasible_count", feasible_count, dimensions=2)
+    counts: NDArray[Any] = _whole_numbers("feasible_count", feasible_count, dimensions=2)
+    if np.ndim(robots) == 2:
+        counts, robots = counts / np.maximum(1, np.asarray(robots)), 1
     robots = _whole("robots", robots)
     if counts.size == 0 or robots < 1:
         raise ValueError(
@@ -181,23 +183,6 @@ def opinion_quartiles(feasible_count: ArrayLike, robots: int) -> NDArray[np.floa
         counts = np.take_along_axis(counts, held, axis=1)
     quartiles: NDArray[np.float64] = np.quantile(counts, SHARES, axis=0) * (100.0 / robots)
     return quartiles
-
-
-def quartiles_of_present(feasible_count: ArrayLike, robots_present: ArrayLike) -> NDArray[np.float64]:
-    """Return the quartiles over runs of the percentage of the robots present with opinion 1.
-
-    Parameters
-    ----------
-    feasible_count, robots_present : int32 array, shape (runs, steps + 1)
-        As in ``feasibee.model.record.Record``.
-
-    Returns
-    -------
-    float64 array, shape (3, steps + 1)
-        Lower quartile, median and upper quartile, in percent.
-    """
-    shares = 100.0 * np.asarray(feasible_count) / np.maximum(1, np.asarray(robots_present))
-    return np.asarray(np.quantile(shares, SHARES, axis=0))
 
 
 def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE) -> Interval:
@@ -585,7 +570,7 @@ def mean_of(values: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     return Interval(mean, mean - half, mean + half)
 
 
-def _whole(name: str, value: float, most: int = MOST) -> int:
+def _whole(name: str, value: Any, most: int = MOST) -> int:
     """Validate a whole number of any library from 0 to ``most``; return it as a built-in int."""
     if isinstance(value, float):
         number = int(value) if value.is_integer() else -1

@@ -311,24 +311,6 @@ def tasks_near(scenario: Scenario, tasks: Sequence[int] = ()) -> list[int]:
     return list(tasks) or [max(0, scenario.robots.count + offset) for offset in OFFSETS]
 
 
-def limits_near(
-    scenario: Scenario,
-    tasks: Sequence[int],
-    runs: int,
-    seed: int,
-    cells: int = 4,
-    threads: int | None = None,
-    progress: Callable[[float], None] = lambda share: None,
-) -> dict[int, Limits]:
-    """Return the limits of a scenario at each number of tasks."""
-    found: dict[int, Limits] = {}
-    for number in tasks:
-        progress(len(found) / len(tasks))
-        world = scenario.replace({"tasks.count": number})
-        found[number] = limits(world, runs, seed, cells_per_range=cells, threads=threads)
-    return found
-
-
 def write_frontier(folder: Path, found: Sequence[Outcome], bounds: Mapping[int, Limits]) -> None:
     """Write the figures (PNG, PDF) and their data, ``limits.csv`` and ``frontier.csv``, into a folder.
 

@@ -167,7 +167,7 @@ class Assessment:
     def _repr_html_(self) -> str:
         """Return the assessment as HTML, for notebooks."""
         tables = {"Strategies": self.strategies, "Changes": self.limits, "Faults": self.faults}
-        parts = [section_as_html(each) for each in sections(self)]
+        parts = [section_as_html(*each) for each in sections(self).items()]
         parts += [folded(name, table_of(name, trials)) for name, trials in tables.items()]
         return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
 
@@ -198,25 +198,18 @@ def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
     return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}
 
 
-class Section(NamedTuple):
-    """A part of an assessment in words."""
-
-    title: str
-    lines: Sequence[str]
-
-
-def sections(assessment: Assessment) -> list[Section]:
-    """Return an assessment in words."""
-    found = [
-        Section("Verdict", [verdict_sentence(assessment)]),
-        Section("Recommended", _recommended(assessment)),
-        Section("What to expect", _expected(assessment)),
-        Section("How many robots, for how many tasks", _sized(assessment)),
-        Section("What is asked of the robots", _asked(assessment)),
-        Section("If something fails", _faults(assessment)),
-        Section("What would help", _changes(assessment)),
-    ]
-    return [each for each in found if each.lines]
+def sections(assessment: Assessment) -> dict[str, list[str]]:
+    """Return an assessment in words: the lines of each section, by its title."""
+    found = {
+        "Verdict": [verdict_sentence(assessment)],
+        "Recommended": _recommended(assessment),
+        "What to expect": _expected(assessment),
+        "How many robots, for how many tasks": _sized(assessment),
+        "What is asked of the robots": _asked(assessment),
+        "If something fails": _faults(assessment),
+        "What would help": _changes(assessment),
+    }
+    return {title: lines for title, lines in found.items() if lines}
 
 
 def verdict_sentence(assessment: Assessment) -> str:
@@ -443,10 +436,10 @@ def _gain(difference: Interval) -> str:
     return "as without it" if round(change, 1) == 0 else f"{change:+.1f} points"
 
 
-def section_as_html(section: Section) -> str:
+def section_as_html(title: str, lines: Sequence[str]) -> str:
     """Return a section as a heading and a list."""
-    lines = "".join(f"<li>{html.escape(line).replace(' %', '&nbsp;%')}</li>" for line in section.lines)
-    return f"<h2>{html.escape(section.title)}</h2><ul>{lines}</ul>"
+    listed = "".join(f"<li>{html.escape(line).replace(' %', '&nbsp;%')}</li>" for line in lines)
+    return f"<h2>{html.escape(title)}</h2><ul>{listed}</ul>"
 
 
 def table_of(title: str, trials: Sequence[Trial]) -> str:
@@ -521,8 +514,8 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
     command : str
         The command that made it, for the footer.
     """
-    _, *others = sections(assessment)
-    body = _verdict(assessment) + "".join(map(section_as_html, others))
+    _, *others = sections(assessment).items()
+    body = _verdict(assessment) + "".join(section_as_html(*each) for each in others)
     body += "".join(map(_figure, _figures(assessment)))
     body += table_of("Strategies", assessment.strategies) + table_of("Changes", assessment.limits)
     body += table_of("Faults", assessment.faults) + excluded_as_html(assessment.recommendation.excluded)
