@@ -51,7 +51,7 @@ def sort_into_cells(cells, grid, points, members, count):
                 place += 1
         cells.start[1] = cells.start[2] = int32(place)
         return
-    clear_cells(cells.start, 0, cell_count(grid))
+    clear_cells(cells.start, 0, (grid.columns + 1) * grid.rows)
     for i in range(count):
         if contains(members, i):
             count_point(cells.start, cell_at(grid, xs[i], ys[i]))
@@ -66,12 +66,6 @@ def sort_into_cells(cells, grid, points, members, count):
 def is_one_cell(grid):
     """Return whether one cell holds all points."""
     return grid.columns == 1 and grid.rows == 1
-
-
-@inlined
-def cell_count(grid):
-    """Return the number of cells, repeated ones included."""
-    return (grid.columns + 1) * grid.rows
 
 
 @inlined

@@ -101,7 +101,7 @@ def sort_robots(params, state, part):
 def find_tiles(params, state, first, last):
     """Store the tile of each robot; tiles are numbered by rows."""
     grid, xs, ys = params.robots.grid, state.robots[Robot.X], state.robots[Robot.Y]
-    scale_x, scale_y, columns = grid.scale_x, grid.scale_y, tile_columns(grid)
+    scale_x, scale_y, columns = grid.scale_x, grid.scale_y, (grid.columns + TILE - 1) // TILE
     tiles = state.robots[Robot.SPARE]
     for i in range(first, last):
         tiles[i] = int32(cell_of(ys[i], scale_y) // TILE * columns + cell_of(xs[i], scale_x) // TILE)
@@ -111,12 +111,6 @@ def find_tiles(params, state, first, last):
 def end_of(params, part):
     """Return the place after a thread's last robot."""
     return min(WORD * part.last, params.robots.count)
-
-
-@inlined
-def tile_columns(grid):
-    """Return the number of tiles of a row."""
-    return (grid.columns + TILE - 1) // TILE
 
 
 @inlined

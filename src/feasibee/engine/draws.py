@@ -206,54 +206,36 @@ def list_coordinates(state, thread, counters, count):
 
 
 @inlined
-def list_own(state, thread, i, first):
-    """List the coordinates of a robot's draws from ``first`` on; return how many its pool holds.
+def pool_of(params, state, thread, i, k, counters, fill):
+    """Return the pool that holds a robot's draw, and the place in it; fill its own pool if that is empty.
 
-    That is `POOL`, but as a shape: LLVM unrolls a loop of known length instead of vectorizing it.
+    Without pools, the robot is that of entry ``k`` of those listed.
     """
-    heard, count = state.heard[thread], state.pools.shape[2]
-    for k in range(count):
-        heard[Heard.NUMBER, k] = int32(i)
-        heard[Heard.COUNTER, k] = int32(first + k)
-    return count
+    row, place = thread, k
+    if is_pooled(params):
+        first = int64(counters[i])
+        row, place = int64(i), first & (POOL - 1)
+        if place == 0:
+            heard, count = state.heard[thread], state.pools.shape[2]
+            for draw in range(count):  # `POOL`, but LLVM would unroll a known length instead of vectorizing
+                heard[Heard.NUMBER, draw] = int32(i)
+                heard[Heard.COUNTER, draw] = int32(first + draw)
+            fill(params, state.pools[i], heard, state.clock[Clock.RUN], count)
+    return state.pools[uint64(row)], uint64(place)
 
 
 @inlined
 def next_heading(params, state, thread, i, k):
-    """Return the steps along x and y and the duration of a robot's next heading (model.md 2.1).
-
-    The robot is that of entry ``k`` of those listed.
-    """
-    row, place = thread, k
-    if is_pooled(params):
-        number = int64(state.robots[Robot.WALKS, i])
-        row, place = int64(i), number & (POOL - 1)
-        if place == 0:
-            count = list_own(state, thread, i, number)
-            fill_headings(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], count)
-    pool, place = state.pools[uint64(row)], uint64(place)
+    """Return the steps along x and y and the duration of a robot's next heading (model.md 2.1)."""
+    pool, place = pool_of(params, state, thread, i, k, state.robots[Robot.WALKS], fill_headings)
     return int32(pool[Pool.STEP_X, place]), int32(pool[Pool.STEP_Y, place]), int32(pool[Pool.WALK, place])
 
 
 @inlined
 def present_phase(params, state, thread, i, k):
     """Return the draw of a robot's present phase: the rows of `Pool` that are of a phase."""
-    row, place = thread, k
-    if is_pooled(params):
-        number = int64(state.robots[Robot.PHASES, i])
-        row, place = int64(i), number & (POOL - 1)
-        if place == 0:
-            count = list_own(state, thread, i, number)
-            fill_phases(params, state.pools[i], state.heard[thread], state.clock[Clock.RUN], count)
-    pool, place = state.pools[uint64(row)], uint64(place)
+    pool, place = pool_of(params, state, thread, i, k, state.robots[Robot.PHASES], fill_phases)
     return pool[Pool.LENGTH, place], pool[Pool.CHANCE, place], uint32(pool[Pool.TIE, place])
-
-
-@inlined
-def step_along(word, reach):
-    """Return a step of some length in a random direction, in whole units."""
-    cosine, sine = direction(word)
-    return math.floor(reach * cosine + 0.5), math.floor(reach * sine + 0.5)
 
 
 @called
@@ -265,7 +247,9 @@ def fill_headings(params, pool, heard, run, count):
     doubtful = int64(0)
     for k in range(count):
         words = rounds(counters[k], numbers[k], run, WALK, low, high)
-        pool[Pool.STEP_X, k], pool[Pool.STEP_Y, k] = step_along(words[0], reach)
+        cosine, sine = direction(words[0])
+        pool[Pool.STEP_X, k] = math.floor(reach * cosine + 0.5)
+        pool[Pool.STEP_Y, k] = math.floor(reach * sine + 0.5)
         length = mean * exponential(words[1])
         least = rounded_up(length * LESS)
         pool[Pool.WALK, k] = least

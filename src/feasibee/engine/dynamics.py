@@ -29,7 +29,7 @@ from feasibee.engine.layout import WORD, Clock, Event, Heard, Robot, Set
 from feasibee.engine.motion import head
 from feasibee.engine.params import Action
 from feasibee.engine.starting import (
-    place_joining,
+    place_robot,
     place_task,
     prepare_robot,
     set_inventions,
@@ -37,31 +37,15 @@ from feasibee.engine.starting import (
     sort_tasks,
     stand_still,
 )
+from feasibee.model import purposes
 from feasibee.model.codes import COUNT_LIMIT, FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.outcomes import CALLS, ROBOTS_CALLED, ROBOTS_RELEASED
-from feasibee.model.purposes import (
-    APPEARING_CLASS,
-    ARRIVAL,
-    FAILURE,
-    JOINING_CLASS,
-    LEAVE,
-    LIFETIME,
-    RELEASE,
-    VANISH,
-)
 
 
 class Asking(NamedTuple):
     """The one function of a strategy that the operator needs."""
 
     update: Any
-
-
-@called
-def begin_response(clock):
-    """Let the operator begin: nothing was held, and nobody is on the way."""
-    clock[Clock.WAS_HELD], clock[Clock.HELD_FOR] = UNDECIDED, 0
-    clock[Clock.ARRIVES_AT], clock[Clock.AWAITED] = -1, 0
 
 
 @called
@@ -142,20 +126,22 @@ def draw_dynamics(params, state):
     """Draw lifetimes, times of failure and classes at the start of a run."""
     run, class_of = state.clock[Clock.RUN], state.tables.class_of
     state.clock[Clock.APPEARED] = params.tasks.at_start
-    for kind in (Clock.EVENTS, Clock.VANISHED, Clock.LEFT):
+    for kind in (Clock.EVENTS, Clock.VANISHED, Clock.LEFT, Clock.HELD_FOR, Clock.AWAITED):
         state.clock[kind] = 0
-    begin_response(state.clock)
+    state.clock[Clock.WAS_HELD], state.clock[Clock.ARRIVES_AT] = UNDECIDED, -1
     for task in range(params.tasks.at_start):
         begin_lifetime(params, state, task, int64(0))
     for i in range(params.robots.at_start):
         draw_failure(params, state, i, int64(0))
     for i in range(params.robots.at_start, params.robots.count):
-        class_of[i] = class_of[choose(draw(params, run, i, 0, JOINING_CLASS), params.robots.at_start)]
+        class_of[i] = class_of[
+            choose(draw(params, run, i, 0, purposes.JOINING_CLASS), params.robots.at_start)
+        ]
     first = params.robots.count
     for task in range(params.tasks.at_start, params.tasks.count):
         class_of[first + task] = 0
         if params.tasks.at_start > 0:
-            drawn = choose(draw(params, run, task, 0, APPEARING_CLASS), params.tasks.at_start)
+            drawn = choose(draw(params, run, task, 0, purposes.APPEARING_CLASS), params.tasks.at_start)
             class_of[first + task] = class_of[first + drawn]
 
 
@@ -224,14 +210,14 @@ def happen(params, state, event, now):
     for _ in range(event[Event.TASKS]):
         appear(params, state, now)
     for _ in range(min(-event[Event.TASKS], state.clock[Clock.TASKS])):
-        word = draw(params, state.clock[Clock.RUN], state.clock[Clock.VANISHED], now, VANISH)
+        word = draw(params, state.clock[Clock.RUN], state.clock[Clock.VANISHED], now, purposes.VANISH)
         task = member_of(state.tasks_there, choose(word, state.clock[Clock.TASKS]))
         vanish(state, task)
         state.clock[Clock.VANISHED] += 1
     for _ in range(event[Event.ROBOTS]):
         join(params, state, now)
     for _ in range(min(-event[Event.ROBOTS], state.clock[Clock.ROBOTS])):
-        word = draw(params, state.clock[Clock.RUN], state.clock[Clock.LEFT], now, LEAVE)
+        word = draw(params, state.clock[Clock.RUN], state.clock[Clock.LEFT], now, purposes.LEAVE)
         leave(params, state, member_of(state.sets[Set.THERE], choose(word, state.clock[Clock.ROBOTS])))
         state.clock[Clock.LEFT] += 1
     if event[Event.MISS] >= 0:
@@ -244,7 +230,7 @@ def happen(params, state, event, now):
 def release(params, state, number, now):
     """Release so many robots, but not the last one (model.md 6.19.6)."""
     for k in range(min(number, state.clock[Clock.ROBOTS] - 1)):
-        word = draw(params, state.clock[Clock.RUN], k, now, RELEASE)
+        word = draw(params, state.clock[Clock.RUN], k, now, purposes.RELEASE)
         leave(params, state, member_of(state.sets[Set.THERE], choose(word, state.clock[Clock.ROBOTS])))
         state.account[ROBOTS_RELEASED] += 1
 
@@ -267,7 +253,7 @@ def arrive(params, state, now):
     """Let tasks appear and robots join by their rates."""
     if params.tasks.arrival_rate == 0.0 and params.robots.arrival_rate == 0.0:
         return
-    words = draw_words(params, state.clock[Clock.RUN], 0, now, ARRIVAL)
+    words = draw_words(params, state.clock[Clock.RUN], 0, now, purposes.ARRIVAL)
     for _ in range(poisson(words[0], params.tasks.arrival_rate)):
         appear(params, state, now)
     for _ in range(poisson(words[1], params.robots.arrival_rate)):
@@ -291,7 +277,7 @@ def appear(params, state, now):
 def begin_lifetime(params, state, task, now):
     """Draw the step at which a task vanishes."""
     if params.tasks.lifetime > 0.0:
-        word = draw(params, state.clock[Clock.RUN], task, 0, LIFETIME)
+        word = draw(params, state.clock[Clock.RUN], task, 0, purposes.LIFETIME)
         state.vanish_at[task] = int32(now + duration(word, params.tasks.lifetime))
 
 
@@ -329,7 +315,7 @@ def join(params, state, now):
     while w < there.size and there[w] == uint32(0xFFFFFFFF):
         w += 1
     i = WORD * w + (lowest(~there[w]) if w < there.size else int64(0))
-    if i >= params.robots.count or not place_joining(params, state, i):
+    if i >= params.robots.count or not place_robot(params, state, i, True):
         return
     for kind in (Set.THERE, Set.WORKING, Set.COUNTED, Set.JOINING):
         set_member(state.sets, kind, i, True)
@@ -350,7 +336,7 @@ def join(params, state, now):
 def draw_failure(params, state, i, now):
     """Draw the step at which a robot fails."""
     if params.robots.failure_time > 0.0:
-        word = draw(params, state.clock[Clock.RUN], i, int64(state.robots[Robot.JOINED, i]), FAILURE)
+        word = draw(params, state.clock[Clock.RUN], i, int64(state.robots[Robot.JOINED, i]), purposes.FAILURE)
         state.robots[Robot.LEAVES_AT, i] = int32(now + duration(word, params.robots.failure_time))
 
 

@@ -70,14 +70,6 @@ def has_next_step(params, state, outcome, row, until, part):
 
 
 @inlined
-def begin_run(params, state, outcome, row, control, part):
-    """Record the swarm at step 0."""
-    count_opinions(params, state, part)
-    part.shared[part.thread, Share.BITS] = 0  # not those of the run before
-    end_step(params, state, outcome, row, int64(0), control, part)
-
-
-@inlined
 def shared(part):
     """Return the part of a thread as it is, where several may share a swarm."""
     return part
@@ -96,20 +88,15 @@ def advance(params, state, outcome, row, until, control, functions, part):
     part = of_thread(part)
     if state.clock[Clock.STEP] == 0:
         step.change_world(params, state, functions, int64(0))
-        begin_run(params, state, outcome, row, control, part)
+        count_opinions(params, state, part)
+        part.shared[part.thread, Share.BITS] = 0  # not those of the run before
+        end_step(params, state, outcome, row, int64(0), control, part)
     while has_next_step(params, state, outcome, row, until, part):
         one_step(params, state, functions, part)
         end_step(params, state, outcome, row, int64(1), control, part)
     if part.thread == 0:
         for column in range(state.account.size):
             outcome.account[row, column] = state.account[column]
-
-
-@inlined
-def clear_row(outcome, row):
-    """Clear what is only recorded if it happens."""
-    outcome.decision[row] = UNDECIDED
-    outcome.decision_step[row] = -1
 
 
 @entry(PLAY)
@@ -121,7 +108,7 @@ def play(params, state, outcome, first_run, control, start, advance, functions, 
     """
     for row in range(outcome.decision.size):
         start(params, state, first_run + row)
-        clear_row(outcome, row)
+        outcome.decision[row], outcome.decision_step[row] = UNDECIDED, -1
         advance(params, state, outcome, row, params.run.steps, control, functions, part)
         if state.clock[Clock.FULL] or control.cancelled[0]:
             return row

@@ -308,13 +308,6 @@ def sent_opinions(state):
     return said
 
 
-@called
-def number_tasks(places, xs, ys, count):
-    """Store 16 bits of each coordinate of the tasks, in the order of their numbers."""
-    for task in range(count):
-        places[task] = pack_place(xs[task], ys[task], uint32(16))
-
-
 @spliced
 def move_few(params, state, part):
     """Move each robot whose way is clear; the others stay and will turn (model.md 6.1, 6.2)."""

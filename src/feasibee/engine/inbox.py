@@ -102,18 +102,13 @@ def find(senders, first, slots, sender):
 
     A sender is looked for in eight slots at once: in those that its hash chooses, and then in the next eight.
     """
-    place = scrambled(sender) & (slots - LINE)
+    hashed = int64(uint32(uint32(sender) * uint32(0x9E3779B1)) >> uint32(8))  # Knuth's multiplicative hash
+    place = hashed & (slots - LINE)
     found = same_or_free(senders, first + place, sender)
     while found == 0:  # all are taken by others
         place = (place + LINE) & (slots - 1)
         found = same_or_free(senders, first + place, sender)
     return uint64(first + place + (lowest(found) & (LINE - 1)))
-
-
-@inlined
-def scrambled(sender):
-    """Return a hash of a sender, of 24 bits (Knuth's multiplicative hash)."""
-    return int64(uint32(uint32(sender) * uint32(0x9E3779B1)) >> uint32(8))
 
 
 @called

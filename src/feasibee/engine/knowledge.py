@@ -37,7 +37,7 @@ from feasibee.engine.layout import (
     Set,
     Share,
 )
-from feasibee.engine.opinions import keeps_opinion, set_declared, set_opinion
+from feasibee.engine.opinions import adopt, set_declared
 from feasibee.engine.params import Action, Lie
 from feasibee.engine.queues import store_members
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
@@ -93,20 +93,6 @@ def thing_seen(params, state, number, column, mark):
         wrong = params.strategy.knowledge.task_ids - params.tasks.count + task
         return Thing(False, wrong, kind, int64(uint32(mark)), x + half if x < half else x - half, y)
     return Thing(is_robot, identity if is_robot else task, kind, own_mark, x, y)
-
-
-@inlined
-def invented_robot(params, state, k):
-    """Return the robot of a number among those that Byzantine robots invent."""
-    mark = int64(state.hashes[params.robots.count + params.tasks.count + k])
-    return Thing(True, params.robots.count + k, int64(0), mark, 0.0, 0.0)
-
-
-@inlined
-def invented_task(params, state, k):
-    """Return the task of a number among those that Byzantine robots invent."""
-    mark = int64(state.hashes[params.robots.count + 2 * params.tasks.count + k])
-    return Thing(False, params.tasks.count + k, int64(0), mark, 0.0, 0.0)
 
 
 @inlined
@@ -265,8 +251,7 @@ def declare_all(params, state, now, number):
             if declared != 1 and declared != 0 and declared != -1:  # noqa: PLR1714  # numba compiles this
                 raise ValueError("declare must return 1, 0, or -1 for none")
             if declared >= 0:
-                if not keeps_opinion(state.sets, i):
-                    set_opinion(state.sets, i, declared)
+                adopt(state.sets, i, declared)
                 set_declared(state.sets, i, declared)
             asked = without_lowest(asked)
 
@@ -282,8 +267,8 @@ def judge_all(params, state, now, number):
             judged = judge(known_by(params, state, i), me_of(params, state, setting, now, i))
             if judged != 1 and judged != 0 and judged != -1:  # noqa: PLR1714  # numba compiles this
                 raise ValueError("judge must return 1, 0, or -1 for none")
-            if judged >= 0 and not keeps_opinion(state.sets, i):
-                set_opinion(state.sets, i, judged)
+            if judged >= 0:
+                adopt(state.sets, i, judged)
             asked = without_lowest(asked)
 
 
@@ -318,14 +303,13 @@ def lie_own_way(params, state, message, feasible, me):
 
 def invent(params, state, message, feasible, me):
     """Add invented robots or tasks to a message (model.md 6.12, 6.16)."""
-    if feasible:
-        if params.faults.colluding:
-            message[:] = 0
-        for k in range(state.clock[Clock.INVENTED_ROBOTS]):
-            observe(message, invented_robot(params, state, k), me)
-    else:
-        for k in range(state.clock[Clock.INVENTED_TASKS]):
-            observe(message, invented_task(params, state, k), me)
+    if feasible and params.faults.colluding:
+        message[:] = 0
+    robots, tasks = params.robots.count, params.tasks.count
+    first, marks = (robots, robots + tasks) if feasible else (tasks, robots + 2 * tasks)
+    for k in range(state.clock[Clock.INVENTED_ROBOTS if feasible else Clock.INVENTED_TASKS]):
+        mark = int64(state.hashes[marks + k])
+        observe(message, Thing(feasible == 1, first + k, int64(0), mark, 0.0, 0.0), me)
 
 
 def update(params, state, now, action, number):
@@ -442,7 +426,12 @@ def publish(params, state, functions, part):
         bits_sent += popcount(speaking) * params.radio.message_bits
         lying = uint32(speaking & byzantine)
         while lying:
-            lie_to_all(params, state, lowest_member(w, lying))
+            i = lowest_member(w, lying)
+            number, opinion = number_of(state.robots[Robot.LABEL, i]), false_opinion_of(params, state, i)
+            state.robots[Robot.LABEL, i] = pack_label(number, opinion == 1, True)
+            state.robots[Robot.SENT_VALUE, i] = (
+                int32(params.strategy.value_scale) if opinion == 1 else int32(0)
+            )
             lying = without_lowest(lying)
         while speaking and params.strategy.knowledge.enabled:
             i = lowest_member(w, speaking)
@@ -453,11 +442,3 @@ def publish(params, state, functions, part):
             speaking = without_lowest(speaking)
     part.shared[part.thread, Share.BITS] = bits_sent
     update_pending(params, state, functions, Action.SPEAK)
-
-
-@inlined
-def lie_to_all(params, state, i):
-    """Fix the message of a Byzantine robot for this step."""
-    number, opinion = number_of(state.robots[Robot.LABEL, i]), false_opinion_of(params, state, i)
-    state.robots[Robot.LABEL, i] = pack_label(number, opinion == 1, True)
-    state.robots[Robot.SENT_VALUE, i] = int32(params.strategy.value_scale) if opinion == 1 else int32(0)

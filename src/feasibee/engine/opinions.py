@@ -19,12 +19,6 @@ from feasibee.model.outcomes import (
 
 
 @inlined
-def keeps_opinion(sets, i):
-    """Return whether a robot never changes its opinion again."""
-    return contains(sets[Set.STUBBORN], i) or contains(sets[Set.DECLARED], i)
-
-
-@inlined
 def opinion_of(sets, i):
     """Return a robot's opinion."""
     if contains(sets[Set.NEUTRAL], i):
@@ -37,6 +31,13 @@ def set_opinion(sets, i, opinion):
     """Set a robot's opinion; any value but 1 and 0 means none."""
     set_member(sets, Set.FEASIBLE, i, opinion == 1)
     set_member(sets, Set.NEUTRAL, i, not 0 <= opinion <= 1)
+
+
+@inlined
+def adopt(sets, i, opinion):
+    """Set a robot's opinion, unless it never changes it again: it is stubborn, or has declared."""
+    if not (contains(sets[Set.STUBBORN], i) or contains(sets[Set.DECLARED], i)):
+        set_opinion(sets, i, opinion)
 
 
 @inlined
@@ -63,19 +64,11 @@ def count_opinions(params, state, part):
         neutral += popcount(state.sets[Set.NEUTRAL, w] & state.sets[Set.COUNTED, w])
     own[Share.FEASIBLE_COUNT], own[Share.NEUTRAL_COUNT] = feasible, neutral
     if may_declare(params):
-        count_declared(state, part)
-
-
-@inlined
-def count_declared(state, part):
-    """Count a thread's robots that have declared, by what, of the counted ones."""
-    feasible = infeasible = int64(0)
-    for w in range(part.first, part.last):
-        counted = state.sets[Set.DECLARED, w] & state.sets[Set.COUNTED, w]
-        feasible += popcount(counted & state.sets[Set.DECLARED_FEASIBLE, w])
-        infeasible += popcount(counted & ~state.sets[Set.DECLARED_FEASIBLE, w])
-    part.shared[part.thread, Share.DECLARED_FEASIBLE] = feasible
-    part.shared[part.thread, Share.DECLARED_INFEASIBLE] = infeasible
+        own[Share.DECLARED_FEASIBLE] = own[Share.DECLARED_INFEASIBLE] = 0
+        for w in range(part.first, part.last):
+            counted = state.sets[Set.DECLARED, w] & state.sets[Set.COUNTED, w]
+            own[Share.DECLARED_FEASIBLE] += popcount(counted & state.sets[Set.DECLARED_FEASIBLE, w])
+            own[Share.DECLARED_INFEASIBLE] += popcount(counted & ~state.sets[Set.DECLARED_FEASIBLE, w])
 
 
 @inlined

@@ -43,18 +43,7 @@ from feasibee.engine.layout import (
     Set,
 )
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
-from feasibee.model.purposes import (
-    FALSE_ROBOT,
-    FALSE_ROBOT_CLASS,
-    FALSE_TASK,
-    FALSE_TASK_CLASS,
-    IDENTITY,
-    LOSS,
-    MISNAME,
-    MISS_ROBOT,
-    MISS_TASK,
-    PAIR,
-)
+from feasibee.model import purposes
 
 PIECE = 16
 """Places that are compared at once; each list is padded to a multiple of it."""
@@ -262,7 +251,9 @@ def observe_robot(params, state, functions, i, place):
     if other == own:
         visible = params.sensing.count_self == 1
     else:
-        visible = not happens(params, state, own, MISS_ROBOT + PAIR * other, state.clock[Clock.MISS])
+        visible = not happens(
+            params, state, own, purposes.MISS_ROBOT + purposes.PAIR * other, state.clock[Clock.MISS]
+        )
     if visible and is_new(params, state, own, other):
         count_sighting(params, state, functions, i, other, int64(state.tables.class_of[other]), True)
 
@@ -271,11 +262,11 @@ def observe_robot(params, state, functions, i, place):
 def observe_task(params, state, functions, i, task):
     """Observe a task in sight."""
     own = number_of(state.robots[Robot.LABEL, i])
-    seen = not happens(params, state, own, MISS_TASK + PAIR * task, state.clock[Clock.MISS])
+    seen = not happens(params, state, own, purposes.MISS_TASK + purposes.PAIR * task, state.clock[Clock.MISS])
     if seen and is_new(params, state, own, WORD * state.sets.shape[1] + task):
         number, kind = params.robots.count + task, int64(state.tables.class_of[params.robots.count + task])
-        if happens(params, state, own, MISNAME + PAIR * task, params.sensing.misname):
-            mark_next(state, draw_words(params, state.clock[Clock.RUN], number, 0, IDENTITY)[2])
+        if happens(params, state, own, purposes.MISNAME + purposes.PAIR * task, params.sensing.misname):
+            mark_next(state, draw_words(params, state.clock[Clock.RUN], number, 0, purposes.IDENTITY)[2])
             number += params.tasks.count
         count_sighting(params, state, functions, i, number, kind, False)
 
@@ -315,14 +306,18 @@ def count_false_sightings(params, state, functions, i):
         number_of(state.robots[Robot.LABEL, i]),
     )
     if params.sensing.false_robots > 0.0:
-        for k in range(poisson(draw_now(params, state, own, FALSE_ROBOT), params.sensing.false_robots)):
-            words = draw_words(params, run, own, now, FALSE_ROBOT_CLASS + PAIR * k)
+        for k in range(
+            poisson(draw_now(params, state, own, purposes.FALSE_ROBOT), params.sensing.false_robots)
+        ):
+            words = draw_words(params, run, own, now, purposes.FALSE_ROBOT_CLASS + purposes.PAIR * k)
             kind = int64(state.tables.class_of[choose(words[0], params.robots.at_start)])
             mark_next(state, words[1])
             count_sighting(params, state, functions, i, int64(-1), kind, True)
     if params.sensing.false_tasks > 0.0:
-        for k in range(poisson(draw_now(params, state, own, FALSE_TASK), params.sensing.false_tasks)):
-            words = draw_words(params, run, own, now, FALSE_TASK_CLASS + PAIR * k)
+        for k in range(
+            poisson(draw_now(params, state, own, purposes.FALSE_TASK), params.sensing.false_tasks)
+        ):
+            words = draw_words(params, run, own, now, purposes.FALSE_TASK_CLASS + purposes.PAIR * k)
             kind = int64(0)
             if params.tasks.at_start > 0:
                 kind = int64(
@@ -397,7 +392,7 @@ def receive_queued_general(params, state, functions, part, queued):
 def receive_general(params, state, functions, part, i, other):
     """Receive the message of a robot in radio range unless it is lost."""
     own, label = number_of(state.robots[Robot.LABEL, i]), state.robots[Robot.LABEL, other]
-    if happens(params, state, own, LOSS + PAIR * number_of(label), state.clock[Clock.LOSS]):
+    if happens(params, state, own, purposes.LOSS + purposes.PAIR * number_of(label), state.clock[Clock.LOSS]):
         return
     if params.strategy.knowledge.enabled:
         defer(params, state, functions, Action.MERGE, i, other, int64(0))

@@ -18,30 +18,16 @@ from feasibee.engine.draws import (
     present_phase,
     shuffle,
 )
-from feasibee.engine.few import number_tasks
 from feasibee.engine.inbox import clear_inbox, free_all_tables
 from feasibee.engine.intrinsics import first_bits, lowest_member, pack_label, set_member, without_lowest
 from feasibee.engine.layout import WORD, Clock, Heard, Point, Robot, Set
 from feasibee.engine.motion import head
 from feasibee.engine.opinions import set_opinion
 from feasibee.engine.params import Placement
-from feasibee.engine.sensing import clear_counts, fill_lists, label_of
+from feasibee.engine.sensing import clear_counts, fill_lists, label_of, pack_place
+from feasibee.model import purposes
 from feasibee.model.codes import ATTEMPTS, NO_OPINION
 from feasibee.model.outcomes import DECLARE_STEP
-from feasibee.model.purposes import (
-    CENTRE_ROBOT,
-    CENTRE_TASK,
-    CLUSTER_ROBOT,
-    CLUSTER_TASK,
-    FAULT,
-    FIRST_OPINION,
-    IDENTITY,
-    PLACE_ROBOT,
-    PLACE_TASK,
-    SCATTER_ROBOT,
-    SCATTER_TASK,
-    SITE,
-)
 
 
 @called
@@ -53,7 +39,7 @@ def assign_identities(params, state):
         find_equal_ids(params, state)
     for thing in range(state.hashes.size):
         holder = int64(state.robots[Robot.IDENTITY, thing]) if thing < params.robots.count else int64(thing)
-        words = draw_words(params, state.clock[Clock.RUN], holder, 0, IDENTITY)
+        words = draw_words(params, state.clock[Clock.RUN], holder, 0, purposes.IDENTITY)
         state.hashes[thing] = words[1]
 
 
@@ -64,7 +50,7 @@ def find_equal_ids(params, state):
     size = 4 * table.shape[1]
     table[:] = 0
     for i in range(params.robots.count):
-        word = draw(params, state.clock[Clock.RUN], i, 0, IDENTITY)
+        word = draw(params, state.clock[Clock.RUN], i, 0, purposes.IDENTITY)
         ids[i] = int32(word >> uint32(32 - params.radio.id_bits))
         place = int64(uint32(uint32(ids[i]) * uint32(0x9E3779B1))) % size
         holder = table[place & 3, place >> 2]
@@ -77,15 +63,27 @@ def find_equal_ids(params, state):
             state.robots[Robot.IDENTITY, i] = int32(holder - 1)
 
 
+ROBOT = purposes.PLACE_ROBOT, purposes.CENTRE_ROBOT, purposes.CLUSTER_ROBOT, purposes.SCATTER_ROBOT
+TASK = purposes.PLACE_TASK, purposes.CENTRE_TASK, purposes.CLUSTER_TASK, purposes.SCATTER_TASK
+"""Purposes of the draws of a place: uniform, centre, cluster, offset from the centre."""
+
+
+@inlined
+def put(points, i, x, y):
+    """Store the place of a robot or task; `Robot` and `Point` have their coordinates in the same rows."""
+    points[Point.X, i], points[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
+
+
 @called
 def scatter(params, state):
     """Place robots and tasks uniformly, on the fast path."""
+    run = state.clock[Clock.RUN]
     for i in range(params.tasks.count):
-        x, y = anywhere(params, params.tasks.placement, state.clock[Clock.RUN], i, 0, PLACE_TASK)
-        state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
+        x, y = anywhere(params, params.tasks.placement, run, i, 0, purposes.PLACE_TASK)
+        put(state.tasks, i, x, y)
     for i in range(params.robots.count):
-        x, y = anywhere(params, params.robots.placement, state.clock[Clock.RUN], i, 0, PLACE_ROBOT)
-        state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
+        x, y = anywhere(params, params.robots.placement, run, i, 0, purposes.PLACE_ROBOT)
+        put(state.robots, i, x, y)
 
 
 @called
@@ -98,20 +96,16 @@ def place_tasks(params, state):
 @called
 def place_task(params, state, i):
     """Place a task; one that appears later (model.md 6.17.4), at any of the given points."""
-    if params.tasks.placement.how == Placement.POINTS:
+    placing, run = params.tasks.placement, state.clock[Clock.RUN]
+    if placing.how == Placement.POINTS:
         given = i
         if i >= params.tasks.at_start:
-            given = choose(draw(params, state.clock[Clock.RUN], i, 0, PLACE_TASK), params.tasks.at_start)
-        state.tasks[Point.X, i], state.tasks[Point.Y, i] = (
-            state.tables.points[params.robots.at_start + given, 0],
-            state.tables.points[params.robots.at_start + given, 1],
-        )
+            given = choose(draw(params, run, i, 0, purposes.PLACE_TASK), params.tasks.at_start)
+        point = state.tables.points[params.robots.at_start + given]
+        put(state.tasks, i, point[0], point[1])
     else:
-        purposes = (int64(PLACE_TASK), int64(CENTRE_TASK), int64(CLUSTER_TASK), int64(SCATTER_TASK))
-        x, y = candidate(
-            params, params.tasks.placement, state.clock[Clock.RUN], i, int64(0), int64(0), purposes
-        )
-        state.tasks[Point.X, i], state.tasks[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
+        x, y = candidate(params, placing, run, i, int64(0), int64(0), TASK)
+        put(state.tasks, i, x, y)
 
 
 @called
@@ -119,67 +113,42 @@ def place_robots(params, state):
     """Place the robots, in the general engine: apart if they avoid collisions, if need be on a lattice."""
     for i in range(params.robots.at_start):
         if params.robots.placement.how == Placement.POINTS:
-            state.robots[Robot.X, i], state.robots[Robot.Y, i] = (
-                state.tables.points[i, 0],
-                state.tables.points[i, 1],
-            )
-        elif not place_robot(params, state, i):
+            put(state.robots, i, state.tables.points[i, 0], state.tables.points[i, 1])
+        elif not place_robot(params, state, i, False):
             place_on_lattice(params, state)
             return
 
 
 @called
-def place_robot(params, state, i):
-    """Draw a place for a robot until it is apart from those before it; return whether one was found."""
-    purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
-    attempt, run = int64(0), state.clock[Clock.RUN]
-    while attempt < ATTEMPTS:
-        x, y = candidate(params, params.robots.placement, run, i, int64(0), attempt, purposes)
-        state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
-        if not params.robots.avoid_collisions or is_apart(params, state, i):
-            return True
-        attempt += 1
-    return False
+def place_robot(params, state, i, joins):
+    """Draw places for a robot of the start, or one that joins, until one is clear; return whether one was.
 
-
-@called
-def place_joining(params, state, i):
-    """Place a robot that joins clear of others; return whether a place was free (model.md 6.17.7)."""
-    purposes = (int64(PLACE_ROBOT), int64(CENTRE_ROBOT), int64(CLUSTER_ROBOT), int64(SCATTER_ROBOT))
-    run, joined = state.clock[Clock.RUN], int64(state.robots[Robot.JOINED, i])
+    One that joins (model.md 6.17.7) may take any of the given points.
+    """
+    placing, run = params.robots.placement, state.clock[Clock.RUN]
+    joined = int64(state.robots[Robot.JOINED, i]) if joins else int64(0)
     for attempt in range(ATTEMPTS):
-        if params.robots.placement.how == Placement.POINTS:
-            word = draw(params, run, i, ATTEMPTS * joined + attempt, PLACE_ROBOT)
-            given = choose(word, params.robots.at_start)
-            x, y = int64(state.tables.points[given, 0]), int64(state.tables.points[given, 1])
+        if placing.how == Placement.POINTS:
+            word = draw(params, run, i, ATTEMPTS * joined + attempt, purposes.PLACE_ROBOT)
+            point = state.tables.points[choose(word, params.robots.at_start)]
+            x, y = int64(point[0]), int64(point[1])
         else:
-            x, y = candidate(params, params.robots.placement, run, i, joined, int64(attempt), purposes)
-        state.robots[Robot.X, i], state.robots[Robot.Y, i] = int32(uint32(x)), int32(uint32(y))
-        if not params.robots.avoid_collisions or is_free(params, state, i):
+            x, y = candidate(params, placing, run, i, joined, int64(attempt), ROBOT)
+        put(state.robots, i, x, y)
+        if not params.robots.avoid_collisions or is_clear(params, state, i, joins):
             return True
     return False
 
 
 @inlined
-def is_free(params, state, i):
-    """Return whether a robot's disc overlaps none of the robots that are there."""
-    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    for w in range(state.sets.shape[1]):
+def is_clear(params, state, i, joins):
+    """Return whether a robot's disc overlaps none of those there; at the start, of the robots before it."""
+    x, y, w = state.robots[Robot.X, i], state.robots[Robot.Y, i], int64(0)
+    while w < state.sets.shape[1] and (joins or WORD * w < i):
         close = near(params, state.robots, WORD * w, WORD * (w + 1), x, y, params.robots.apart_limit)
-        if close & state.sets[Set.THERE, w]:
+        if close & (state.sets[Set.THERE, w] if joins else first_bits(max(i - WORD * w, 0))):
             return False
-    return True
-
-
-@inlined
-def is_apart(params, state, i):
-    """Return whether a robot's disc overlaps none of the robots before it."""
-    x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    first = 0
-    while first < i:
-        if near(params, state.robots, first, i, x, y, params.robots.apart_limit):
-            return False
-        first += 32
+        w += 1
     return True
 
 
@@ -235,11 +204,11 @@ def place_on_lattice(params, state):
     """Place the robots on a square lattice over the whole arena, in random order."""
     step = 2 * params.robots.radius
     columns, rows = params.arena.width // step, params.arena.height // step
-    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.at_start, SITE)
+    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.at_start, purposes.SITE)
     for i in range(params.robots.at_start):
         site = int64(state.robots[Robot.ORDER, i]) * (columns * rows) // params.robots.at_start
-        state.robots[Robot.X, i] = int32(uint32(params.robots.radius + site % columns * step))
-        state.robots[Robot.Y, i] = int32(uint32(params.robots.radius + site // columns * step))
+        x, y = params.robots.radius + site % columns * step, params.robots.radius + site // columns * step
+        put(state.robots, i, x, y)
 
 
 NEVER = 2**31 - 1
@@ -251,7 +220,7 @@ def draw_faults(params, state):
     """Draw the faulty robots: the first of a shuffle stop, the next lie, the next are stubborn."""
     if params.faults.stopped + params.faults.byzantine + params.faults.stubborn == 0:
         return
-    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.at_start, FAULT)
+    shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.at_start, purposes.FAULT)
     for k in range(params.faults.stopped):
         set_member(state.sets, Set.STOPPING, int64(state.robots[Robot.ORDER, k]), True)
     for k in range(params.faults.byzantine):
@@ -361,13 +330,16 @@ def sort_tasks(params, state):
         limit = params.sensing.limit
         fill_lists(state.task_lists, lists.bits, lists.shift, limit, xs, ys, params.tasks.count)
     if params.tasks.numbered:
-        number_tasks(state.task_lists.places, xs, ys, params.tasks.count)
+        for task in range(params.tasks.count):
+            state.task_lists.places[task] = pack_place(xs[task], ys[task], uint32(16))
 
 
 @spliced
 def prepare_robot(params, state, i, k):
     """Give a robot, entry ``k`` of those that draw, its first opinion and phase."""
-    word = draw(params, state.clock[Clock.RUN], i, int64(state.robots[Robot.JOINED, i]), FIRST_OPINION)
+    word = draw(
+        params, state.clock[Clock.RUN], i, int64(state.robots[Robot.JOINED, i]), purposes.FIRST_OPINION
+    )
     set_opinion(state.sets, i, coin(word))
     if params.strategy.starts_neutral:
         set_opinion(state.sets, i, int64(NO_OPINION))

@@ -15,7 +15,7 @@ from feasibee.engine.intrinsics import contains, lowest, lowest_member, number_o
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
-from feasibee.engine.opinions import count_opinions, keeps_opinion, opinion_of, set_declared, set_opinion
+from feasibee.engine.opinions import adopt, count_opinions, opinion_of, set_declared
 from feasibee.engine.params import Action
 from feasibee.engine.sensing import fill_general, forget, sense_general_crowd
 from feasibee.engine.starting import (
@@ -232,8 +232,7 @@ def end_dissemination(params, state, functions, part, i, phase):
     decided = functions.decide(mind_of(params, state, i), received)
     if params.decision.switching > 0 and switches(params, state, i):
         decided = int64(state.memory[i, 0] >= 0.5)
-    if not keeps_opinion(state.sets, i):
-        set_opinion(state.sets, i, decided)
+    adopt(state.sets, i, decided)
     if params.decision.declare.enabled:
         declare_by_votes(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
     forget(params, state, part, i)

@@ -5,26 +5,8 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
+from feasibee.model import purposes
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
-from feasibee.model.purposes import (
-    APPEARING_CLASS,
-    ARRIVAL,
-    FALSE_ROBOT,
-    FALSE_ROBOT_CLASS,
-    FALSE_TASK,
-    FALSE_TASK_CLASS,
-    FAULT,
-    JOINING_CLASS,
-    LEAVE,
-    LIFETIME,
-    LOSS,
-    MISNAME,
-    MISS_ROBOT,
-    MISS_TASK,
-    PAIR,
-    RELEASE,
-    VANISH,
-)
 from feasibee.model.record import Record
 from feasibee.reference.draws import choose, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
@@ -90,9 +72,9 @@ class Swarm:
         self.scenario = scenario
         self.time = 0
         self.world = World(scenario, seed, run)
-        self.robot_kinds = _kinds(scenario.robots, scenario.most.robots, JOINING_CLASS, self.world)
-        self.task_kinds = _kinds(scenario.tasks, scenario.most.tasks, APPEARING_CLASS, self.world)
-        faults = _faults(scenario, lambda k: self.world.draw(0, k, FAULT)[0])
+        self.robot_kinds = _kinds(scenario.robots, scenario.most.robots, purposes.JOINING_CLASS, self.world)
+        self.task_kinds = _kinds(scenario.tasks, scenario.most.tasks, purposes.APPEARING_CLASS, self.world)
+        faults = _faults(scenario, lambda k: self.world.draw(0, k, purposes.FAULT)[0])
         self.names = Names(self.world)
         self.bits_sent = 0
         self.miss, self.loss = scenario.sensing.miss, scenario.radio.loss
@@ -155,36 +137,48 @@ class Swarm:
         """Yield all that a robot sees in this step, with the number of each thing; -1 if it isn't there."""
         sensing = self.scenario.sensing
         for other in self.robots:
-            seen = other is not robot and self._sees(robot, other.place, MISS_ROBOT, other.number)
+            seen = other is not robot and self._sees(robot, other.place, purposes.MISS_ROBOT, other.number)
             if seen or (other is robot and sensing.count_self):
                 where = self.world.in_units(other.place)
                 yield self.names.robot(other.number, other.kind, *where), other.number
         for number, place in self.tasks.items():
-            if self._sees(robot, place, MISS_TASK, number):
+            if self._sees(robot, place, purposes.MISS_TASK, number):
                 where = self.world.in_units(place)
-                wrong = robot.happens(self.time, MISNAME + PAIR * number, sensing.misname)
+                wrong = robot.happens(self.time, purposes.MISNAME + purposes.PAIR * number, sensing.misname)
                 name = self.names.misnamed if wrong else self.names.task
                 yield name(number, self.task_kinds[number], *where), number
         robots, tasks = self.scenario.robots.count, self.scenario.tasks.count
         for is_robot, mean, kinds, number, kind in (
-            (True, sensing.false_robots, self.robot_kinds[:robots], FALSE_ROBOT, FALSE_ROBOT_CLASS),
-            (False, sensing.false_tasks, self.task_kinds[:tasks], FALSE_TASK, FALSE_TASK_CLASS),
+            (
+                True,
+                sensing.false_robots,
+                self.robot_kinds[:robots],
+                purposes.FALSE_ROBOT,
+                purposes.FALSE_ROBOT_CLASS,
+            ),
+            (
+                False,
+                sensing.false_tasks,
+                self.task_kinds[:tasks],
+                purposes.FALSE_TASK,
+                purposes.FALSE_TASK_CLASS,
+            ),
         ):
             for k in range(poisson(robot.draw(self.time, number), mean) if mean > 0 else 0):
-                word, mark, _, _ = robot.draws(self.time, kind + PAIR * k)
+                word, mark, _, _ = robot.draws(self.time, kind + purposes.PAIR * k)
                 yield Thing(is_robot, -1, kinds[choose(word, len(kinds))] if kinds else 0, mark), -1
 
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
         """Return whether a place is within range (inclusive) and not missed (model.md 1.4, 6.3)."""
         return self.world.squared_distance(robot.place, place) <= self._sight and not robot.happens(
-            self.time, purpose + PAIR * number, self.miss
+            self.time, purpose + purposes.PAIR * number, self.miss
         )
 
     def hears(self, robot: Robot, sender: Robot) -> bool:
         """Return whether a sender's message arrives (model.md 6.5)."""
         distance = self.world.squared_distance(robot.place, sender.place)
         return distance <= self._radio and not robot.happens(
-            self.time, LOSS + PAIR * sender.number, self.loss
+            self.time, purposes.LOSS + purposes.PAIR * sender.number, self.loss
         )
 
     def _bits(self, sender: Robot, message: Message) -> int:
@@ -262,7 +256,7 @@ class Dynamics:
         self._take_tasks(number for number, step in self._vanishes_at.items() if step == now)
         self._take_robots(robot for robot in self._swarm.robots if robot.leaves_at == now)
         self._happen()
-        tasks, robots, _, _ = self._draw(0, ARRIVAL)
+        tasks, robots, _, _ = self._draw(0, purposes.ARRIVAL)
         for _ in range(poisson(tasks, self._swarm.scenario.tasks.arrival_rate or 0.0)):
             self._appear()
         for _ in range(poisson(robots, self._swarm.scenario.robots.arrival_rate or 0.0)):
@@ -275,7 +269,7 @@ class Dynamics:
         """Release so many robots, but not the last one (model.md 6.19.6)."""
         for k in range(min(number, len(self._swarm.robots) - 1)):
             robots = self._swarm.robots
-            self._take_robots([robots[self._chosen(k, RELEASE, len(robots))]])
+            self._take_robots([robots[self._chosen(k, purposes.RELEASE, len(robots))]])
             operator.robots_released += 1
 
     def _happen(self) -> None:
@@ -288,13 +282,13 @@ class Dynamics:
                 self._appear()
             for _ in range(min(-event.tasks, len(self._swarm.tasks))):
                 there = list(self._swarm.tasks)
-                self._take_tasks([there[self._chosen(vanished, VANISH, len(there))]])
+                self._take_tasks([there[self._chosen(vanished, purposes.VANISH, len(there))]])
                 vanished += 1
             for _ in range(event.robots):
                 self._join()
             for _ in range(min(-event.robots, len(self._swarm.robots))):
                 robots = self._swarm.robots
-                self._take_robots([robots[self._chosen(left, LEAVE, len(robots))]])
+                self._take_robots([robots[self._chosen(left, purposes.LEAVE, len(robots))]])
                 left += 1
             if event.sensing.miss is not None:
                 self._swarm.miss = event.sensing.miss
@@ -310,7 +304,7 @@ class Dynamics:
     def _begin_lifetime(self) -> None:
         mean = self._swarm.scenario.tasks.lifetime
         if mean is not None:
-            word = self._swarm.world.draw(self._appeared, 0, LIFETIME)[0]
+            word = self._swarm.world.draw(self._appeared, 0, purposes.LIFETIME)[0]
             self._vanishes_at[self._appeared] = self._swarm.time + duration(word, mean)
         self._appeared += 1
 

@@ -6,27 +6,16 @@ import math
 from collections.abc import Iterable
 from functools import cache
 
+from feasibee.model import purposes
 from feasibee.model.codes import ATTEMPTS, exact
-from feasibee.model.purposes import (
-    CENTRE_ROBOT,
-    CENTRE_TASK,
-    CLUSTER_ROBOT,
-    CLUSTER_TASK,
-    IDENTITY,
-    PLACE_ROBOT,
-    PLACE_TASK,
-    SCATTER_ROBOT,
-    SCATTER_TASK,
-    SITE,
-)
 from feasibee.reference.draws import TURN, choose, normal, philox, shuffle
 from feasibee.scenario.fields import Placed
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Thing
 
 Place = tuple[int, int]
-ROBOT_PURPOSES = (PLACE_ROBOT, CENTRE_ROBOT, CLUSTER_ROBOT, SCATTER_ROBOT)
-TASK_PURPOSES = (PLACE_TASK, CENTRE_TASK, CLUSTER_TASK, SCATTER_TASK)
+ROBOT_PURPOSES = (purposes.PLACE_ROBOT, purposes.CENTRE_ROBOT, purposes.CLUSTER_ROBOT, purposes.SCATTER_ROBOT)
+TASK_PURPOSES = (purposes.PLACE_TASK, purposes.CENTRE_TASK, purposes.CLUSTER_TASK, purposes.SCATTER_TASK)
 
 
 class World:
@@ -172,7 +161,7 @@ class World:
         """Return places on a square lattice over the whole arena, in random order."""
         step = 2 * self.radius
         columns, rows = self.size[0] // step, self.size[1] // step
-        order = shuffle(count, lambda k: self.draw(0, k, SITE)[0])
+        order = shuffle(count, lambda k: self.draw(0, k, purposes.SITE)[0])
         sites = (place * (columns * rows) // count for place in order)
         return [(self.radius + site % columns * step, self.radius + site // columns * step) for site in sites]
 
@@ -238,4 +227,4 @@ class Names:
         return self._word(thing, 1)
 
     def _word(self, thing: int, which: int) -> int:
-        return self._draw(thing, 0, IDENTITY)[which]
+        return self._draw(thing, 0, purposes.IDENTITY)[which]
