@@ -45,11 +45,6 @@ def exponential(word):
     return draws.exponential(word)
 
 
-@entry(types.UniTuple(float64, 2)(uint32))
-def direction(word):
-    return draws.direction(word)
-
-
 def swarm(robots=20, mean_run=10.0):
     """Return parameters and a state whose first robots are listed, in reversed order, to draw."""
     lowered = lower(Scenario(robots={"count": robots}, walk={"mean_run": mean_run}), SEED)
@@ -121,8 +116,3 @@ def test_the_exponential_is_the_logarithm_to_twelve_digits():
     for word in words:
         exact = -math.log((word + 1) / 2**32)
         assert abs(exponential(np.uint32(word)) - exact) <= 1e-13 * exact
-
-
-def test_a_direction_is_the_same_for_all_quarters():
-    for word in range(0, 2**32, 2**32 // 97):
-        assert direction(np.uint32(word)) == reference.cos_sin(word)

@@ -4,50 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from test_inspection import CALLING, FAULTY, SCENARIO
 
 from feasibee import FeasibeeError, Scenario, Swarm, truth, truth_at
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-
-SCENARIO = Scenario(
-    robots={"arrival_rate": 0.05, "failure_rate": 0.005},
-    tasks={"arrival_rate": 0.3, "lifetime": 60.0},
-    events=[{"step": 0, "tasks": 2}, {"step": 30, "robots": -6}, {"step": 50, "tasks": -9}],
-    decision={"strategy": "census"},
-    run={"steps": 200},
-)
-CALLING = SCENARIO.replace(
-    {"decision.strategy": "roster", "response.patience": 5, "response.delay": 10, "robots.most": 60}
-)
-FAULTY = SCENARIO.replace({"faults.byzantine": 0.2, "faults.stopped": 0.2, "faults.stop_step": 20})
-
-
-def look(swarm):
-    """Return all that a swarm shows at its step."""
-    return [
-        swarm.positions,
-        swarm.headings,
-        swarm.present,
-        swarm.tasks,
-        swarm.task_numbers,
-        swarm.opinions,
-        swarm.counted,
-        swarm.knowledge,
-        swarm.truths,
-        swarm.robot_counts,
-        swarm.task_counts,
-        swarm.counted_counts,
-        swarm.feasible_counts,
-        np.array([swarm.step, swarm.truth, swarm.decision, *swarm.first_decision, swarm.bits_sent]),
-        *swarm.snapshot(),
-        *swarm.task_places(),
-    ]
-
-
-def assert_equal_looks(one, other):
-    for this, that in zip(one, other, strict=True):
-        np.testing.assert_array_equal(this, that)
 
 
 @pytest.mark.parametrize("scenario", [SCENARIO, FAULTY, CALLING])
@@ -61,44 +23,6 @@ def test_the_curves_are_those_of_simulate(scenario):
     np.testing.assert_array_equal(swarm.feasible_counts, record.feasible_count[0])
     assert len(set(swarm.truths)) == 2
     assert len(swarm.tasks) == swarm.task_counts[-1]
-
-
-@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY, CALLING])
-def test_a_restored_step_is_the_same_in_all_that_is_seen(scenario):
-    swarm = Swarm(scenario, seed=2)
-    steps = (0, 29, 30, 51, 120)
-    saved, seen = [], []
-    for step in steps:
-        swarm.advance(step - swarm.step)
-        saved.append(swarm.save())
-        seen.append(look(swarm))
-    swarm.advance(60)
-    end = look(swarm)
-    for each, then in reversed(list(zip(saved, seen, strict=True))):
-        swarm.restore(each)
-        assert_equal_looks(look(swarm), then)
-        swarm.advance(0)
-        assert_equal_looks(look(swarm), then)
-    swarm.advance(180)
-    assert_equal_looks(look(swarm), end)
-
-
-@pytest.mark.parametrize("robots", [20, 40])
-def test_what_robots_see_after_a_restored_step_is_what_they_saw_before(robots):
-    scenario = Scenario(
-        robots={"count": robots},
-        events=[{"step": 30, "tasks": 60}, {"step": 60, "tasks": -70}],
-        decision={"strategy": "census"},
-    )
-    swarm = Swarm(scenario, seed=2)
-    swarm.advance(40)
-    saved = swarm.save()
-    swarm.advance(10)
-    expected = look(swarm)
-    swarm.advance(30)
-    swarm.restore(saved)
-    swarm.advance(10)
-    assert_equal_looks(look(swarm), expected)
 
 
 def test_numbers_without_a_robot_show_none():

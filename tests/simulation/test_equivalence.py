@@ -20,10 +20,14 @@ ARRAYS = tuple(each.name for each in dataclasses.fields(Record) if each.name != 
 
 
 def assert_equal(scenario, seed, runs=1, first_run=0):
-    engine = simulate_record(scenario, Runs(runs, seed, first_run), curves=True)
-    plain = simulate_record(scenario, Runs(runs, seed, first_run), curves=True, backend="reference")
+    """See that engine and reference give the same runs; return their record."""
+    records = [
+        simulate_record(scenario, Runs(runs, seed, first_run), curves=True, backend=backend)
+        for backend in ("engine", "reference")
+    ]
     for name in ARRAYS:
-        np.testing.assert_array_equal(getattr(engine, name), getattr(plain, name), err_msg=name)
+        np.testing.assert_array_equal(*(getattr(each, name) for each in records), err_msg=name)
+    return records[0]
 
 
 PARAMETERS = {

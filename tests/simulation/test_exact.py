@@ -9,15 +9,13 @@ import numpy as np
 import pytest
 from numba import types
 
-from feasibee import Scenario, reference
-from feasibee.engine import layout, runner, team
+from feasibee import Scenario, Swarm, reference
+from feasibee.engine import layout
 from feasibee.engine.compile import entry
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.engine.starting import sort_tasks
-from feasibee.model.outcomes import BITS_SENT
 from feasibee.model.purposes import IDENTITY
-from feasibee.model.record import Record
 from feasibee.reference.mind import BYZANTINE
 from feasibee.robot.controller import Controller, Message, Settings
 from feasibee.scenario.runs import Runs
@@ -40,14 +38,8 @@ class Engine:
     """A swarm of standing robots in the engine, arranged by hand."""
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
-        self.scenario = scenario
-        lowered = lower(scenario, 0)
-        self.params = lowered.params
-        room = layout.first_room(self.params)
-        self.state = layout.empty_state(self.params, lowered.tables, room, lowered.strategy.memory)
-        self.part = team.parts_of(self.params)
-        start, self.advance, self.functions = runner.engine_functions(*lowered.form)
-        start(packed(self.params), self.state, 0)
+        self.scenario, self.swarm = scenario, Swarm(scenario)
+        self.params, self.state = self.swarm._params, self.swarm._state
         count = len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
         self.state.robots[[layout.Robot.X, layout.Robot.Y], :count] = fixed.T
@@ -90,14 +82,7 @@ class Engine:
         self.state.robots[layout.Robot.PHASE_LEFT, i] = after
 
     def step(self):
-        until = self.state.clock[layout.Clock.STEP] + 1
-        record = Record.empty(0, 1, 0)
-        outcome, unwatched = (
-            runner.outcome_of(record),
-            layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)),
-        )
-        shared = packed(self.params), self.state, outcome, 0, until, unwatched, self.functions
-        self.advance(*shared, *self.part)
+        self.swarm.advance()
 
     def seen(self, i):
         return tuple(self.state.counts[[layout.Count.ROBOTS_SEEN, layout.Count.TASKS_SEEN], i])
@@ -116,7 +101,7 @@ class Engine:
 
     @property
     def bits_sent(self):
-        return int(self.state.account[BITS_SENT])
+        return self.swarm.bits_sent
 
     @property
     def ids(self):

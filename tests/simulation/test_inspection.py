@@ -82,35 +82,74 @@ def test_a_robot_of_the_engine_knows_what_one_of_the_reference_knows(world):
     assert swarm.step == 40
 
 
-@pytest.mark.parametrize("world", [*WORLDS, "of 1,500 robots"])
+SCENARIO = Scenario(
+    robots={"arrival_rate": 0.05, "failure_rate": 0.005},
+    tasks={"arrival_rate": 0.3, "lifetime": 60.0},
+    events=[{"step": 0, "tasks": 2}, {"step": 30, "robots": -6}, {"step": 50, "tasks": -9}],
+    decision={"strategy": "census"},
+    run={"steps": 200},
+)
+CALLING = SCENARIO.replace(
+    {"decision.strategy": "roster", "response.patience": 5, "response.delay": 10, "robots.most": 60}
+)
+FAULTY = SCENARIO.replace({"faults.byzantine": 0.2, "faults.stopped": 0.2, "faults.stop_step": 20})
+EVENTS = Scenario(
+    events=[{"step": 30, "tasks": 60}, {"step": 60, "tasks": -70}], decision={"strategy": "census"}
+)
+RESTORED = {name: Scenario(run={"steps": 130}).replace(changes) for name, changes in WORLDS.items()} | {
+    "of 1,500 robots": Scenario(
+        robots={"count": 1500}, tasks={"count": 1400}, arena={"side": 170.0}, run={"steps": 130}
+    ),
+    "that changes": SCENARIO,
+    "that changes, with faults": FAULTY,
+    "that calls": CALLING,
+    "with events": EVENTS,
+    "with events, of 40 robots": EVENTS.replace({"robots.count": 40}),
+}
+
+
+@pytest.mark.parametrize("world", RESTORED)
 def test_restore_returns_to_the_step_that_was_saved(world):
-    many = {"robots.count": 1500, "tasks.count": 1400, "arena.side": 170.0}
-    scenario = Scenario(run={"steps": 90}).replace(WORLDS.get(world, many))
-    swarm = Swarm(scenario, 3, 2)
-    swarm.advance(33)
-    saved, there = swarm.save(), look(swarm)
-    assert saved.step == 33
-    assert saved.nbytes > 100 * scenario.robots.count
-    for _ in range(2):
-        swarm.advance(50)
-        later = look(swarm)
+    """Catches what isn't saved, be it shown or only used to go on: what robots see after a restored step."""
+    swarm, kept = Swarm(RESTORED[world], 3, 2), []
+    for step in (0, 29, 40, 51, 120):
+        swarm.advance(step - swarm.step)
+        saved, there = swarm.save(), look(swarm)
+        assert saved.step == step
+        assert saved.nbytes > 100 * swarm.present.sum()
+        swarm.advance(10)
+        kept.append((saved, there, look(swarm)))
+    for saved, there, later in reversed(kept):
         swarm.restore(saved)
-        assert swarm.step == 33
         assert_same(look(swarm), there)
-    fresh = Swarm(scenario, 3, 2)
-    fresh.advance(83)
-    assert_same(look(fresh), later)
+        swarm.advance(0)
+        assert_same(look(swarm), there)
+        swarm.advance(10)
+        assert_same(look(swarm), later)
 
 
 def look(swarm):
-    robots = [swarm.robot(each) for each in range(0, swarm.scenario.robots.count, 7)]
-    outcomes = [*swarm.first_decision, swarm.bits_sent, swarm.declaration_step, *swarm.declared_counts]
-    return [*swarm.snapshot(), swarm.feasible_counts.copy(), outcomes, robots]
+    """Return all that a swarm shows at its step."""
+    arrays = (
+        *("positions", "headings", "present", "tasks", "task_numbers", "opinions", "counted", "knowledge"),
+        *("truths", "robot_counts", "task_counts", "counted_counts", "feasible_counts"),
+    )
+    outcomes = [swarm.step, swarm.truth, swarm.decision, swarm.bits_sent, swarm.declaration_step]
+    return [
+        *(np.array(getattr(swarm, name)) for name in arrays),
+        *swarm.snapshot(),
+        *swarm.task_places(),
+        [*outcomes, *swarm.first_decision, *swarm.declared_counts],
+        [swarm.robot(int(each)) for each in np.flatnonzero(swarm.present)[::7]],
+    ]
 
 
 def assert_same(one, other):
     for mine, yours in zip(one, other, strict=True):
-        assert np.array_equal(mine, yours) if isinstance(mine, np.ndarray) else mine == yours
+        if isinstance(mine, np.ndarray):
+            np.testing.assert_array_equal(mine, yours)
+        else:
+            assert mine == yours
 
 
 @pytest.mark.parametrize("number", [-1, 20, 0.5, True, None])

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
+from test_equivalence import assert_equal
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
 from feasibee.results.statistics import wilson
-from feasibee.scenario.runs import Runs
-from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
 NAMING = {
@@ -30,16 +28,6 @@ WORLDS = {
 SMALL = {"arena.side": 10.0, "run.steps": 60, "sensing.misname": 0.1}
 
 
-def same(scenario, runs=2):
-    records = [
-        simulate_record(scenario, Runs(runs, 7), curves=True, backend=each)
-        for each in ("engine", "reference")
-    ]
-    for name in ("decision", "decision_step", "feasible_count", "infeasible_count", "account"):
-        np.testing.assert_array_equal(*(getattr(each, name) for each in records), err_msg=name)
-    return records[0]
-
-
 @pytest.mark.quick(2)
 @pytest.mark.parametrize(  # slow: worlds in which the reference takes seconds
     "world",
@@ -47,20 +35,21 @@ def same(scenario, runs=2):
 )
 @pytest.mark.parametrize("name", NAMING)
 def test_engine_equals_reference_with_wrong_names(name, world):
-    same(Scenario().replace({**SMALL, **WORLDS[world], **NAMING[name]}), 2 if world == "20 robots" else 1)
+    runs = 2 if world == "20 robots" else 1
+    assert_equal(Scenario().replace({**SMALL, **WORLDS[world], **NAMING[name]}), 7, runs)
 
 
 @pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["roster", "roster-turns", "sketch"])
 def test_engine_equals_reference_with_wrong_names_in_a_world_that_changes(name):
     changes = {"tasks.lifetime": 30.0, "tasks.arrival_rate": 0.5, "robots.failure_rate": 0.01}
-    same(Scenario().replace({**SMALL, **changes, **NAMING[name]}))
+    assert_equal(Scenario().replace({**SMALL, **changes, **NAMING[name]}), 7, 2)
 
 
 @pytest.mark.parametrize("name", ["census", "quiet-census"])
 def test_unique_observation_counts_a_task_once_under_its_first_name(name):
     changes = {"sensing.observation": "unique"}
-    same(Scenario().replace({**SMALL, **NAMING[name], **changes}))
+    assert_equal(Scenario().replace({**SMALL, **NAMING[name], **changes}), 7, 2)
 
 
 def named(misname, steps=30):
@@ -104,7 +93,7 @@ def test_wrong_names_come_at_their_rate_anew_in_each_step():
 def test_with_wrong_names_a_quiet_census_declares_infeasible_what_is_feasible():
     scenario = Scenario().replace({**NAMING["quiet-census"], "robots.count": 10, "tasks.count": 10})
     found = [
-        same(scenario.replace({"arena.side": 10.0, "run.steps": 200, "sensing.misname": rate}))
+        assert_equal(scenario.replace({"arena.side": 10.0, "run.steps": 200, "sensing.misname": rate}), 7, 2)
         for rate in (0.0, 0.01)
     ]
     assert [each.declared_infeasible.max() > 0 for each in found] == [False, True]

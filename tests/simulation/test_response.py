@@ -9,11 +9,9 @@ import pytest
 from following import SIGHTINGS
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from test_equivalence import ARRAYS, assert_equal, beyond, events
+from test_equivalence import assert_equal, beyond, events
 
 from feasibee import Scenario, ScenarioError, reference
-from feasibee.scenario.runs import Runs
-from feasibee.simulation.ensemble import simulate_record
 
 SEEING = (
     '''\
@@ -68,17 +66,6 @@ def saying(tmp_path_factory):
     return str(path)
 
 
-def assert_response(scenario):
-    """See that engine and reference give the same run; return its record."""
-    records = [
-        simulate_record(scenario, Runs(1, 4), curves=True, backend=backend)
-        for backend in ("engine", "reference")
-    ]
-    for name in ARRAYS:
-        np.testing.assert_array_equal(*(getattr(record, name) for record in records), err_msg=name)
-    return records[0]
-
-
 def steady(path, said, **changes):
     """Return a scenario whose five robots say so many, or hold *feasible* if that is negative."""
     base = {
@@ -103,62 +90,38 @@ def joined(record):
 # --- Tiny cases, by hand ---
 
 
-def test_a_call_comes_after_patience_and_its_robots_after_the_delay(saying):
-    """Held from step 1 to 4, called at 5, there at 8; held from 8 to 11, called at 12, there at 15; then on.
-
-    Robots 0 to 4 say 2 + (-2, 0, 2, -1, 1): sorted 0, 1, 2, 3, 4, whose median is 2. With seven robots, 5 and
-    6 say 2 + (-2, 0), and the lower median of 0, 0, 1, 2, 2, 3, 4 is 2 again.
-    """
-    record = assert_response(steady(saying, 2, **{"robots.most": 50}))
-    assert record.held[0].tolist()[1:] == [0] * 20
-    assert joined(record) == {8: 2, 15: 2}
-    assert (record.calls[0], record.robots_called[0]) == (3, 6)  # the third at step 19
-    assert record.robots_released[0] == 0
-
-
-def test_a_call_adds_the_margin(saying):
-    record = assert_response(steady(saying, 2, **{"run.steps": 10, "response.margin": 3, "robots.most": 50}))
-    assert joined(record) == {8: 5}
-
-
-def test_the_median_is_the_lower_one_of_an_even_number(saying):
-    """Robots 0 to 3 say 9 + (-2, 0, 2, -1): 7, 8, 9, 11, whose lower median is 8."""
-    record = assert_response(steady(saying, 9, **{"robots.count": 4, "run.steps": 10, "robots.most": 50}))
-    assert joined(record) == {8: 8}
+CASES = {
+    # Held from step 1 to 4, called at 5, there at 8; held from 8 to 11, called at 12, there at 15; then on.
+    # Robots 0 to 4 say 2 + (-2, 0, 2, -1, 1): sorted 0, 1, 2, 3, 4, whose median is 2. Of seven robots, 5 and
+    # 6 say 2 + (-2, 0), and the lower median of 0, 0, 1, 2, 2, 3, 4 is 2 again. The third call is at step 19.
+    "after patience and delay": (2, {"robots.most": 50}, {8: 2, 15: 2}, (3, 6, 0)),
+    "margin": (2, {"run.steps": 10, "response.margin": 3, "robots.most": 50}, {8: 5}, (1, 5, 0)),
+    # Robots 0 to 3 say 9 + (-2, 0, 2, -1): 7, 8, 9, 11, whose lower median is 8.
+    "even number": (9, {"robots.count": 4, "run.steps": 10, "robots.most": 50}, {8: 8}, (1, 8, 0)),
+    "one at least": (0, {"run.steps": 10}, {8: 1}, (1, 1, 0)),
+    "all numbers at most": (40, {"run.steps": 10, "robots.most": 8}, {8: 3}, (1, 8, 0)),
+    "without delay": (2, {"response.delay": 0, "run.steps": 9}, {5: 2, 9: 2}, (2, 4, 0)),
+    # Median -4, margin 1: three of five leave at step 5. Those that are left say -4 or so, but one stays.
+    "surplus": (-4, {"response.margin": 1, "run.steps": 12}, {5: -3, 9: -1}, (0, 0, 4)),
+    "surplus within the margin": (-4, {"response.margin": 4}, {}, (0, 0, 0)),
+}
 
 
-def test_a_call_is_for_one_robot_at_least_and_at_most_for_all_numbers(saying):
-    low = assert_response(steady(saying, 0, **{"run.steps": 10}))
-    assert joined(low) == {8: 1}
-    high = assert_response(steady(saying, 40, **{"run.steps": 10, "robots.most": 8}))
-    assert joined(high) == {8: 3}
-    assert high.robots_called[0] == 8
-
-
-def test_without_a_delay_robots_come_at_once(saying):
-    record = assert_response(steady(saying, 2, **{"response.delay": 0, "run.steps": 9}))
-    assert joined(record) == {5: 2, 9: 2}
-
-
-def test_surplus_robots_leave_at_once_but_for_the_margin(saying):
-    """Median -4, margin 1: three of five leave at step 5. Those that are left say -4 or so, but one stays."""
-    record = assert_response(steady(saying, -4, **{"response.margin": 1, "run.steps": 12}))
-    assert joined(record) == {5: -3, 9: -1}
-    assert (record.calls[0], record.robots_released[0]) == (0, 4)
-
-
-def test_robots_within_the_margin_stay(saying):
-    record = assert_response(steady(saying, -4, **{"response.margin": 4}))
-    assert joined(record) == {}
-    assert record.robots_released[0] == 0
+@pytest.mark.parametrize("case", CASES)
+def test_the_operator_calls_and_releases_by_the_lower_median(saying, case):
+    said, changes, expected, (calls, called, released) = CASES[case]
+    record = assert_equal(steady(saying, said, **changes), 4)
+    assert record.held[0].tolist()[1:5] == [int(said < 0)] * 4
+    assert joined(record) == expected
+    assert (record.calls[0], record.robots_called[0], record.robots_released[0]) == (calls, called, released)
 
 
 def test_what_holds_for_less_than_the_patience_causes_nothing(saying):
     """All hold 0 and 1 by turns, for five steps each, from step 1 on."""
-    record = assert_response(steady(saying, 3, **{"response.patience": 6, "run.steps": 40}))
+    record = assert_equal(steady(saying, 3, **{"response.patience": 6, "run.steps": 40}), 4)
     assert set(record.held[0].tolist()[1:]) == {0, 1}
     assert joined(record) == {}
-    record = assert_response(steady(saying, 3, **{"response.patience": 5, "run.steps": 40}))
+    record = assert_equal(steady(saying, 3, **{"response.patience": 5, "run.steps": 40}), 4)
     assert record.calls[0] == 4
 
 
@@ -171,10 +134,10 @@ def test_a_strategy_without_a_gap_calls_one_by_one_and_releases_none():
         "response.delay": 5,
     }
     short = Scenario().replace({**changes, "run.steps": 300})
-    record = assert_response(short)
+    record = assert_equal(short, 4)
     assert set(joined(record).values()) == {1}
     assert record.calls[0] == record.robots_called[0] > 2
-    idle = assert_response(short.replace({"tasks.count": 0}))
+    idle = assert_equal(short.replace({"tasks.count": 0}), 4)
     assert (idle.held[0] == 1).mean() > 0.5
     assert idle.robots_released[0] == 0
 
@@ -183,7 +146,7 @@ def test_liars_and_stopped_robots_are_not_asked(saying):
     """Two of five lie and one stops at step 5, when the call comes: the lower median is that of two."""
     faults = {"faults.byzantine": 0.4, "faults.stopped": 0.2, "faults.stop_step": 5, "run.steps": 8}
     scenario = steady(saying, 9, **{**faults, "robots.most": 50})
-    record = assert_response(scenario)
+    record = assert_equal(scenario, 4)
     swarm = reference.Swarm(scenario, 4, 0)
     honest = [robot.number for robot in swarm.robots if robot.fault == "honest"]
     said = sorted(9 + (7 * number) % 5 - 2 for number in honest)
@@ -208,7 +171,7 @@ def test_a_swarm_gets_the_robots_that_it_lacks(seeing):
             "run.steps": 400,
         }
     )
-    record = assert_response(scenario)
+    record = assert_equal(scenario, 4)
     (first,) = joined(record)
     assert 175 < first < 230
     assert joined(record)[first] == 9
