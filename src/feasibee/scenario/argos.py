@@ -111,18 +111,25 @@ def _too_large(path: str, value: int, least: int) -> Iterator[Problem]:
 
 
 def _experiment(scenario: Scenario, unit: float) -> dict[str, Any]:
-    """Return the elements of the experiment by name: attributes are text, further elements tables."""
-    ticks = BODY_TICKS if scenario.robots.avoid_collisions else POINT_TICKS
+    """Return the elements of the experiment by name: attributes are values, further elements tables."""
+    bodies = scenario.robots.avoid_collisions
+    ticks = BODY_TICKS if bodies else POINT_TICKS
+    # with more than one iteration, a foot-bot as a point goes one of them per tick
+    engine = {"dynamics2d": {}} if bodies else {"pointmass3d": {"iterations": 1}}
+    cells = (min(200, max(1, math.floor(side / scenario.radio.range))) for side in scenario.arena.size)
+    grid = ",".join(map(str, (*cells, 1)))  # its cells are about as large as the radio's range
     return {
         "framework": {
-            "system": {"threads": "0"},
-            "experiment": {"length": "0", "ticks_per_second": str(ticks), "random_seed": "1"},
+            "system": {"threads": 0},
+            "experiment": {"length": 0, "ticks_per_second": ticks, "random_seed": 1},
         },
         "controllers": {"feasibee_controller": _controller(scenario, unit, ticks)},
         "loop_functions": _loop_functions(scenario, unit),
         "arena": _arena(scenario, unit),
-        "physics_engines": _engine(scenario),
-        "media": {"range_and_bearing": _medium(scenario)},
+        "physics_engines": {name: {"id": "physics", **options} for name, options in engine.items()},
+        "media": {
+            "range_and_bearing": {"id": "rab", "check_occlusions": bodies, "index": "grid", "grid_size": grid}
+        },
         "visualization": {},
     }
 
@@ -133,79 +140,81 @@ def _controller(scenario: Scenario, unit: float, ticks: int) -> dict[str, Any]:
     if scenario.robots.avoid_collisions:
         sensors["footbot_proximity"] = {"implementation": "default"}
     walk = {
-        "ticks_per_step": str(ticks),
+        "ticks_per_step": ticks,
         "metres_per_step": _metres(scenario.robots.speed * unit),
-        "mean_run": _number(scenario.walk.mean_run),
+        "mean_run": scenario.walk.mean_run,
     }
     actuators = {
         name: {"implementation": "default"} for name in ("differential_steering", "range_and_bearing")
     }
-    params = {"walk": walk, "radio": {"loss": _number(scenario.radio.loss)}, "decision": _decision(scenario)}
+    params = {"walk": walk, "radio": {"loss": scenario.radio.loss}, "decision": _decision(scenario)}
     devices = {"actuators": actuators, "sensors": sensors, "params": params}
     return {"id": "feasibee", "library": LIBRARY, **devices}
 
 
-def _decision(scenario: Scenario) -> dict[str, str]:
+def _decision(scenario: Scenario) -> dict[str, Any]:
     """Return [decision] as attributes; mind.h says what they mean."""
-    decision = scenario.decision
-    attributes = {
+    decision, declare = scenario.decision, scenario.decision.declare
+    return {
         "strategy": decision.strategy,
-        "exploration": _number(decision.exploration),
-        "gain": _number(decision.gain),
-        "id_bits": str(scenario.setting.id_bits),
-        "dissemination_floor": str(decision.dissemination_floor),
-        "quality_floor": str(decision.quality_floor),
-        "listens_for": str(_listens_for(scenario)),
-        "inbox_size": str(min(decision.inbox_size or MOST_HEARD, MOST_HEARD)),
-        "every_message": _bool(decision.inbox == "every-message"),
-        "own_vote": _bool(decision.own_vote),
-        "switching": _number(decision.switching or 0.0),
+        "exploration": decision.exploration,
+        "gain": decision.gain,
+        "id_bits": scenario.setting.id_bits,
+        "dissemination_floor": decision.dissemination_floor,
+        "quality_floor": decision.quality_floor,
+        "listens_for": _listens_for(scenario),
+        "inbox_size": min(decision.inbox_size or MOST_HEARD, MOST_HEARD),
+        "every_message": decision.inbox == "every-message",
+        "own_vote": decision.own_vote,
+        "switching": decision.switching or 0.0,
+        **(
+            {f"declare_{key}": getattr(declare, key) for key in ("rounds", "heard", "quorum")}
+            if declare
+            else {}
+        ),
+        **{name: _parameter(name, value) for name, value in decision.parameters.items()},
     }
-    if decision.declare is not None:
-        attributes["declare_rounds"] = str(decision.declare.rounds)
-        attributes["declare_heard"] = str(decision.declare.heard)
-        attributes["declare_quorum"] = _number(decision.declare.quorum)
-    attributes.update({name: _parameter(name, value) for name, value in decision.parameters.items()})
-    return attributes
 
 
-def _parameter(name: str, value: float) -> str:
+def _parameter(name: str, value: float) -> float:
     """Return a strategy's parameter as the type of mind.h, with the meaning that it has in feasibee."""
     if name == "k":
-        return str(min(LARGEST, max(1, math.ceil(value))))
-    return _bool(value > 0) if name == "positive_feedback" else _number(max(0.0, value))
+        return min(LARGEST, max(1, math.ceil(value)))
+    return value > 0 if name == "positive_feedback" else max(0.0, value)
 
 
 def _listens_for(scenario: Scenario) -> int:
     """Return for how many of its last steps of dissemination a robot hears: 0 all, -1 always."""
     listen = scenario.decision.listen
-    return {"always": -1, "dissemination": 0}[listen] if isinstance(listen, str) else int(listen["last"])
+    return {"always": -1, "dissemination": 0}[listen] if isinstance(listen, str) else listen["last"]
 
 
 def _loop_functions(scenario: Scenario, unit: float) -> dict[str, Any]:
     """Return the world that the loop functions place, watch and record."""
-    world = {
-        "size": _metres(*_size(scenario, unit)),
-        "boundary": scenario.arena.boundary,
-        "bodies": _bool(scenario.robots.avoid_collisions),
-        "robots": str(scenario.robots.count),
-        "tasks": str(scenario.tasks.count),
+    return {
+        "library": LIBRARY,
+        "label": "feasibee_world",
+        "world": {
+            "size": _metres(*_size(scenario, unit)),
+            "boundary": scenario.arena.boundary,
+            "bodies": scenario.robots.avoid_collisions,
+            "robots": scenario.robots.count,
+            "tasks": scenario.tasks.count,
+        },
+        "sensing": {
+            "range": _metres(scenario.sensing.range * unit),
+            "miss": scenario.sensing.miss,
+            "count_self": scenario.sensing.count_self,
+        },
+        "radio": {"range": _metres(scenario.radio.range * unit)},
+        "run": {
+            "steps": scenario.run.steps,
+            "threshold": scenario.decision.threshold,
+            "stop_at_decision": scenario.run.stop_at_decision,
+            "steps_file": "steps.csv",
+            "runs_file": "runs.csv",
+        },
     }
-    sensing = {
-        "range": _metres(scenario.sensing.range * unit),
-        "miss": _number(scenario.sensing.miss),
-        "count_self": _bool(scenario.sensing.count_self),
-    }
-    run = {
-        "steps": str(scenario.run.steps),
-        "threshold": _number(scenario.decision.threshold),
-        "stop_at_decision": _bool(scenario.run.stop_at_decision),
-        "steps_file": "steps.csv",
-        "runs_file": "runs.csv",
-    }
-    radio = {"range": _metres(scenario.radio.range * unit)}
-    parts = {"world": world, "sensing": sensing, "radio": radio, "run": run}
-    return {"library": LIBRARY, "label": "feasibee_world", **parts}
 
 
 def _arena(scenario: Scenario, unit: float) -> dict[str, Any]:
@@ -216,40 +225,20 @@ def _arena(scenario: Scenario, unit: float) -> dict[str, Any]:
     width, height = _size(scenario, unit)
     bodies = scenario.robots.avoid_collisions
     margin = 2 * WALL if bodies else 1.01 * unit * scenario.robots.speed + WALL
-    arena: dict[str, Any] = {
-        "size": _metres(width + 2 * margin, height + 2 * margin, 1.0),
-        "center": "0,0,0.5",
-    }
-    if bodies:
-        x, y = (width + WALL) / 2, (height + WALL) / 2
-        long, high = _metres(width + 2 * WALL, WALL, 0.3), _metres(WALL, height, 0.3)
-        arena["box"] = [
-            _wall("north", long, _metres(0, y, 0)),
-            _wall("south", long, _metres(0, -y, 0)),
-            _wall("east", high, _metres(x, 0, 0)),
-            _wall("west", high, _metres(-x, 0, 0)),
-        ]
-    return arena
-
-
-def _wall(name: str, size: str, position: str) -> dict[str, Any]:
-    body = {"position": position, "orientation": "0,0,0"}
-    return {"id": f"wall_{name}", "size": size, "movable": "false", "body": body}
-
-
-def _engine(scenario: Scenario) -> dict[str, Any]:
-    """Return the physics: with more than one iteration, a foot-bot as a point goes one of them per tick."""
-    if scenario.robots.avoid_collisions:
-        return {"dynamics2d": {"id": "physics"}}
-    return {"pointmass3d": {"id": "physics", "iterations": "1"}}
-
-
-def _medium(scenario: Scenario) -> dict[str, str]:
-    """Return the radio's medium, with a grid whose cells are about as large as its range."""
-    cells = (min(200, max(1, math.floor(side / scenario.radio.range))) for side in scenario.arena.size)
-    grid = ",".join(map(str, (*cells, 1)))
-    occlusions = _bool(scenario.robots.avoid_collisions)
-    return {"id": "rab", "check_occlusions": occlusions, "index": "grid", "grid_size": grid}
+    size = _metres(width + 2 * margin, height + 2 * margin, 1.0)
+    x, y = (width + WALL) / 2, (height + WALL) / 2
+    long, high = _metres(width + 2 * WALL, WALL, 0.3), _metres(WALL, height, 0.3)
+    walls = (("north", long, 0, y), ("south", long, 0, -y), ("east", high, x, 0), ("west", high, -x, 0))
+    boxes = [
+        {
+            "id": f"wall_{name}",
+            "size": sides,
+            "movable": False,
+            "body": {"position": _metres(*place, 0), "orientation": "0,0,0"},
+        }
+        for name, sides, *place in walls
+    ]
+    return {"size": size, "center": "0,0,0.5", "box": boxes if bodies else []}
 
 
 def _size(scenario: Scenario, unit: float) -> tuple[float, float]:
@@ -258,13 +247,17 @@ def _size(scenario: Scenario, unit: float) -> tuple[float, float]:
 
 
 def _add(parent: ElementTree.Element, name: str, content: Mapping[str, Any]) -> None:
-    """Append an element: text becomes attributes, tables become elements, lists elements of one name."""
-    texts = {key: value for key, value in content.items() if isinstance(value, str)}
+    """Append an element: values become attributes, tables become elements, lists elements of one name."""
+    inner = {key: value for key, value in content.items() if isinstance(value, dict | list)}
+    texts = {key: _text(value) for key, value in content.items() if key not in inner}
     element = ElementTree.SubElement(parent, name, texts)
-    for key, value in content.items():
-        if not isinstance(value, str):
-            for each in value if isinstance(value, list) else [value]:
-                _add(element, key, each)
+    for key, value in inner.items():
+        for each in value if isinstance(value, list) else [value]:
+            _add(element, key, each)
+
+
+def _text(value: str | float) -> str:
+    return str(value).lower() if isinstance(value, bool) else str(value).removesuffix(".0")
 
 
 def _remedy(path: str, default: Any) -> str:
@@ -285,11 +278,3 @@ def _metres(*lengths: float) -> str:
 
 def _short(length: float) -> str:
     return f"{length:.9f}".rstrip("0").rstrip(".")
-
-
-def _number(value: float) -> str:
-    return repr(float(value)).removesuffix(".0")
-
-
-def _bool(value: bool) -> str:
-    return str(value).lower()
