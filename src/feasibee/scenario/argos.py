@@ -9,7 +9,6 @@ from xml.etree import ElementTree
 
 from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import exact
-from feasibee.scenario.paths import inline_toml
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import ARGOS, unsupported
 
@@ -68,12 +67,7 @@ def argos_text(scenario: Scenario) -> str:
 
 def _problems(scenario: Scenario) -> Iterator[Problem]:
     """Yield what the example can't express."""
-    rule = "can't be exported to ARGoS: the example has only the default"
-    for path, value, default in unsupported(scenario, ARGOS):
-        yield Problem(path, _plain(value), rule, _remedy(path, default))
-    if scenario.events:
-        rule = "can't be exported to ARGoS: its world stays"
-        yield Problem("events", f"{len(scenario.events)} events", rule, "leave out [[events]]")
+    yield from unsupported(scenario, ARGOS, "can't be exported to ARGoS: the example has only the default")
     if scenario.robots.avoid_collisions and scenario.arena.boundary == "torus":
         rule = "bodies need walls: ARGoS has no torus"
         remedy = 'set arena.boundary = "walls", or robots.avoid_collisions = false'
@@ -94,7 +88,7 @@ def _decision_problems(scenario: Scenario) -> Iterator[Problem]:
         yield from _too_large(f"decision.{key}", getattr(decision, key), 0)
     if _listens_for(scenario) > LARGEST:
         rule = f"last must be ≤ {LARGEST} in ARGoS"
-        yield Problem("decision.listen", _plain(decision.listen), rule, 'use "dissemination"')
+        yield Problem("decision.listen", decision.listen, rule, 'use "dissemination"')
     if decision.declare is None:
         return
     for key in ("rounds", "heard"):
@@ -258,17 +252,6 @@ def _add(parent: ElementTree.Element, name: str, content: Mapping[str, Any]) -> 
 
 def _text(value: str | float) -> str:
     return str(value).lower() if isinstance(value, bool) else str(value).removesuffix(".0")
-
-
-def _remedy(path: str, default: Any) -> str:
-    return f"leave out {path}" if default in (None, ()) else f"set {path} = {inline_toml(default)}"
-
-
-def _plain(value: Any) -> Any:
-    """Return a value as it stands in a file."""
-    if isinstance(value, tuple):
-        return [dict(each) if hasattr(each, "model_dump") else each for each in value]
-    return value
 
 
 def _metres(*lengths: float) -> str:

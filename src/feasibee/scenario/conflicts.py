@@ -16,7 +16,7 @@ from feasibee.scenario.fields import KINDS, Response
 from feasibee.scenario.paths import value_at
 from feasibee.scenario.setting import excess
 from feasibee.scenario.tables import FilePoints
-from feasibee.strategies.contract import Manifest, Strategy
+from feasibee.strategies.contract import Strategy
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
@@ -45,14 +45,8 @@ Rule = Callable[["Scenario"], Iterator[Conflict]]
 def conflicts(scenario: Scenario, given: Mapping[str, Any], partly: bool) -> Iterator[Problem]:
     """Yield a problem for each rule about several fields that a scenario breaks.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario, without the fields that are wrong themselves.
-    given : mapping
-        The user's values, as which problems show them.
-    partly : bool
-        Whether fields are missing; rules that read one are skipped.
+    Problems show the values as given. If the scenario is partly wrong, it lacks the fields that are wrong
+    themselves, and rules that read one are skipped.
     """
     for rule in (*RULES, *_both(partial(_points, given=given))):
         try:
@@ -172,10 +166,6 @@ def _one_class(scenario: Scenario, name: str) -> Iterator[Conflict]:
         rule = f"{scenario.manifest.name} compares one number of robots with one number of tasks"
         remedy = f"leave it out and set {name}.count, or choose census"
         yield Conflict(f"{name}.classes", rule, remedy, f"{classes} classes")
-
-
-def _has_no_lie(strategy: Manifest) -> bool:
-    return "encode" in strategy.functions and "lie" not in strategy.functions
 
 
 def _sees_falsely(kind: str) -> Rule:
@@ -458,7 +448,7 @@ RULES: Final[tuple[Rule, ...]] = (
     ),
     _never(
         "faults.byzantine",
-        lambda s: _has_no_lie(s.manifest) and s.faults.byzantine not in (0, {"count": 0}),
+        lambda s: {"encode", "lie"} & s.manifest.functions == {"encode"} and s.faulty[1] > 0,
         "{strategy} has encode, but no function for a Byzantine robot's message",
         "write def lie(message, feasible, me) in its file",
     ),

@@ -6,9 +6,11 @@ The general engine, the reference and a field of processes take every field.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Set
-from typing import Any, Final, NamedTuple
+from typing import Final
 
+from feasibee.errors import Problem
 from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.paths import inline_toml
 from feasibee.scenario.scenario import Scenario
 
 COMMON: Final = frozenset(
@@ -46,18 +48,12 @@ def takes_fast_path(scenario: Scenario) -> bool:
     return all(holds(scenario) for holds in FAST_PATH_LIMITS.values())
 
 
-class Unsupported(NamedTuple):
-    """A field that isn't supported, with a value other than its default."""
+def unsupported(
+    scenario: Scenario, supported: Set[str], rule: str = "", otherwise: str = ""
+) -> Iterator[Problem]:
+    """Yield a problem for each field of a scenario that isn't supported and isn't at its default.
 
-    path: str
-    value: Any
-    default: Any
-
-
-def unsupported(scenario: Scenario, supported: Set[str]) -> Iterator[Unsupported]:
-    """Yield the fields of a scenario that aren't among the supported ones and aren't at their default.
-
-    So a new field is unsupported until somebody lists it.
+    So a new field is unsupported until somebody lists it. No backend that has a list supports events.
 
     Parameters
     ----------
@@ -65,10 +61,16 @@ def unsupported(scenario: Scenario, supported: Set[str]) -> Iterator[Unsupported
         The scenario.
     supported : set of str
         Dotted paths of fields.
+    rule, otherwise : str
+        The rule of the problems, and what their remedies offer in addition to the default.
     """
     for name, section in SECTIONS.items():
         values = getattr(scenario, name)
         for key, field in section.model_fields.items():
             path, default = f"{name}.{key}", field.get_default(call_default_factory=True)
             if path not in supported and getattr(values, key) != default:
-                yield Unsupported(path, getattr(values, key), default)
+                off = default in (None, ())
+                remedy = f"leave out {path}" if off else f"set {path} = {inline_toml(default)}"
+                yield Problem(path, values.model_dump()[key], rule, f"{remedy}{otherwise}")
+    if scenario.events:
+        yield Problem("events", f"{len(scenario.events)} events", rule, f"leave out [[events]]{otherwise}")

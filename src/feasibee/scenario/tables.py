@@ -27,24 +27,14 @@ class FilePoints(tuple[Point, ...]):
 
 
 def read_points(path: str, field: str) -> tuple[FilePoints, list[Problem]]:
-    """Read a CSV file of points; return the points and the problems.
-
-    Parameters
-    ----------
-    path : str
-        The CSV file.
-    field : str
-        The path of the scenario's field that names the file, for the problems.
-    """
+    """Read a CSV file of points, which a scenario's field names; return the points and the problems."""
     try:
         text = read_text(path, "a CSV file of x and y", TABLE_LIMIT)
     except UnreadableError as error:
         return FilePoints(), [
             Problem(field, path, f"can't be read: {error.why}", "name a CSV file of x and y")
         ]
-    points: list[Point] = []
-    lines = array("L")
-    problems: list[Problem] = []
+    points, lines, problems = list[Point](), array("L"), list[Problem]()
     reader = csv.reader(lines_of(text), strict=True)
     try:
         for row in reader:
@@ -164,14 +154,8 @@ def _with_values(table: Mapping[str, Any]) -> dict[str, Any]:
 def hash_of(tables: Mapping[str, Any], source: str = "") -> str:
     """Return the hash of a complete form: that of what differs from the defaults, and of the model's version.
 
-    So a new field whose default changes nothing keeps all hashes.
-
-    Parameters
-    ----------
-    tables : mapping
-        The complete form as nested dicts.
-    source : str
-        Text of the strategy's file, if it is a user's.
+    So a new field whose default changes nothing keeps all hashes. ``source`` is the text of a user's
+    strategy.
     """
     sparse = {name: _sparse(name, table) for name, table in tables.items() if name != "units"}  # no run's
     if source:

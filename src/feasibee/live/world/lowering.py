@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator
 from fractions import Fraction
@@ -104,24 +103,14 @@ def _parameters(scenario: Scenario) -> dict[str, float]:
 
 def _problems(scenario: Scenario) -> Iterator[Problem]:
     """Yield a problem for each value that a page can't simulate."""
-    for path, value, default in unsupported(scenario, PAGE):
-        rule = "isn't simulated by a page, which has the paper's world only"
-        shown = len(value) if isinstance(value, tuple) else value
-        yield Problem(path, shown, rule, f"{_instead(default)}, or use feasibee watch")
-    if scenario.events:
-        rule = "aren't simulated by a page, whose world stays as it is"
-        yield Problem("events", len(scenario.events), rule, "leave them out, or use feasibee watch")
+    rule = "isn't simulated by a page, which has the paper's world only"
+    yield from unsupported(scenario, PAGE, rule, ", or use feasibee watch")
     for path, most in MOST.items():
         if path.startswith("decision.declare.") and scenario.decision.declare is None:
             continue
         if (value := scenario.get(path)) > most:
             yield Problem(path, value, f"must be at most {most:,} in a page", f"use {most:,} or less")
     yield from _combinations(scenario)
-
-
-def _instead(default: object) -> str:
-    """Return what to do instead, with the value as in a file."""
-    return "leave it out" if default is None or default == () else f"use {json.dumps(default)}"
 
 
 def _combinations(scenario: Scenario) -> Iterator[Problem]:
