@@ -212,55 +212,37 @@ def lasting(mind: Mind, gain: float) -> float:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Manifest:
-    """What the file of a strategy declares: all that can be known without running it.
-
-    Parameters
-    ----------
-    name : str
-        What a scenario calls the strategy.
-    parameters : mapping of str to float
-        ``PARAMETERS``, with their defaults; a scenario changes them in ``[decision.parameters]``.
-    memory : int
-        ``MEMORY``: number of floats that a robot keeps.
-    value_bits : int
-        ``VALUE_BITS``: length of the value in a message, in bits; 0: messages have none.
-    forgets : bool
-        ``FORGETS``: whether each exploration counts afresh.
-    starts_neutral : bool
-        ``STARTS_NEUTRAL``: whether robots start without an opinion.
-    by_name : bool
-        ``BY_NAME``: whether knowledge is about things by id or hash, so that false sightings mean nothing.
-    needs_count : bool
-        ``NEEDS_COUNT``: whether robots must know how many robots there are.
-    needs_ids : bool or str
-        ``NEEDS_IDS``: whether ids of robots must never be mistaken; or a parameter, above 0 if they must not.
-    needs_names : bool or str
-        ``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a
-        frame that they share; or the name of a parameter, as for ``needs_ids``.
-    one_class : bool
-        ``ONE_CLASS``: whether robots and tasks can't have classes.
-    functions : frozenset of str
-        The functions of `ARGUMENTS` that the file defines.
-    source : str
-        The text of a user's file; it is part of a scenario's hash. Built-in strategies have none here.
-    trusted : bool
-        Whether the text may be run. Text that came with results may not, unless the user says so.
-    """
+    """What the file of a strategy declares: all that can be known without running it."""
 
     name: str
+    """What a scenario calls the strategy."""
     parameters: Mapping[str, float] = field(default_factory=dict)
+    """``PARAMETERS``, with their defaults; a scenario changes them in ``[decision.parameters]``."""
     memory: int = 0
+    """``MEMORY``: number of floats that a robot keeps."""
     value_bits: int = 0
+    """``VALUE_BITS``: length of the value in a message, in bits; 0: messages have none."""
     forgets: bool = True
+    """``FORGETS``: whether each exploration counts afresh."""
     starts_neutral: bool = False
+    """``STARTS_NEUTRAL``: whether robots start without an opinion."""
     by_name: bool = False
+    """``BY_NAME``: whether knowledge is about things by id or hash, so that false sightings mean nothing."""
     needs_count: bool = False
+    """``NEEDS_COUNT``: whether robots must know how many robots there are."""
     needs_ids: bool | str = False
+    """``NEEDS_IDS``: whether ids of robots must never be mistaken; or a parameter, above 0 if so."""
     needs_names: bool | str = False
+    """``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a
+    frame that they share; or the name of a parameter, as for ``needs_ids``."""
     one_class: bool = False
+    """``ONE_CLASS``: whether robots and tasks can't have classes."""
     functions: frozenset[str] = frozenset()
+    """The functions of `ARGUMENTS` that the file defines."""
     source: str = ""
+    """The text of a user's file; it is part of a scenario's hash. Built-in strategies have none here."""
     trusted: bool = True
+    """Whether the text may be run. Text that came with results may not, unless the user says so."""
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Manifest) and (self.name, self.source) == (other.name, other.source)
@@ -313,84 +295,61 @@ class Strategy(Manifest):
     """How opinions are rated, broadcast and chosen: a manifest with its functions.
 
     The functions from ``words`` on are those of a strategy that passes on knowledge; others have None.
-
-    Parameters
-    ----------
-    quality : callable, optional
-        ``quality(robots_seen, tasks_seen)``: the quality of *feasible*, 0 to 1; by default the share of
-        robots.
-    dissemination : callable, optional
-        ``dissemination(quality, gain)``: for how long to broadcast an opinion of this quality, on average,
-        in steps; by default ``gain``.
-    decide : callable
-        ``decide(mind, inbox)``: the next opinion, 1 or 0, or -1 for none.
-    say : callable, optional
-        ``say(mind)``: what to broadcast for the whole dissemination, 1 or 0, or -1 to be silent.
-    value : callable, optional
-        ``value(mind)``: a number from 0 to 1 to broadcast with it, near 1 if it speaks for *feasible*.
-    lasting : callable, optional
-        ``lasting(mind, gain)``: for how long to broadcast, as ``dissemination``, which it replaces.
-    words : callable
-        ``words(setting)``: number of words that a robot's knowledge takes. Called before a run, never in it.
-    message_words : callable, optional
-        ``message_words(setting)``: number of words that a message takes; by default as many as knowledge.
-    start : callable, optional
-        ``start(known, me)``: write what a robot knows at step 0; by default nothing.
-    observe : callable
-        ``observe(known, thing, me)``: add a robot or task in sight to what is known.
-    encode : callable, optional
-        ``encode(message, known, me)``: write the message, once per step while disseminating. It may change
-        what is known, such as whose turn it is. By default a copy of what is known.
-    lie : callable, optional
-        ``lie(message, feasible, me)``: change a Byzantine robot's message so that it speaks for *feasible*
-        (1) or *infeasible* (0). A file with ``encode`` needs it if robots are Byzantine.
-    merge : callable
-        ``merge(known, message, sender, me)``: add what a message says; ``sender`` is the id of the
-        neighbour that sent it. The message can't be changed.
-    count : callable
-        ``count(known, counts, me)``: write the numbers of robots and then of tasks, by class, whole and at
-        least 0, into ``counts``, which is all 0. Only their ratio matters to most rules of ``quality``.
-    bits : callable
-        ``bits(message, me)``: exact length of a message, in bits.
-    declare : callable, optional
-        ``declare(known, me)``: what the robot is sure of, 1 feasible or 0 infeasible, or -1 as long as it
-        isn't. It may change what is known, such as the step of the last news. Once it returns 1 or 0, it
-        isn't called again.
-    judge : callable, optional
-        ``judge(known, me)``: the opinion that the robot holds from this step on, 1 feasible or 0 infeasible,
-        or -1 to keep its own. It may change what is known, such as the age of a sighting. A file with
-        ``judge`` can't have ``declare``.
-    gap : callable, optional
-        ``gap(known, me)``: by how many the tasks outnumber the robots, as the robot believes: a whole number,
-        negative if there are robots to spare.
-    describe : callable, optional
-        ``describe(known, me)``: what is known, as a text for people. The live page shows it; no run calls it.
-    pack, unpack : callable, optional
-        ``pack(writer, message, sender, setting)``: write a message as the bits that ``bits`` counts.
-        ``unpack(message, reader, setting)``: read it; return the sender's id, -1 if it isn't sent.
     """
 
     quality: Callable[[int, int], float] = quality
+    """``quality(robots_seen, tasks_seen)``: the quality of *feasible*, 0 to 1; by default the share of
+    robots."""
     dissemination: Callable[[float, float], float] = dissemination
+    """``dissemination(quality, gain)``: for how long to broadcast an opinion of this quality, on average,
+    in steps; by default ``gain``."""
     decide: Callable[[Mind, Inbox], int]
+    """``decide(mind, inbox)``: the next opinion, 1 or 0, or -1 for none."""
     say: Callable[[Mind], int] = say
+    """``say(mind)``: what to broadcast for the whole dissemination, 1 or 0, or -1 to be silent."""
     value: Callable[[Mind], float] = value
+    """``value(mind)``: a number from 0 to 1 to broadcast with it, near 1 if it speaks for *feasible*."""
     lasting: Callable[[Mind, float], float] = lasting
+    """``lasting(mind, gain)``: for how long to broadcast, as ``dissemination``, which it replaces."""
     words: Callable[[Setting], int] | None = None
+    """``words(setting)``: number of words of a robot's knowledge. Called before a run, never in it."""
     message_words: Callable[[Setting], int] | None = None
+    """``message_words(setting)``: number of words that a message takes; by default as many as knowledge."""
     start: Callable[[Any, Me], None] | None = None
+    """``start(known, me)``: write what a robot knows at step 0; by default nothing."""
     observe: Callable[[Any, Thing, Me], None] | None = None
+    """``observe(known, thing, me)``: add a robot or task in sight to what is known."""
     encode: Callable[[Any, Any, Me], None] | None = None
+    """``encode(message, known, me)``: write the message, once per step while disseminating. It may change
+    what is known, such as whose turn it is. By default a copy of what is known."""
     lie: Callable[[Any, int, Me], None] | None = None
+    """``lie(message, feasible, me)``: change a Byzantine robot's message so that it speaks for *feasible*
+    (1) or *infeasible* (0). A file with ``encode`` needs it if robots are Byzantine."""
     merge: Callable[[Any, Any, int, Me], None] | None = None
+    """``merge(known, message, sender, me)``: add what a message says; ``sender`` is the id of the
+    neighbour that sent it. The message can't be changed."""
     count: Callable[[Any, Any, Me], None] | None = None
+    """``count(known, counts, me)``: write the numbers of robots and then of tasks, by class, whole and at
+    least 0, into ``counts``, which is all 0. Only their ratio matters to most rules of ``quality``."""
     bits: Callable[[Any, Me], int] | None = None
+    """``bits(message, me)``: exact length of a message, in bits."""
     declare: Callable[[Any, Me], int] | None = None
+    """``declare(known, me)``: what the robot is sure of, 1 feasible or 0 infeasible, or -1 as long as it
+    isn't. It may change what is known, such as the step of the last news. Once it returns 1 or 0, it
+    isn't called again."""
     judge: Callable[[Any, Me], int] | None = None
+    """``judge(known, me)``: the opinion that the robot holds from this step on, 1 feasible or 0 infeasible,
+    or -1 to keep its own. It may change what is known, such as the age of a sighting. A file with
+    ``judge`` can't have ``declare``."""
     gap: Callable[[Any, Me], int] | None = None
+    """``gap(known, me)``: by how many the tasks outnumber the robots, as the robot believes: a whole number,
+    negative if there are robots to spare."""
     describe: Callable[[Any, Me], str] | None = None
+    """``describe(known, me)``: what is known, as a text for people, for the live page; no run calls it."""
     pack: Callable[[Any, Sequence[int], int, Setting], None] | None = None
     unpack: Callable[[Any, Any, Setting], int] | None = None
+    """``pack(writer, message, sender, setting)``: write a message as the bits that ``bits`` counts.
+    ``unpack(message, reader, setting)``: read it; return the sender's id, -1 if it isn't sent."""
 
     def row_lengths(self, setting: Setting) -> tuple[int, int]:
         """Return the numbers of words of a robot's knowledge and of its message, if robots pass on any."""
