@@ -46,8 +46,7 @@ class BitWriter:
     def __init__(self) -> None:
         self.length = 0
         """Number of bits written."""
-        self._whole = bytearray()
-        self._rest, self._rest_bits = 0, 0
+        self._digits: list[str] = []
 
     def number(self, number: int, bits: int) -> None:
         """Write a number of 0 to ``2**bits - 1``.
@@ -60,13 +59,7 @@ class BitWriter:
         if number < 0 or number >> bits:
             raise WireError(f"{number} doesn't fit {bits} bits; it must be from 0 to {2**bits - 1}")
         self.length += bits
-        self._rest = self._rest << bits | number
-        self._rest_bits += bits
-        whole, left = divmod(self._rest_bits, 8)
-        if whole:
-            self._whole += (self._rest >> left).to_bytes(whole, "big")
-            self._rest &= (1 << left) - 1
-            self._rest_bits = left
+        self._digits.append(f"{number:0{bits}b}" if bits else "")
 
     def flag(self, flag: bool) -> None:
         """Write 1 bit: 1 for true."""
@@ -91,9 +84,8 @@ class BitWriter:
 
     def bytes(self) -> bytes:
         """Return the bits as bytes, the last one filled up with bits 0."""
-        if not self._rest_bits:
-            return bytes(self._whole)
-        return bytes(self._whole) + (self._rest << (8 - self._rest_bits)).to_bytes(1, "big")
+        size = -(-self.length // 8)
+        return int("0" + "".join(self._digits).ljust(8 * size, "0"), 2).to_bytes(size, "big")
 
 
 class BitReader:
@@ -110,7 +102,7 @@ class BitReader:
     def __init__(self, data: bytes, task_of: Callable[[int], int] | None = None) -> None:
         self.place = 0
         """Number of bits read."""
-        self._data = data
+        self._digits = "".join(f"{byte:08b}" for byte in data)
         self._task_of = task_of
 
     def number(self, bits: int) -> int:
@@ -122,12 +114,11 @@ class BitReader:
             If fewer bits are left.
         """
         end = self.place + bits
-        if end > 8 * len(self._data):
-            raise WireError(f"ends after {len(self._data)} bytes, within a number; send the message again")
-        last = (end + 7) // 8
-        number = int.from_bytes(self._data[self.place // 8 : last], "big") >> (8 * last - end)
-        self.place = end
-        return number & ((1 << bits) - 1)
+        if end > len(self._digits):
+            size = len(self._digits) // 8
+            raise WireError(f"ends after {size} bytes, within a number; send the message again")
+        digits, self.place = self._digits[self.place : end], end
+        return int("0" + digits, 2)
 
     def below(self, limit: int, bits: int) -> int:
         """Read a number of so many bits that must be below a limit."""
@@ -171,7 +162,7 @@ class BitReader:
 
     def end(self) -> None:
         """Raise a WireError unless all bytes have been read, and the bits that fill the last one are 0."""
-        left = 8 * len(self._data) - self.place
+        left = len(self._digits) - self.place
         self.check(left < 8, "goes on after its end")
         self.check(self.number(left) == 0, "has bits other than 0 after its end")
 
