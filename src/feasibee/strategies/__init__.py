@@ -6,11 +6,14 @@ from importlib import import_module
 from typing import Final
 
 from feasibee.strategies.contract import ARGUMENTS, CONSTANTS, Strategy
+from feasibee.strategies.layout import both_ways
 
 
 def _strategy_of(name: str) -> Strategy:
     """Return the strategy that a module of this package defines."""
     module = import_module(f"{__name__}.{name.replace('-', '_')}")
+    if hasattr(module, "layout"):  # other files may import pack and unpack
+        vars(module).update(both_ways(module.layout))
     functions = {each: getattr(module, each) for each in ARGUMENTS if hasattr(module, each)}
     constants = {field: getattr(module, each) for each, field in CONSTANTS.items() if hasattr(module, each)}
     return Strategy(name=name, functions=frozenset(functions), **functions, **constants)

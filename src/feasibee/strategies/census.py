@@ -105,42 +105,26 @@ def bits(message, me):
     return robots * robot_bits + 1 + tasks * task_bits + 1
 
 
-def pack(writer, message, sender, setting):
-    """Write the names of all robots, and then of all tasks, class by class."""
+def layout(wire, message, sender, setting):
+    """Go through the names of all robots, and then of all tasks."""
     first = setting.robot_classes * words_of(setting.robot_ids)
-    pack_names(writer, message[:first], LAST + 1, setting.robot_classes, setting.id_bits)
-    pack_names(writer, message[first:], LAST + 1, setting.task_classes, POSITION_BITS)
-
-
-def pack_names(writer, sets, in_word, classes, name_bits):
-    """Write the members of a set for each class, of which a word has so many, each with its class."""
-    ids = len(sets) // classes * in_word
-    for k in range(classes * ids):
-        if sets[k // in_word] >> (k % in_word) & 1:
-            writer.flag(True)
-            writer.number(k % ids, name_bits)
-            writer.number(k // ids, (classes - 1).bit_length())
-    writer.flag(False)
-
-
-def unpack(message, reader, setting):
-    """Read both lists of names, in rising order."""
-    first = setting.robot_classes * words_of(setting.robot_ids)
-    unpack_names(message, reader, range(first), LAST + 1, setting.robot_classes, True, setting)
-    unpack_names(message, reader, range(first, len(message)), LAST + 1, setting.task_classes, False, setting)
+    list_names(wire, message, range(first), LAST + 1, setting.robot_classes, True, setting)
+    list_names(wire, message, range(first, len(message)), LAST + 1, setting.task_classes, False, setting)
     return -1
 
 
-def unpack_names(message, reader, words, in_word, classes, is_robot, setting):
-    """Read a list of names into these words of a message."""
-    last = -1
-    while reader.flag():
+def list_names(wire, message, words, in_word, classes, is_robot, setting):
+    """Go through the names in these words of a message, a set for each class, in rising order."""
+    ids, last = len(words) // classes * in_word, -1
+    known = [k for k in range(classes * ids) if message[words[k // in_word]] >> (k % in_word) & 1]
+    for k in wire.listed(known):
+        name = k % max(ids, 1)
         if is_robot:
-            name = reader.below(setting.robot_ids, setting.id_bits)
+            name = wire.number(name, setting.id_bits, setting.robot_ids)
         else:
-            name = reader.task(reader.number(POSITION_BITS), setting.task_ids)
-        kind = reader.below(classes, (classes - 1).bit_length())
-        place = kind * (len(words) // classes) * in_word + name
-        reader.check(place > last, "lists names out of order")
+            name = wire.task(wire.number(name, POSITION_BITS), name, setting.task_ids)
+        kind = wire.number(k // max(ids, 1), (classes - 1).bit_length(), classes)
+        place = kind * ids + name
+        wire.check(place > last, "lists names out of order")
         message[words[place // in_word]] |= 1 << (place % in_word)
         last = place

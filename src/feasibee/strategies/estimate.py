@@ -18,12 +18,11 @@ from feasibee.strategies.tally import (
     bits,
     decide,
     describe,
+    layout,
     lie,
     merge,
     observe,
-    pack,
     rows_of,
-    unpack,
     words,
 )
 from feasibee.strategies.tally import count as sum_up

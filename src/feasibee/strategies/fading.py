@@ -220,7 +220,7 @@ def merge(known, message, sender, me):
     if message[0] >> 16 & 1 and me.setting.parameters[FAST] > 0:
         place += 2 * robots
         first = OF_FAST
-    drop(known, place, first, me)
+    add(known[place], first, -taken(known, place, first, me), me)
     add(row, first, 1.0, me)
     known[place] = row
     known[place + 1] = stamp_of(me.step)
@@ -256,13 +256,14 @@ def add(row, first, weight, me):
     me.memory[first + ALL_TASKS] += weight * value_of(row & MOST)
 
 
-def drop(known, place, first, me):
-    """Subtract what is left of the row of an id from the sums."""
-    if known[place + 1] != 0:
-        age = steps_since(known[place + 1], stamp_of(me.step))
-        add(known[place], first, -power(me.memory[first + FADE], age), me)
-        known[place + 1] = 0
-        known[HEARD] -= 1 if first == 0 else 0
+def taken(known, place, first, me):
+    """Take out the row of an id; return the weight that is left of it, 0 if there is none."""
+    came = known[place + 1]
+    if came == 0:
+        return 0.0
+    known[place + 1] = 0
+    known[HEARD] -= 1 if first == 0 else 0
+    return power(me.memory[first + FADE], steps_since(came, stamp_of(me.step)))
 
 
 def robots_of(known, me):
@@ -297,7 +298,7 @@ def judge(known, me):
     look(me)
     place = ROWS + 2 * (me.step % me.setting.robots)  # one in turn
     if not me.setting.knows_count and is_old(known[place + 1], me):
-        drop(known, place, 0, me)
+        add(known[place], 0, -taken(known, place, 0, me), me)
     tasks = estimate(known, me)
     fade(me)
     if tasks < 0.0:
@@ -337,14 +338,8 @@ def bits(message, me):
     return me.setting.id_bits + ROW_BITS + (1 if me.setting.parameters[FAST] > 0 else 0)
 
 
-def pack(writer, message, sender, setting):
-    """Write the id, which row it is if there are two, and the row."""
-    writer.number(sender, setting.id_bits)
-    writer.number(message[0], ROW_BITS + (1 if setting.parameters[FAST] > 0 else 0))
-
-
-def unpack(message, reader, setting):
-    """Read the id and the row."""
-    sender = reader.below(setting.robots, setting.id_bits)
-    message[0] = reader.number(ROW_BITS + (1 if setting.parameters[FAST] > 0 else 0))
+def layout(wire, message, sender, setting):
+    """Go through the id, which row it is if there are two, and the row."""
+    sender = wire.number(sender, setting.id_bits, setting.robots)
+    message[0] = wire.number(message[0], ROW_BITS + (1 if setting.parameters[FAST] > 0 else 0))
     return sender

@@ -18,9 +18,8 @@ References
 Our own.
 """
 
-from feasibee.strategies.clock import stamp_of, steps_since
+from feasibee.strategies.clock import stamp_of
 from feasibee.strategies.fading import (
-    FADE,
     HEARD,
     LOOKS,
     ROWS,
@@ -31,10 +30,10 @@ from feasibee.strategies.fading import (
     look,
     message_words,
     observe,
-    power,
     robots_of,
     share_in_sight,
     start,
+    taken,
     uses_ratio,
 )
 from feasibee.strategies.quiet_census import decide
@@ -73,21 +72,11 @@ def lie(message, feasible, me):
 def merge(known, message, sender, me):
     """Replace the vote of an id, and what is left of it."""
     place, vote = ROWS + 2 * sender, message[0] & 1
-    drop(known, place, me)
+    me.memory[WEIGHTS + known[place]] -= taken(known, place, 0, me)
     me.memory[WEIGHTS + vote] += 1.0
     known[place] = vote
     known[place + 1] = stamp_of(me.step)
     known[HEARD] += 1
-
-
-def drop(known, place, me):
-    """Subtract what is left of the vote of an id."""
-    if known[place + 1] != 0:
-        me.memory[WEIGHTS + known[place]] -= power(
-            me.memory[FADE], steps_since(known[place + 1], stamp_of(me.step))
-        )
-        known[place + 1] = 0
-        known[HEARD] -= 1
 
 
 def judge(known, me):
@@ -95,7 +84,7 @@ def judge(known, me):
     look(me)
     place = ROWS + 2 * (me.step % me.setting.robots)
     if not me.setting.knows_count and is_old(known[place + 1], me):
-        drop(known, place, me)
+        me.memory[WEIGHTS + known[place]] -= taken(known, place, 0, me)
     lead = me.memory[WEIGHTS + 1] - me.memory[WEIGHTS] + (1.0 if vote_of(known, me) == 1 else -1.0)
     fade(me)
     return -1 if lead == 0.0 else 1 if lead > 0.0 else 0
@@ -121,14 +110,8 @@ def bits(message, me):
     return me.setting.id_bits + 1
 
 
-def pack(writer, message, sender, setting):
-    """Write the id and the vote."""
-    writer.number(sender, setting.id_bits)
-    writer.number(message[0], 1)
-
-
-def unpack(message, reader, setting):
-    """Read the id and the vote."""
-    sender = reader.below(setting.robots, setting.id_bits)
-    message[0] = reader.number(1)
+def layout(wire, message, sender, setting):
+    """Go through the id and the vote."""
+    sender = wire.number(sender, setting.id_bits, setting.robots)
+    message[0] = wire.number(message[0], 1)
     return sender

@@ -326,40 +326,20 @@ def mark(known, sets, across, down, left, low, width, height, limit):
     return missing == 0
 
 
-def pack(writer, message, sender, setting):
-    """Write the id, the verdict, and the map, if it has one."""
-    writer.number(sender, setting.id_bits)
-    writer.flag(message[VERDICT] != 0)
-    if message[VERDICT] != 0:
-        writer.number(message[VERDICT] - 1, 1)
-    if not has_map(message[VERDICT], setting):
-        return
-    cells = message[CELLS:]
-    if rows_sent(setting) < rows_of(setting):
-        writer.number(message[ROW], (rows_of(setting) - 1).bit_length())
-    writer.flag(all(cells))
-    if not all(cells):
-        for cell in cells:
-            writer.flag(cell != 0)
-    for cell in cells:
-        if cell != 0:
-            writer.unary(cell - 1)
-
-
-def unpack(message, reader, setting):
-    """Read the id, the verdict and the map."""
-    sender = reader.below(setting.robots, setting.id_bits)
-    message[VERDICT] = 1 + reader.number(1) if reader.flag() else 0
+def layout(wire, message, sender, setting):
+    """Go through the id, the verdict, and the map, if it has one."""
+    sender = wire.number(sender, setting.id_bits, setting.robots)
+    is_sure = wire.flag(message[VERDICT] != 0)
+    message[VERDICT] = 1 + wire.number(message[VERDICT] - 1, 1) if is_sure else 0
     if not has_map(message[VERDICT], setting):
         return sender
     cells, rows, sent = range(CELLS, len(message)), rows_of(setting), rows_sent(setting)
     if sent < rows:
-        message[ROW] = reader.below(rows - sent + 1, (rows - 1).bit_length())
-    known = [True] * len(cells)
-    if not reader.flag():
-        known = [reader.flag() for _ in cells]
-        reader.check(not all(known), "lists all cells as known, one by one")
+        message[ROW] = wire.number(message[ROW], (rows - 1).bit_length(), rows - sent + 1)
+    is_whole = wire.flag(all(message[CELLS:]))
+    known = [is_whole or wire.flag(message[cell] != 0) for cell in cells]
+    wire.check(is_whole or not all(known), "lists all cells as known, one by one")
     for cell, is_known in zip(cells, known, strict=True):
-        message[cell] = 1 + reader.unary(MOST_TASKS) if is_known else 0
+        message[cell] = 1 + wire.rice(message[cell] - 1, 0, MOST_TASKS) if is_known else 0
     summarize(message)
     return sender

@@ -32,7 +32,7 @@ behavior", 2004.
 
 import math
 
-from feasibee.strategies.census import POSITION_BITS, pack_names, unpack_names
+from feasibee.strategies.census import POSITION_BITS, list_names, members
 from feasibee.strategies.certified import (
     NEVER,
     steps_given,
@@ -140,24 +140,17 @@ def merge(known, message, sender, me):
                 known[SETS + k] |= 1 << member
 
 
-def members(row, first, last):
-    """Return the number of members in some words of sets."""
-    number = 0
-    for k in range(first, last):
-        number += row[k].bit_count()
-    return number
-
-
 def robots_of(known, me):
     """Return the number of robots that the robot knows of."""
     if me.setting.knows_count:
         return me.setting.robots
-    return members(known, SETS, SETS + robot_words(me.setting))
+    return members(known, SETS, robot_words(me.setting))
 
 
 def tasks_of(known, me):
     """Return the number of tasks that the robot knows of."""
-    return members(known, SETS + robot_words(me.setting), SETS + message_words(me.setting))
+    first = robot_words(me.setting)
+    return members(known, SETS + first, message_words(me.setting) - first)
 
 
 def count(known, counts, me):
@@ -177,7 +170,7 @@ def describe(known, me):
 def bits(message, me):
     """Return the length of the lists of names, and of the sender's id if receivers need it."""
     first = robot_words(me.setting)
-    length = members(message, first, len(message)) * (1 + POSITION_BITS) + 1
+    length = members(message, first, len(message) - first) * (1 + POSITION_BITS) + 1
     if first > 0:
         length += members(message, 0, first) * (1 + me.setting.id_bits) + 1
     return length + (me.setting.id_bits if tolerated(me.setting, TOLERATES) > 0 else 0)
@@ -219,21 +212,11 @@ def declare(known, me):
     return 1 if robots >= tasks else 0
 
 
-def pack(writer, message, sender, setting):
-    """Write the sender's id if receivers need it, and the names of robots, if counted, and of tasks."""
-    if tolerated(setting, TOLERATES) > 0:
-        writer.number(sender, setting.id_bits)
-    first = robot_words(setting)
+def layout(wire, message, sender, setting):
+    """Go through the sender's id if receivers need it, and the names of robots, if counted, and of tasks."""
+    tolerates, first = tolerated(setting, TOLERATES), robot_words(setting)
+    sender = wire.number(sender, setting.id_bits, setting.robots) if tolerates > 0 else -1
     if first > 0:
-        pack_names(writer, message[:first], MEMBERS, 1, setting.id_bits)
-    pack_names(writer, message[first:], MEMBERS, 1, POSITION_BITS)
-
-
-def unpack(message, reader, setting):
-    """Read the sender's id and the names, in rising order."""
-    sender = reader.below(setting.robots, setting.id_bits) if tolerated(setting, TOLERATES) > 0 else -1
-    first = robot_words(setting)
-    if first > 0:
-        unpack_names(message, reader, range(first), MEMBERS, 1, True, setting)
-    unpack_names(message, reader, range(first, len(message)), MEMBERS, 1, False, setting)
+        list_names(wire, message, range(first), MEMBERS, 1, True, setting)
+    list_names(wire, message, range(first, len(message)), MEMBERS, 1, False, setting)
     return sender

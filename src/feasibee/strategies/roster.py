@@ -341,45 +341,31 @@ def bits(message, me):
     return length
 
 
-def pack(writer, message, sender, setting):
-    """Write the sender's id if receivers need it, the length of an age, and both lists."""
-    robots, tasks = robot_entries(setting), setting.task_ids
-    if tolerated(setting, TOLERATES) > 0:
-        writer.number(sender, setting.id_bits)
-    writer.number(message[0], WIDTH_BITS)
-    listed = range(ENTRIES + robots, ENTRIES + robots + tasks)
-    for place, entry in sorted((message[k + tasks] % SIDE**2, message[k]) for k in listed):
-        if entry != 0:
-            writer.flag(True)
-            writer.number(place, POSITION_BITS)
-            writer.flag(entry % 2 == 1)
-            writer.number((entry - 1) // 2, message[0])
-    writer.flag(False)
-    for robot in range(robots):
-        if message[ENTRIES + robot] != 0:
-            writer.flag(True)
-            writer.number(robot, setting.id_bits)
-            writer.number((message[ENTRIES + robot] - 1) // 2, message[0])
-    if robots > 0:
-        writer.flag(False)
-
-
-def unpack(message, reader, setting):
-    """Read the sender's id, the length of an age, and both lists, in rising order of positions and ids."""
-    robots, tasks = robot_entries(setting), setting.task_ids
-    sender = reader.below(setting.robots, setting.id_bits) if tolerated(setting, TOLERATES) > 0 else -1
-    message[0], last = reader.below(PAST.bit_length(), WIDTH_BITS), -1
-    while reader.flag():
-        place = reader.number(POSITION_BITS)
-        reader.check(place > last, "lists tasks out of order")
-        last, entry = place, ENTRIES + robots + reader.task(place, tasks)
-        reader.check(message[entry] == 0, "lists a task twice")
-        message[entry] = 2 - reader.number(1) + 2 * reader.number(message[0])
+def layout(wire, message, sender, setting):
+    """Go through the sender's id if receivers need it, the length of an age, and both lists."""
+    tasks, first = setting.task_ids, ENTRIES + robot_entries(setting)
+    tolerates = tolerated(setting, TOLERATES)
+    sender = wire.number(sender, setting.id_bits, setting.robots) if tolerates > 0 else -1
+    message[0], last = wire.number(message[0], WIDTH_BITS, PAST.bit_length()), -1
+    known = [(message[k + tasks] % SIDE**2, k) for k in range(first, first + tasks) if message[k] != 0]
+    for k in wire.listed(k for _, k in sorted(known)):
+        place = wire.number(message[k + tasks] % SIDE**2, POSITION_BITS)
+        wire.check(place > last, "lists tasks out of order")
+        last, entry = place, first + wire.task(place, k - first, tasks)
+        wire.check(message[entry] == 0, "lists a task twice")
+        is_there = wire.flag(message[k] % 2 == 1)
+        message[entry] = 2 - is_there + 2 * wire.number((message[k] - 1) // 2, message[0])
         message[entry + tasks] = place
-    last = -1
-    while robots > 0 and reader.flag():
-        robot = reader.below(robots, setting.id_bits)
-        reader.check(robot > last, "lists robots out of order")
-        message[ENTRIES + robot] = 1 + 2 * reader.number(message[0])
-        last = robot
+    if first > ENTRIES:
+        list_robots(wire, message, setting)
     return sender
+
+
+def list_robots(wire, message, setting):
+    """Go through the robots that are there, in rising order, and their ages."""
+    last, robots = -1, robot_entries(setting)
+    for k in wire.listed(k for k in range(robots) if message[ENTRIES + k] != 0):
+        robot = wire.number(k, setting.id_bits, robots)
+        wire.check(robot > last, "lists robots out of order")
+        message[ENTRIES + robot] = 1 + 2 * wire.number((message[ENTRIES + k] - 1) // 2, message[0])
+        last = robot

@@ -387,33 +387,23 @@ def bits_of(setting):
     return length + (setting.id_bits if tolerated(setting, TOLERATES) > 0 else 0)
 
 
-def pack(writer, message, sender, setting):
-    """Write the sender's id if it is sent, and a task or a robot; the sender itself stands for none."""
-    end = writer.length + bits_of(setting)
-    if not setting.knows_count or tolerated(setting, TOLERATES) > 0:
-        writer.number(sender, setting.id_bits)
-    if not setting.knows_count:
-        writer.flag(message[KIND] == 1)
+def layout(wire, message, sender, setting):
+    """Go through the sender's id if it is sent, and a task or a robot; the sender itself stands for none."""
+    counts_robots, left = not setting.knows_count, bits_of(setting)
+    sends_id = counts_robots or tolerated(setting, TOLERATES) > 0
+    left -= setting.id_bits * sends_id + counts_robots
+    sender = wire.number(sender, setting.id_bits, setting.robots) if sends_id else -1
+    message[KIND] = int(counts_robots and wire.flag(message[KIND] == 1))
     if message[KIND] == 1:
-        writer.number(message[WHAT] - 1 if message[WHAT] != 0 else sender, setting.id_bits)
-        writer.number(message[VALUE], AGE_BITS)
+        robot = message[WHAT] - 1 if message[WHAT] != 0 else sender
+        robot = wire.number(robot, setting.id_bits, setting.robot_ids)
+        message[WHAT] = robot + 1 if robot != sender else 0
+        message[VALUE] = wire.number(message[VALUE], AGE_BITS)
+        left -= setting.id_bits + AGE_BITS
     else:
-        writer.number(message[WHAT], name_bits(setting))
-        writer.number(message[VALUE], VERSION_BITS)
-    writer.number(0, end - writer.length)
-
-
-def unpack(message, reader, setting):
-    """Read the sender's id if it is sent, and a task or a robot."""
-    sender, end = -1, reader.place + bits_of(setting)
-    if not setting.knows_count or tolerated(setting, TOLERATES) > 0:
-        sender = reader.below(setting.robots, setting.id_bits)
-    if not setting.knows_count and reader.flag():
-        robot = reader.below(setting.robot_ids, setting.id_bits)
-        message[KIND], message[WHAT] = 1, robot + 1 if robot != sender else 0
-        message[VALUE] = reader.number(AGE_BITS)
-    else:
-        message[WHAT], message[VALUE] = reader.number(name_bits(setting)), reader.number(VERSION_BITS)
-    reader.check(message[WHAT] != 0 or message[VALUE] == 0, "says something about nothing")
-    reader.check(reader.number(end - reader.place) == 0, "is filled with bits other than 0")
+        message[WHAT] = wire.number(message[WHAT], name_bits(setting))
+        message[VALUE] = wire.number(message[VALUE], VERSION_BITS)
+        left -= name_bits(setting) + VERSION_BITS
+    wire.check(message[WHAT] != 0 or message[VALUE] == 0, "says something about nothing")
+    wire.check(wire.number(0, left) == 0, "is filled with bits other than 0")
     return sender

@@ -124,14 +124,8 @@ def bits(message, me):
     return len(message) * RANK_BITS
 
 
-def pack(writer, message, sender, setting):
-    """Write all registers."""
-    for rank in message:
-        writer.number(rank, RANK_BITS)
-
-
-def unpack(message, reader, setting):
-    """Read all registers."""
-    for register in range(len(message)):
-        message[register] = reader.number(RANK_BITS)
+def layout(wire, message, sender, setting):
+    """Go through all registers."""
+    for register, rank in enumerate(message):
+        message[register] = wire.number(rank, RANK_BITS)
     return -1

@@ -126,30 +126,18 @@ def bits(message, me):
     return WIDTH_BITS + rows * (1 + me.setting.id_bits + classes * largest.bit_length()) + 1
 
 
-def pack(writer, message, sender, setting):
-    """Write the rows that aren't zero, all totals at the width of the largest."""
-    classes = setting.robot_classes + setting.task_classes
-    width = rows_of(message, classes)[1].bit_length()
-    writer.number(width, WIDTH_BITS)
-    for robot in range(setting.robots):
-        row = message[robot * classes : (robot + 1) * classes]
-        if any(row):
-            writer.flag(True)
-            writer.number(robot, setting.id_bits)
-            for total in row:
-                writer.number(total, width)
-    writer.flag(False)
-
-
-def unpack(message, reader, setting):
-    """Read the rows, in rising order."""
-    classes = setting.robot_classes + setting.task_classes
-    width, last = reader.number(WIDTH_BITS), -1
-    while reader.flag():
-        robot = reader.below(setting.robots, setting.id_bits)
-        row = [reader.number(width) for _ in range(classes)]
-        reader.check(robot > last and any(row), "lists rows out of order, or without sightings")
-        message[robot * classes : (robot + 1) * classes] = row
+def layout(wire, message, sender, setting):
+    """Go through the rows that aren't zero, in rising order, all totals at the width of the largest."""
+    classes, last = setting.robot_classes + setting.task_classes, -1
+    width = wire.number(rows_of(message, classes)[1].bit_length(), WIDTH_BITS)
+    seen = [k for k in range(setting.robots) if any(message[k * classes : (k + 1) * classes])]
+    for k in wire.listed(seen):
+        robot = wire.number(k, setting.id_bits, setting.robots)
+        row = range(robot * classes, (robot + 1) * classes)
+        for place in row:
+            message[place] = wire.number(message[place], width)
+        rises = robot > last and any(message[place] for place in row)
+        wire.check(rises, "lists rows out of order, or without sightings")
         last = robot
-    reader.check(rows_of(message, classes)[1].bit_length() == width, "has totals of another width")
+    wire.check(rows_of(message, classes)[1].bit_length() == width, "has totals of another width")
     return -1

@@ -192,14 +192,8 @@ def bits(message, me):
     return me.setting.id_bits + ROW_BITS
 
 
-def pack(writer, message, sender, setting):
-    """Write the id and the row."""
-    writer.number(sender, setting.id_bits)
-    writer.number(message[0], ROW_BITS)
-
-
-def unpack(message, reader, setting):
-    """Read the id and the row."""
-    sender = reader.below(setting.robots, setting.id_bits)
-    message[0] = reader.number(ROW_BITS)
+def layout(wire, message, sender, setting):
+    """Go through the id and the row."""
+    sender = wire.number(sender, setting.id_bits, setting.robots)
+    message[0] = wire.number(message[0], ROW_BITS)
     return sender

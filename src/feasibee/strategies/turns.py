@@ -303,33 +303,19 @@ def low_bits(number, length):
     return max((2**length // (number + 1)).bit_length() - 1, 0)  # a lie may hold more names than there are
 
 
-def pack(writer, message, sender, setting):
-    """Write the id, the alarm and the names; all names as their number and the gaps between them."""
-    length = name_bits(setting)
-    writer.number(sender, setting.id_bits)
-    writer.flag(message[0] == 1)
-    if not sends_all(setting):
-        for name in message[1:]:
-            writer.number(name, length)
-        return
-    names, last = sorted({name for name in message[1:] if name != 0}), 0  # a lie may hold a name twice
-    writer.number(len(names), places(setting).bit_length())
-    for name in names:
-        writer.rice(name - last - 1, low_bits(len(names), length))
-        last = name
-
-
-def unpack(message, reader, setting):
-    """Read the id, the alarm and the names."""
+def layout(wire, message, sender, setting):
+    """Go through the id, the alarm and the names; all names as their number and the gaps between them."""
     length, last = name_bits(setting), 0
-    sender = reader.below(setting.robots, setting.id_bits)
-    message[0] = int(reader.flag())
+    sender = wire.number(sender, setting.id_bits, setting.robots)
+    message[0] = int(wire.flag(message[0] == 1))
     if not sends_all(setting):
         for k in range(1, len(message)):
-            message[k] = reader.number(length)
+            message[k] = wire.number(message[k], length)
         return sender
-    number = reader.below(len(message), places(setting).bit_length())
-    for k in range(1, number + 1):
-        last += 1 + reader.rice(2**length - 1 - last, low_bits(number, length))
-        message[k] = last
+    names = sorted({name for name in message[1:] if name != 0})  # a lie may hold a name twice
+    number = wire.number(len(names), places(setting).bit_length(), len(message))
+    for k in range(number):
+        gap = names[k] - last - 1 if names else 0
+        last += 1 + wire.rice(gap, low_bits(number, length), 2**length - 1 - last)
+        message[1 + k] = last
     return sender
