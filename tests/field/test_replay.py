@@ -14,12 +14,21 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.replay import replay
 
 
-@pytest.fixture
-def log(tmp_path):
-    """The log of a robot in a small field of 100 steps."""
+@pytest.fixture(scope="module")
+def played(tmp_path_factory):
+    """The text of the log of a robot in a small field of 100 steps."""
+    folder = tmp_path_factory.mktemp("played")
     scenario = small(steps=100, **{"decision.strategy": "voter", "run.stop_at_decision": False})
-    play(a_plan(scenario), tmp_path)
-    return tmp_path / "robot-1.jsonl"
+    play(a_plan(scenario), folder)
+    return (folder / "robot-1.jsonl").read_text()
+
+
+@pytest.fixture
+def log(tmp_path, played):
+    """A log to change."""
+    path = tmp_path / "robot-1.jsonl"
+    path.write_text(played)
+    return path
 
 
 def test_a_log_replays_to_the_same_decisions(log):

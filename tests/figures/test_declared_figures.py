@@ -7,7 +7,6 @@ import pytest
 from declaring import declaring
 from matplotlib.colors import to_hex
 
-from feasibee import FeasibeeError, Scenario, simulate
 from feasibee.figures.comparison import draw_against_ratio
 from feasibee.figures.decisions import plot_declare_steps
 from feasibee.model.codes import COLOURS
@@ -46,11 +45,6 @@ def test_runs_climb_at_their_step_split_into_right_and_wrong(results):
 def test_runs_that_never_declared_are_flat_lines(results):
     ax = plot_declare_steps(results.isel(run=[4]))
     assert [line.get_ydata().tolist() for line in ax.lines] == [[0, 0], [0, 0]]
-
-
-def test_results_without_declarations_are_told():
-    with pytest.raises(FeasibeeError, match="no declarations"):
-        plot_declare_steps(simulate(Scenario(run={"steps": 2}), runs=2))
 
 
 def test_contenders_that_cant_declare_are_left_out_and_wrong_ones_marked():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
@@ -22,10 +23,9 @@ from feasibee import (
     plot_decision_steps,
     plot_decisions,
     plot_opinions,
-    simulate,
     wilson,
 )
-from feasibee.figures.decisions import draw_opinion_bands
+from feasibee.figures.decisions import draw_opinion_bands, plot_declare_steps, plot_right_steps
 from feasibee.figures.style import figure, save_figure
 from feasibee.model.codes import COLOURS
 from feasibee.model.record import Record
@@ -33,34 +33,24 @@ from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import opinion_quartiles
 
 SCENARIO = Scenario(robots={"count": 10}, run={"steps": 5})
-RESULTS = to_dataset(
-    replace(
-        Record.empty(0, 4, 6),
-        decision=np.array([1, 0, 1, -1], np.int8),
-        decision_step=np.array([4, 2, 0, -1], np.int32),
-        feasible_count=np.array(
-            [[5, 6, 7, 8, 10, 10], [4, 2, 0, 0, 0, 0], [10, 10, 10, 10, 10, 10], [5, 5, 5, 5, 5, 5]], np.int32
-        ),
-        infeasible_count=np.array(
-            [[5, 4, 3, 2, 0, 0], [6, 8, 10, 10, 10, 10], [0, 0, 0, 0, 0, 0], [5, 5, 5, 5, 5, 5]], np.int32
-        ),
-    ),
-    SCENARIO,
-    seed=0,
-)
 
 
-def one_run(decision, step, curve):
-    """Make the record of one run of ten robots, each with an opinion."""
-    decision, step = np.array([decision], np.int8), np.array([step], np.int32)
-    counter_curve = np.where(curve < 0, -1, 10 - curve).astype(np.int32)
-    return replace(
-        Record.empty(0, 1, 0),
-        decision=decision,
-        decision_step=step,
-        feasible_count=curve,
-        infeasible_count=counter_curve,
+def results_of(decisions, steps, curves, scenario=SCENARIO):
+    """Make results of runs of ten robots, each with an opinion, from curves that end with -1."""
+    curves = np.array(curves, np.int32)
+    record = replace(
+        Record.empty(0, len(curves), 0),
+        decision=np.array(decisions, np.int8),
+        decision_step=np.array(steps, np.int32),
+        feasible_count=curves,
+        infeasible_count=np.where(curves < 0, -1, 10 - curves).astype(np.int32),
     )
+    return to_dataset(record, scenario, seed=0)
+
+
+RESULTS = results_of(
+    [1, 0, 1, -1], [4, 2, 0, -1], [[5, 6, 7, 8, 10, 10], [4, 2, 0, 0, 0, 0], [10] * 6, [5] * 6]
+)
 
 
 def swarm_at(places, targets=((1.0, 2.0),), opinions=None, declared=None, **scenario):
@@ -123,12 +113,6 @@ def test_a_robot_that_has_declared_has_a_rim():
     ax = plot_arena(swarm_at([(5, 5), (9, 9), (15, 5)], opinions=[1, 0, 1], declared=[1, 0, -1]))
     rims = {patch.center: patch.get_linewidth() > 0 for patch in discs(ax, 0.5)}
     assert rims == {(5, 5): True, (9, 9): True, (15, 5): False}
-    assert "declared" not in legend_labels(ax)
-
-
-def test_the_legend_has_declarations_only_if_robots_can_declare(tmp_path):
-    ax = plot_arena(Swarm(declaring(tmp_path)))
-    assert legend_labels(ax) == ["feasible", "infeasible", "declared", "task", "range"]
 
 
 def test_a_range_that_reaches_over_the_edge_comes_in_on_the_other_side():
@@ -145,24 +129,20 @@ def test_a_range_that_reaches_over_the_edge_comes_in_on_the_other_side():
 
 @pytest.mark.parametrize("side", [20.0, 7.3, 13.37, 0.7, 1e-3, 1e6])
 def test_the_axes_end_where_the_arena_ends(side):
-    swarm = swarm_at(
-        [(side / 2, side / 3)],
-        targets=[(side / 4, side / 4)],
-        arena={"side": side},
-        sensing={"range": side / 10},
-        robots={"speed": side / 20},
-    )
-    ax = plot_arena(swarm)
+    scaled = {"arena": {"side": side}, "sensing": {"range": side / 10}, "robots": {"speed": side / 20}}
+    ax = plot_arena(swarm_at([(side / 2, side / 3)], targets=[(side / 4, side / 4)], **scaled))
     assert ax.get_xlim() == ax.get_ylim() == (0, side)
     assert ax.get_aspect() == 1
     np.testing.assert_array_equal(ax.get_xticks(), ax.get_yticks())
     assert len([tick for tick in ax.get_xticks() if 0 <= tick <= side]) >= 3
 
 
-def test_the_arena_has_units_and_a_legend():
+def test_the_arena_has_units_and_a_legend_with_declarations_only_if_robots_can_declare(tmp_path):
     ax = plot_arena(swarm_at([(5.0, 5.0)]))
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (units)", "y (units)")
     assert legend_labels(ax) == ["feasible", "infeasible", "task", "range"]
+    ax = plot_arena(Swarm(declaring(tmp_path)))
+    assert legend_labels(ax) == ["feasible", "infeasible", "declared", "task", "range"]
 
 
 SHAPES = [
@@ -209,51 +189,33 @@ def test_robots_are_as_large_as_they_are():
 
 # --- What isn't a swarm, results or axes ---
 
-
-@pytest.mark.parametrize("wrong", [None, 5, "x", [], {}, Scenario(), SimpleNamespace(scenario=None)])
-def test_what_isnt_a_swarm_is_told(wrong):
-    with pytest.raises(FeasibeeError, match="must be a Swarm"):
-        plot_arena(wrong)
-
-
-@pytest.mark.parametrize("wrong", [5, "x", [], Figure()])
-def test_what_isnt_axes_is_told(wrong):
-    uses = (
-        lambda: plot_arena(swarm_at([(5.0, 5.0)]), wrong),
-        lambda: plot_opinions(RESULTS, wrong),
-        lambda: plot_decision_steps(RESULTS, wrong),
-        lambda: plot_decisions([1.0], {"feasible": [wilson(1, 2)]}, wrong),
-    )
-    for use in uses:
-        with pytest.raises(FeasibeeError, match="must be Axes of matplotlib"):
-            use()
-
-
-@pytest.mark.parametrize("wrong", [None, 5, "x", [RESULTS], {"a": 5}])
-def test_what_isnt_results_is_told(wrong):
-    for use in (plot_opinions, plot_decision_steps):
-        with pytest.raises(FeasibeeError, match="must be a Dataset"):
-            use(wrong)
+ONE = {"feasible": [wilson(1, 2)]}
+DRAWINGS = {
+    "arena": lambda ax: plot_arena(Swarm(seed=1), ax),
+    "opinions": lambda ax: plot_opinions(RESULTS, ax),
+    "decisions": lambda ax: plot_decisions([1.0], ONE, ax),
+    "steps": lambda ax: plot_decision_steps(RESULTS, ax),
+}
+NO_RATIOS = [[], [0.0], [-1.0], [np.nan], [np.inf], ["x"], None, 5, [[1.0]], [10**400]]
+NO_RATES = [None, {}, {"nope": []}, {"feasible": []}, {"feasible": [1]}, {"feasible": None}, [wilson(1, 2)]]
+INVALID = [
+    ([plot_arena], [None, 5, "x", [], {}, Scenario(), SimpleNamespace(scenario=None)], "must be a Swarm"),
+    (DRAWINGS.values(), [5, "x", [], Figure()], "must be Axes of matplotlib"),
+    ([plot_opinions, plot_decision_steps], [None, 5, "x", [RESULTS], {"a": 5}], "must be a Dataset"),
+    ([lambda each: plot_opinions(RESULTS, until=each)], [0, -1, 1.5, "x", [5]], "until = .* must be a whole"),
+    ([lambda each: plot_decisions(each, ONE)], NO_RATIOS, "must be numbers above 0"),
+    ([lambda each: plot_decisions([1.0], each)], NO_RATES, "rates"),
+    ([plot_opinions], [RESULTS.drop_vars("feasible_count")], "curves"),
+    ([plot_declare_steps], [RESULTS], "no declarations"),
+    ([plot_right_steps], [RESULTS], "no truth of each step"),
+]
 
 
-@pytest.mark.parametrize("wrong", [0, -1, 1.5, "x", [5]])
-def test_an_end_that_isnt_a_step_is_told(wrong):
-    with pytest.raises(FeasibeeError, match=r"until = .* must be a whole number"):
-        plot_opinions(RESULTS, until=wrong)
-
-
-@pytest.mark.parametrize("wrong", [[], [0.0], [-1.0], [np.nan], [np.inf], ["x"], None, 5, [[1.0]], [10**400]])
-def test_ratios_that_cant_be_are_told(wrong):
-    with pytest.raises(FeasibeeError, match="must be numbers above 0"):
-        plot_decisions(wrong, {"feasible": [wilson(1, 2)]})
-
-
-@pytest.mark.parametrize(
-    "wrong", [None, {}, {"nope": []}, {"feasible": []}, {"feasible": [1]}, {"feasible": None}, [wilson(1, 2)]]
-)
-def test_rates_that_cant_be_are_told(wrong):
-    with pytest.raises(FeasibeeError, match="rates"):
-        plot_decisions([1.0], wrong)
+@pytest.mark.parametrize(("uses", "values", "told"), INVALID)
+def test_what_cant_be_drawn_is_told(uses, values, told):
+    for use, value in product(uses, values):
+        with pytest.raises(FeasibeeError, match=told):
+            use(value)
 
 
 # --- Opinions over time ---
@@ -276,11 +238,7 @@ def test_opinions_are_the_median_and_the_quartile_band():
 
 
 def test_several_results_are_several_lines_told_apart():
-    other = to_dataset(
-        one_run(0, 1, np.array([[9, 8, 7, 6, 5, 4]], np.int32)),
-        SCENARIO,
-        seed=0,
-    )
+    other = results_of([0], [1], [[9, 8, 7, 6, 5, 4]])
     ax = plot_opinions({"first": RESULTS, "second": other})
     assert [line.get_label() for line in ax.lines] == ["first", "second"]
     np.testing.assert_allclose(lines_by_label(ax)["second"].get_ydata(), [90, 80, 70, 60, 50, 40])
@@ -298,14 +256,8 @@ def test_bands_of_different_lengths_are_all_in_view():
 
 def test_a_run_that_stopped_at_its_decision_keeps_its_opinion_in_the_figure():
     scenario = SCENARIO.replace({"run.stop_at_decision": True})
-    curve = np.array([[5, 8, 10, -1, -1, -1]], np.int32)
-    ax = plot_opinions(to_dataset(one_run(1, 2, curve), scenario, 0))
+    ax = plot_opinions(results_of([1], [2], [[5, 8, 10, -1, -1, -1]], scenario))
     np.testing.assert_allclose(ax.lines[0].get_ydata(), [50, 80, 100, 100, 100, 100])
-
-
-def test_results_without_curves_are_told():
-    with pytest.raises(FeasibeeError, match="curves"):
-        plot_opinions(simulate(Scenario(run={"steps": 2}), runs=2))
 
 
 # --- Decisions against the ratio ---
@@ -383,13 +335,6 @@ def test_no_half_is_marked_when_less_than_half_decided():
 
 
 # --- Axes and files ---
-
-DRAWINGS = {
-    "arena": lambda ax: plot_arena(Swarm(seed=1), ax),
-    "opinions": lambda ax: plot_opinions(RESULTS, ax),
-    "decisions": lambda ax: plot_decisions(RATIOS, RATES, ax),
-    "steps": lambda ax: plot_decision_steps(RESULTS, ax),
-}
 
 
 @pytest.mark.parametrize("name", DRAWINGS)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
 
-from feasibee import FeasibeeError, Scenario, plot_opinions, simulate
+from feasibee import Scenario, plot_opinions
 from feasibee.figures.comparison import Tracked, draw_delay_against_bits, draw_right_over_time
 from feasibee.figures.decisions import SHADE, draw_truth, infeasible_share, plot_right_steps
 from feasibee.figures.style import figure
@@ -78,11 +78,6 @@ def test_right_steps_are_shares_of_the_runs():
     (line,) = ax.lines
     np.testing.assert_allclose(line.get_ydata(), [100.0] * 4 + [0.0] * 4 + [50.0] * 2)
     assert ax.get_xlim() == (0, 9)
-
-
-def test_results_of_a_world_that_stays_are_told():
-    with pytest.raises(FeasibeeError, match="no truth of each step"):
-        plot_right_steps(simulate(Scenario(run={"steps": 2}), runs=2))
 
 
 def test_contenders_are_drawn_over_time_with_the_truth_behind():
