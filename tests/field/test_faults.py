@@ -19,7 +19,7 @@ BUSY = 3.0
 
 
 def planned(scenario, **options):
-    faults = [fault for kind, text in options.items() for fault in parse_fault(kind, text, 10.0)]
+    faults = [parse_fault(kind, text, 10.0) for kind, text in options.items()]
     return tuple(schedule(faults, scenario.robots.count, scenario.run.steps))
 
 
@@ -94,6 +94,16 @@ def test_an_invalid_fault_is_an_error(kind, text):
 
 def test_a_time_is_in_steps_seconds_or_milliseconds():
     assert [parse_length("--delay", text, 10.0) for text in ("3", "2s", "250ms")] == [3.0, 20.0, 2.5]
+
+
+def test_a_pause_ends_after_its_time_unless_the_field_ends_before():
+    faults = [parse_fault("pause", text, 10.0) for text in ("1@5:2s", "2@6:100", "1@7")]
+    assert [each[:4] for each in schedule(faults, 5, 30)] == [
+        (5, "pause", 1, (4,)),
+        (6, "pause", 2, (2, 3)),
+        (7, "pause", 1, (1,)),
+        (25, "resume", 1, (4,)),
+    ]
 
 
 def test_faults_that_leave_no_robot_or_come_too_late_are_errors():

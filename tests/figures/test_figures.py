@@ -25,7 +25,7 @@ from feasibee import (
     plot_opinions,
     wilson,
 )
-from feasibee.figures.decisions import draw_opinion_bands, plot_declare_steps, plot_right_steps
+from feasibee.figures.decisions import plot_declare_steps, plot_right_steps
 from feasibee.figures.style import figure, save_figure
 from feasibee.model.codes import COLOURS
 from feasibee.model.record import Record
@@ -249,8 +249,9 @@ def test_several_results_are_several_lines_told_apart():
 
 
 def test_bands_of_different_lengths_are_all_in_view():
-    bands = {"short": np.full((3, 5), 50.0), "long": np.full((3, 9), 60.0), "middle": np.full((3, 7), 70.0)}
-    assert draw_opinion_bands(bands).get_xlim() == (0, 8)
+    scenarios = {steps: SCENARIO.replace({"run.steps": steps}) for steps in (4, 8, 6)}
+    several = {steps: results_of([1], [0], [[5] * (steps + 1)], each) for steps, each in scenarios.items()}
+    assert plot_opinions(several).get_xlim() == (0, 8)
     assert plot_opinions(RESULTS, until=3).get_xlim() == (0, 3)
 
 

@@ -42,7 +42,7 @@ def a_plan(scenario, lockstep=False, hz=20.0, faults=(), seed=1):
 
 
 def kills(text, steps, hz=20.0):
-    return schedule(parse_fault("kill", text, hz), 4, steps)
+    return schedule([parse_fault("kill", text, hz)], 4, steps)
 
 
 class LeftError(Exception):

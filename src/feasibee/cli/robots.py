@@ -157,7 +157,7 @@ def _faults(
     """Return the faults of the options, in their order."""
     faults = [Fault(step, RESTART) for step in restarts]
     for kind, texts in options.items():
-        faults += [fault for text in texts for fault in parse_fault(kind, text, hz)]
+        faults += [parse_fault(kind, text, hz) for text in texts]
     if not starts_robots and any(fault.robots_hit for fault in faults):
         raise FeasibeeError(
             "--no-robots with --kill or --pause: robots from elsewhere can't be; leave one out"

@@ -111,21 +111,11 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
 def read_log(path: Path, what: str, first: Mapping[str, Any], wrong: str) -> tuple[list[str], str]:
     """Return the complete lines of a log, and the rest of its text, of a process that was killed.
 
-    Parameters
-    ----------
-    path : Path
-        The log.
-    what : str
-        What it is, for the error if it can't be read.
-    first : mapping
-        What its first line has.
-    wrong : str
-        What the error says of a log whose first line differs.
-
     Raises
     ------
     FeasibeeError
-        If it isn't such a log.
+        If the file can't be read, which names ``what`` it should be, or its first line lacks what is in
+        ``first``, which says what is ``wrong``.
     """
     *lines, rest = read_text(path, what, LOG_LIMIT).split("\n")
     if not lines:

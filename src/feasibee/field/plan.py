@@ -32,7 +32,7 @@ class Fault(NamedTuple):
     robots: tuple[int, ...] = ()
     """Numbers of these robots."""
     lasts: float = 0.0
-    """For how many steps; 0: until the end."""
+    """For how many steps, if it is a pause or a partition; 0: until the end."""
 
 
 def parse_length(option: str, text: str, hz: float) -> float:
@@ -53,8 +53,8 @@ def parse_length(option: str, text: str, hz: float) -> float:
     return steps
 
 
-def parse_fault(kind: str, text: str, hz: float) -> list[Fault]:
-    """Return the faults of an option: COUNT@STEP, COUNT@STEP:TIME for a pause, TIME@STEP for a partition.
+def parse_fault(kind: str, text: str, hz: float) -> Fault:
+    """Return the fault of an option: COUNT@STEP, COUNT@STEP:TIME for a pause, TIME@STEP for a partition.
 
     Raises
     ------
@@ -67,16 +67,12 @@ def parse_fault(kind: str, text: str, hz: float) -> list[Fault]:
     if not (at and _is_number(when) and (kind == PAUSE or not colon)):
         example = {KILL: "3@50", PAUSE: "1@80 or 1@80:5s", PARTITION: "5s@100"}[kind]
         raise FeasibeeError(f"{option} {text}: must end with a step, such as {option} {example}")
-    step = int(when)
     if kind == PARTITION:
-        return [Fault(step, PARTITION, lasts=parse_length(option, what, hz))]
+        return Fault(int(when), kind, lasts=parse_length(option, what, hz))
     if not (_is_number(what) and int(what) > 0):
         raise FeasibeeError(f"{option} {text}: must begin with a number of robots, such as {option} 1@50")
-    faults = [Fault(step, kind, int(what))]
-    if colon:
-        ends = step + max(1, round(parse_length(option, lasting, hz)))
-        faults.append(Fault(ends, RESUME, int(what)))
-    return faults
+    lasts = max(1, round(parse_length(option, lasting, hz))) if colon else 0
+    return Fault(int(when), kind, int(what), lasts=lasts)
 
 
 def _is_number(text: str) -> bool:
@@ -93,31 +89,20 @@ def schedule(faults: list[Fault], robots: int, steps: int) -> list[Fault]:
     """
     left = list(range(robots))
     planned: list[Fault] = []
-    paused: list[tuple[int, ...]] = []
     for fault in sorted(faults, key=lambda each: each.step):
-        if fault.kind == RESUME and fault.step > steps:
-            continue
-        if not 0 < fault.step <= steps:
+        step, kind, count, _, lasts = fault
+        if not 0 < step <= steps:
+            raise FeasibeeError(f"--{kind} at step {step}: must be from 1 to {steps}, the last step")
+        if count >= len(left):
             raise FeasibeeError(
-                f"--{fault.kind} at step {fault.step}: must be from 1 to {steps}, the last step"
+                f"--{kind} {count}@{step}: leaves no robot of {len(left)}; use at most {len(left) - 1}"
             )
-        if fault.kind in (KILL, PAUSE):
-            if fault.robots_hit >= len(left):
-                raise FeasibeeError(
-                    f"--{fault.kind} {fault.robots_hit}@{fault.step}: leaves no robot of {len(left)}; "
-                    f"use at most {len(left) - 1}"
-                )
-            chosen = tuple(left[-fault.robots_hit :])
-            del left[-fault.robots_hit :]
-            if fault.kind == PAUSE:
-                paused.append(chosen)
-            fault = fault._replace(robots=chosen)  # noqa: PLW2901
-        elif fault.kind == RESUME:
-            same = next(each for each in paused if len(each) == fault.robots_hit)
-            paused.remove(same)
-            fault = fault._replace(robots=same)  # noqa: PLW2901
-        planned.append(fault)
-    return planned
+        first = len(left) - count
+        chosen, left = tuple(left[first:]), left[:first]
+        planned.append(fault._replace(robots=chosen))
+        if kind == PAUSE and 0 < lasts <= steps - step:
+            planned.append(Fault(step + int(lasts), RESUME, count, chosen))
+    return sorted(planned, key=lambda each: each.step)
 
 
 def fault_in_words(fault: Mapping[str, Any]) -> str:

@@ -10,7 +10,7 @@ from matplotlib.patches import Circle
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.figures.style import axes_for, in_metres
-from feasibee.model.codes import COLOURS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK
+from feasibee.model.codes import COLOURS, DECISIONS, TASK
 from feasibee.scenario.geometry import images
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
@@ -51,13 +51,12 @@ def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
     """Draw each robot's range, its body in the colour of its opinion, its rim if it declared, its number."""
     reach, radius = scenario.sensing.range, scenario.robots.diameter / 2
     walls = scenario.arena.boundary == "walls"
-    names = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", NO_OPINION: "undecided"}
     there = np.flatnonzero(swarm.present)
     places, found = images(swarm.positions[there], max(reach, radius), scenario.arena.size, walls)
     declared = swarm.declared
     middle: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
     for place, number in zip(map(tuple, places.tolist()), there[found].tolist(), strict=True):
-        colour = COLOURS[names[int(swarm.opinions[number])]]
+        colour = COLOURS[DECISIONS[int(swarm.opinions[number])]]
         ax.add_patch(Circle(place, reach, color="0.5", alpha=0.13, linewidth=0))
         rim = 0.9 if declared[number] >= 0 else 0.0  # points
         ax.add_patch(Circle(place, radius, facecolor=colour, edgecolor="black", linewidth=rim, zorder=3))
@@ -65,26 +64,15 @@ def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
 
 
 def _arena_legend(ax: Axes, declares: bool) -> None:
-    def sample(marker: str, size: float, **colour: Any) -> Any:
-        return ax.plot([], [], linestyle="", marker=marker, markersize=size, **colour)[0]
-
-    handles = {
-        "feasible": sample("o", 6, color=COLOURS["feasible"]),
-        "infeasible": sample("o", 6, color=COLOURS["infeasible"]),
-        **(
-            {"declared": sample("o", 6, color="white", markeredgecolor="black", markeredgewidth=0.9)}
-            if declares
-            else {}
-        ),
-        "task": sample("^", 6, color=TASK, markeredgecolor="black", markeredgewidth=0.4),
-        "range": sample("o", 9, color="0.87"),
+    """Write above the axes what robots, tasks and ranges look like."""
+    rim: dict[str, Any] = {"color": "white", "markeredgecolor": "black", "markeredgewidth": 0.9}
+    looks: dict[str, dict[str, Any]] = {
+        **{name: {"color": COLOURS[name]} for name in ("feasible", "infeasible")},
+        **({"declared": rim} if declares else {}),
+        "task": {"marker": "^", "color": TASK, "markeredgecolor": "black", "markeredgewidth": 0.4},
+        "range": {"markersize": 9, "color": "0.87"},
     }
-    ax.legend(
-        handles.values(),
-        handles,
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=3 if declares else 4,
-        columnspacing=1,
-        handletextpad=0.2,
-    )
+    usual = {"linestyle": "", "marker": "o", "markersize": 6}
+    handles = [ax.plot([], [], **{**usual, **look})[0] for look in looks.values()]
+    where = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3 if declares else 4}
+    ax.legend(handles, looks, columnspacing=1, handletextpad=0.2, **where)

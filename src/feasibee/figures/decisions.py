@@ -61,7 +61,7 @@ def plot_opinions(
     Parameters
     ----------
     results : Dataset, or mapping of str to Dataset
-        Results with curves; one line each, with the keys as labels.
+        Results with curves; one line each, with the keys as labels. The first five lines have colours.
     ax : matplotlib Axes, optional
         By default a new figure's.
     until : int, optional
@@ -86,32 +86,20 @@ def plot_opinions(
         )
         for name, dataset in named.items()
     }
-    axes = draw_opinion_bands(bands, ax, until)
     truths = [dataset["truth"].values for name, dataset in named.items() if scenarios[name].dynamic]
-    if truths and len({each.shape[1] for each in truths}) == 1:
-        draw_truth(axes, infeasible_share(np.concatenate(truths)))
-        axes.set_ylim(LIMITS)
     lengths = {scenario.units.seconds for scenario in scenarios.values()}
-    also_in_seconds(axes, lengths.pop() if len(lengths) == 1 else None)
-    return axes
-
-
-def draw_opinion_bands(
-    bands: Mapping[str, NDArray[np.float64]], ax: Axes | None = None, until: int | None = None
-) -> Axes:
-    """Draw quartiles, each of shape (3, steps + 1), with thin edges that separate overlapping bands.
-
-    The first lines have colours, as many as a figure may have; further ones are grey.
-    """
     found = looks(dict.fromkeys(bands, 0.0))
     with axes_for(ax, 3.6, 2.7) as axes:
         for name, (low, median, high) in bands.items():
-            look = found[name]
             steps = np.arange(median.size)
-            fill_band(axes, steps, low, high, look.colour)
-            axes.plot(steps, median, label=name, **look.line)
+            fill_band(axes, steps, low, high, found[name].colour)
+            axes.plot(steps, median, label=name, **found[name].line)
         last = until or max(median.size - 1 for _, median, _ in bands.values())
         over_time(axes, "opinion feasible (% of robots)", last)
+        if truths and len({each.shape[1] for each in truths}) == 1:
+            draw_truth(axes, infeasible_share(np.concatenate(truths)))
+            axes.set_ylim(LIMITS)
+        also_in_seconds(axes, lengths.pop() if len(lengths) == 1 else None)
         return axes
 
 
@@ -187,20 +175,17 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     scenario = scenario_of(results)
     if not {"decision", "decision_step"} <= set(results.data_vars) or results["decision"].dims != ("run",):
         raise FeasibeeError("the results have no decisions of runs; use the results of feasibee.simulate")
-    runs = results.sizes["run"]
+    spoken, steps = results["decision"].values, results["decision_step"].values
+    taken = {name: steps[spoken == code] for code, name in DECISIONS.items() if code != UNDECIDED}
+    found = {name: Look(COLOURS[name], dashes="-" if name == "feasible" else "--") for name in taken}
     with axes_for(ax, 3.6, 2.7) as axes:
-        looks_of, taken = {}, {}
-        for code, name in DECISIONS.items():
-            if code != UNDECIDED:
-                taken[name] = results["decision_step"].values[results["decision"].values == code]
-                looks_of[name] = Look(COLOURS[name], dashes="-" if code == FEASIBLE else "--")
-        draw_shares_by_step(axes, taken, runs, scenario.run.steps, "runs that had decided (%)", looks_of)
+        _draw_shares(axes, taken, steps.size, scenario.run.steps, "runs that had decided (%)", found)
         also_in_seconds(axes, scenario.units.seconds)
-        mark_median(axes, decision_times(results["decision_step"].values).median)
+        _mark_median(axes, decision_times(steps).median)
         return axes
 
 
-def draw_shares_by_step(
+def _draw_shares(
     ax: Axes, taken: Mapping[str, NDArray[Any]], runs: int, steps: int, label: str, found: Mapping[str, Look]
 ) -> None:
     """Draw lines of `draw_share_by_step` with their names at the ends."""
@@ -218,7 +203,7 @@ def draw_share_by_step(ax: Axes, taken: NDArray[Any], runs: int, steps: int, **l
     ax.step(np.r_[0, np.sort(taken), steps], np.r_[share, share[-1]], where="post", **look)
 
 
-def mark_median(ax: Axes, median: int | None) -> None:
+def _mark_median(ax: Axes, median: int | None) -> None:
     """Mark the median of a step over the runs, named where few curves pass; do nothing if it is None."""
     if median is not None:
         label = f"half of the runs: step {median}"
@@ -387,6 +372,6 @@ def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     spoken = {"rightly": ~wrong, "a robot wrongly": wrong}
     taken = {name: declare_step[chosen & (declare_step >= 0)] for name, chosen in spoken.items()}
     with axes_for(ax, 3.6, 2.7) as axes:
-        draw_shares_by_step(axes, taken, declare_step.size, steps, "runs that had declared (%)", shown)
-        mark_median(axes, declare_times(declare_step).median)
+        _draw_shares(axes, taken, declare_step.size, steps, "runs that had declared (%)", shown)
+        _mark_median(axes, declare_times(declare_step).median)
         return axes
