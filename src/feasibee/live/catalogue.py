@@ -119,17 +119,16 @@ class Catalogue:
                     "point": each.point,
                     "run": str(each.run),
                     "seed": str(self.points[each.point].seed),
-                    "values": {path: _text(value) for path, value in self.points[each.point].values.items()},
+                    "values": {
+                        path: value if isinstance(value, str) else json.dumps(value, default=str)
+                        for path, value in self.points[each.point].values.items()
+                    },
                     "decision": DECISIONS[each.decision],
                     "decision_step": each.decision_step,
                 }
                 for each in self.replays
             ],
         }
-
-
-def _text(value: Any) -> str:
-    return value if isinstance(value, str) else json.dumps(value, default=str)
 
 
 def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
@@ -151,7 +150,10 @@ def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
         If the folder has no journal, or no run matches.
     """
     with Journal(folder) as journal:
-        points = {row.id: _trusted(row) if trust else row for row in journal.points}
+        points = {
+            row.id: row._replace(scenario=row.scenario.with_trust()) if trust else row
+            for row in journal.points
+        }
         chosen: dict[int, list[Replay]] = {}
         found = 0
         for row in points.values():
@@ -171,10 +173,6 @@ def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
     return Catalogue(
         scenario, points[first.point].seed, first.run, str(folder), shown, tuple(replays), found, pick
     )
-
-
-def _trusted(row: StoredPoint) -> StoredPoint:
-    return row._replace(scenario=row.scenario.with_trust())
 
 
 def _picked(row: StoredPoint, results: Any, pick: str) -> NDArray[np.int64]:

@@ -25,13 +25,7 @@ POLL: Final = 0.02
 
 
 class FieldCatalogue:
-    """What the pages of a field offer: one field, and nothing to choose.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the field writes its logs.
-    """
+    """What the pages of a field offer: the field that writes its logs in a folder, and nothing to choose."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -49,13 +43,7 @@ class FieldCatalogue:
 
 
 class FieldSession:
-    """What one page shows of a field.
-
-    Parameters
-    ----------
-    folder : Path
-        Where the field writes its logs.
-    """
+    """What one page shows of the field that writes its logs in a folder."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -168,7 +156,7 @@ class FieldSession:
         field = self._field
         about = {"address": str(self._folder), "hz": field.hz}
         which = (field.scenario, field.which.seed, field.which.first)
-        opened = {**opening(*which, field.robot_kinds), "last": self.last, "step": self.step, "field": about}
+        opened = {**opening(*which, field.robot_kinds, self.last), "step": self.step, "field": about}
         return [self._marked({"lane": 0, "swarms": 1, **opened}), encode_tasks(field, self._generation)]
 
     def _marked(self, message: dict[str, Any]) -> dict[str, Any]:

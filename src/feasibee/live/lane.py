@@ -28,16 +28,8 @@ def last_step(scenario: Scenario) -> int:
 class Lane:
     """A swarm of a page, and which of its counts the page has received.
 
-    Parameters
-    ----------
-    number : int
-        0, or 1 for the second swarm.
-    scenario : Scenario
-        The swarm and its world.
-    seed, run : int
-        Seed and number of the run.
-    room : int
-        Most bytes of its state, in addition to what is proportional to robots and tasks.
+    ``number`` is 0, or 1 for the second swarm. ``room`` is the most bytes of its state, in addition to what
+    is proportional to robots and tasks.
     """
 
     def __init__(self, number: int, scenario: Scenario, seed: int, run: int, room: int) -> None:
@@ -79,14 +71,15 @@ class Lane:
     def opened(self) -> dict[str, Any]:
         """Return the message ``opened``: the run, its scenario and its ground truth."""
         scenario = self.swarm.scenario
-        last = {"last": last_step(scenario), "step": self.swarm.step}
-        return {"lane": self.number, **opening(*self._which, self.swarm.robot_kinds.tolist()), **last}
+        about = opening(*self._which, self.swarm.robot_kinds.tolist(), last_step(scenario))
+        return {"lane": self.number, **about, "step": self.swarm.step}
 
 
-def opening(scenario: Scenario, seed: int, run: int, kinds: list[int]) -> dict[str, Any]:
+def opening(scenario: Scenario, seed: int, run: int, kinds: list[int], last: int) -> dict[str, Any]:
     """Return what a page gets of a run when it opens it; ``kinds`` are the classes of its robots."""
     return {
         "type": "opened",
+        "last": last,
         "strategy": scenario.decision.strategy,
         "seed": str(seed),
         "run": str(run),

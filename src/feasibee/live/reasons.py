@@ -25,14 +25,12 @@ TAKEN: Final = 10_000
 
 
 class Prospect(NamedTuple):
-    """What a controller does when the phase of its robot ends."""
+    """What a controller has when the phase of its robot ends; declared is -1 for no opinion."""
 
     opinion: int
-    """Opinion that it then has."""
     quality: float
-    """Quality of *feasible* that it then has."""
+    """Quality of *feasible*."""
     declared: int
-    """Opinion that it then has declared; -1 for none."""
     mean: float
     """Mean duration of the phase that follows, in steps."""
 
@@ -72,14 +70,14 @@ def _lines(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, 
 def _phase(scenario: Scenario, state: RobotState) -> str:
     """Return the phase, how long it lasts, and what is broadcast."""
     if not _has(state, "disseminating"):
-        return f"exploring, {_steps(state.phase_left)} left"
+        return f"exploring, {_numbered(state.phase_left, 'step')} left"
     said = "nothing" if state.broadcasts < 0 else OPINIONS[state.broadcasts]
     said = "what it knows" if scenario.manifest.knowledge else said
-    return f"disseminating, {_steps(state.phase_left)} left; broadcasts {said}"
+    return f"disseminating, {_numbered(state.phase_left, 'step')} left; broadcasts {said}"
 
 
-def _steps(count: int) -> str:
-    return f"{count:,} step{'' if count == 1 else 's'}"
+def _numbered(count: int, word: str) -> str:
+    return f"{count:,} {word}{'' if count == 1 else 's'}"
 
 
 def _seen(scenario: Scenario, state: RobotState) -> str:
@@ -98,7 +96,7 @@ def _seen(scenario: Scenario, state: RobotState) -> str:
 
 
 def _counted(counts: Sequence[int], names: Sequence[str], word: str) -> str:
-    number = f"{sum(counts):,} {word}{'' if sum(counts) == 1 else 's'}"
+    number = _numbered(sum(counts), word)
     if not names:
         return number
     return f"{number} ({', '.join(f'{name} {each:,}' for name, each in zip(names, counts, strict=False))})"

@@ -61,19 +61,8 @@ def runs_of(asked: Open, catalogue: Catalogue) -> tuple[list[Scenario], int, int
 def second_of(base: Scenario, scenario: Scenario, changes: Mapping[str, Any], strategy: str) -> Scenario:
     """Return the scenario of the second swarm: the same world, another strategy with its parameters.
 
-    Parameters
-    ----------
-    base, scenario : Scenario
-        The scenario that the page started with, and that of the first swarm.
-    changes : mapping of str to value
-        Changes by which the one became the other.
-    strategy : str
-        Name of the strategy; that of the base is as it was there, with its text and parameters.
-
-    Raises
-    ------
-    ScenarioError
-        If the strategy is none of this page, or can't be used in that world; at the path ``against``.
+    The strategy of ``base``, from which ``changes`` led to the first swarm's scenario, keeps its text and
+    parameters. One that is none of this page, or can't be used in that world, is a problem at ``against``.
     """
     if strategy == scenario.decision.strategy:
         return scenario
@@ -115,25 +104,17 @@ def _forbidden(asked: Open) -> Any:
             yield Problem(path, value, rule, "set it in the scenario of feasibee watch FILE")
         elif path == STRATEGY and value not in strategies:
             rule = f"must be one of {', '.join(strategies)}"
-            yield Problem(
-                path,
-                value,
-                rule,
-                "to use a file, run feasibee watch --set decision.strategy=FILE.py",
-            )
+            remedy = "to use a file, run feasibee watch --set decision.strategy=FILE.py"
+            yield Problem(path, value, rule, remedy)
         elif "." not in path and path not in ("preset", EVENTS):
-            yield Problem(
-                path, value, "must be the path of a field", "write section.field, such as tasks.count"
-            )
+            rule = "must be the path of a field"
+            yield Problem(path, value, rule, "write section.field, such as tasks.count")
 
 
 def _number(name: str, value: str | int | float, limit: int, problems: list[Problem]) -> int:
     """Return a whole number that a page sent as text; if it is invalid, append a problem and return 0."""
-    number = (
-        int(value)
-        if isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 30
-        else value
-    )
+    is_text = isinstance(value, str) and value.isascii() and value.isdigit() and len(value) < 30
+    number = int(value) if is_text else value
     if isinstance(number, int) and not isinstance(number, bool) and 0 <= number < limit:
         return number
     problems.append(Problem(name, value, f"must be a whole number from 0 to {limit - 1}", "use 0"))
