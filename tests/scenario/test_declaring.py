@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from own_files import HEAD, QUIET, SURE, assert_same, played, replaced
 
-from feasibee import Scenario, ScenarioError, Swarm, reference
+from feasibee import Scenario, Swarm, reference
 from feasibee.robot.controller import Controller, Message, Settings
 from feasibee.scenario.plugins import load
 from feasibee.scenario.runs import Runs
@@ -82,51 +82,41 @@ def test_a_stubborn_robot_declares_but_keeps_its_opinion(write):
     assert (record.declare_step > 0).all()
 
 
-@pytest.mark.slow
-def test_byzantine_robots_do_not_count_among_those_that_declared(write):
-    text = replaced(
-        QUIET,
-        "    tasks = tasks_in(known)\n    if",
-        "    tasks = 0\n    if me.step >= 0:\n        return 1\n    if",
-    )
-    record = assert_same(*2 * [scenario_of(write(text), **{"faults.byzantine": 0.25, "run.steps": 4})])
-    assert record.declared_feasible.tolist() == [15] * 3
-    assert record.declare_step.tolist() == [1] * 3
-    assert record.feasible_at_end.tolist() == [15] * 3
+BY_TURNS = "return me.id % 2 if me.step == me.id + 1 else -1"
+"""Robot i declares in step i + 2, feasible and infeasible by turns."""
+STOPPED = {"faults.stopped": 0.25, "run.steps": 30}
+DECLARED = [
+    # what robots declare, changes, numbers of robots that declared feasible and infeasible, step
+    ("return 1 if me.step >= 0 else -1", {"faults.byzantine": 0.25, "run.steps": 4}, 15, 0, 1),
+    *(
+        ("return 1 if me.step >= 9 else -1", {**STOPPED, "faults.stop_step": stop}, 15, 0, 10)
+        for stop in (5, 10, 20)
+    ),
+    *(
+        (BY_TURNS, {"decision.threshold": threshold}, 10, 10, step)
+        for threshold, step in ((0.5, 12), (0.9, 20), (0.94, 20), (0.95, 21), (0.99, 21))
+    ),
+]
+
+
+def declaring(line):
+    """Return the strategy's text with another rule by which robots declare."""
+    return replaced(QUIET, "    tasks = tasks_in(known)\n    if", f"    {line}\n    tasks = 0\n    if")
 
 
 @pytest.mark.slow
-def test_the_declaration_step_is_the_first_at_which_more_than_the_threshold_have_declared(write):
-    """Robot i declares in step i + 2, feasible and infeasible by turns."""
-    text = replaced(
-        QUIET,
-        "    tasks = tasks_in(known)\n    if",
-        "    tasks = 0\n    if me.step <= 1000:\n"
-        "        return me.id % 2 if me.step == me.id + 1 else -1\n    if",
-    )
-    path = write(text)
-    for threshold, step in ((0.5, 12), (0.9, 20), (0.94, 20), (0.95, 21), (0.99, 21)):
-        changes = {"decision.threshold": threshold}
-        record = assert_same(*2 * [scenario_of(path, **changes)], runs=2)
-        assert record.declare_step.tolist() == [step] * 2
-        assert record.declared_feasible.tolist() == [10] * 2
-        assert record.declared_infeasible.tolist() == [10] * 2
-        short = simulate_record(scenario_of(path, **changes, **{"run.steps": step - 1}), Runs(2, 2))
+@pytest.mark.parametrize(("line", "changes", "feasible", "infeasible", "step"), DECLARED)
+def test_honest_working_robots_declare_and_the_step_is_the_first_above_the_threshold(
+    write, line, changes, feasible, infeasible, step
+):
+    scenario = scenario_of(write(declaring(line)), **changes)
+    record = assert_same(scenario, scenario)
+    assert record.declared_feasible.tolist() == [feasible] * 3
+    assert record.declared_infeasible.tolist() == [infeasible] * 3
+    assert record.declare_step.tolist() == [step] * 3
+    if step > 1:
+        short = simulate_record(scenario.replace({"run.steps": step - 1}), Runs(2, 2))
         assert short.declare_step.tolist() == [-1] * 2
-
-
-@pytest.mark.slow
-def test_robots_that_stop_are_neither_asked_nor_counted(write):
-    text = replaced(
-        QUIET,
-        "    tasks = tasks_in(known)\n    if",
-        "    return 1 if me.step >= 9 else -1\n    tasks = 0\n    if",
-    )
-    changes = {"faults.stopped": 0.25, "run.steps": 30}
-    for stop, declared in ((5, 15), (10, 15), (20, 15)):
-        record = assert_same(*2 * [scenario_of(write(text), **changes, **{"faults.stop_step": stop})])
-        assert record.declared_feasible.tolist() == [declared] * 3
-        assert record.declare_step.tolist() == [10] * 3
 
 
 # --- What a robot knows of itself ---
@@ -190,17 +180,6 @@ def test_what_is_not_there_and_what_is_invented_is_nowhere(write):
 
 @pytest.mark.slow
 def test_the_setting_has_the_numbers_of_the_world(write):
-    """Bits of a message are a number of the setting, so that both implementations must agree on it."""
-    wanted = {
-        "knows_count": 1,
-        "colluding": 0,
-        "width": 14,
-        "height": 7,
-        "walled": 1,
-        "sight": 2.5,
-        "radio": 3.0,
-        "speed": 0.5,
-    }
     world = {
         "arena.side": [14.0, 7.0],
         "arena.boundary": "walls",
@@ -209,30 +188,15 @@ def test_the_setting_has_the_numbers_of_the_world(write):
         "robots.speed": 0.5,
         "run.steps": 1,
     }
-    sums = " + ".join(
-        f"{1000**k} * int(2 * me.setting.{name})" for k, name in enumerate(["width", "height", "sight"])
-    )
-    rest = " + ".join(
-        f"{10**k} * int(2 * me.setting.{name})"
-        for k, name in enumerate(["radio", "speed", "walled", "knows_count", "colluding"])
-    )
-    for total, value in ((sums, 28 + 14 * 1000 + 5 * 10**6), (rest, 6 + 10 + 200 + 2000 + 0)):
-        text = replaced(
-            QUIET,
-            "    known[2] = (known[2] + place(me)) % 99991\n    tasks = tasks_in(known)",
-            f"    return 1 if {total} == {value} else 0\n    tasks = 0",
-        )
-        record = assert_same(*2 * [scenario_of(write(text), **world)])
-        assert record.declared_feasible.tolist() == [20] * 3
-        assert scenario_of(write(text), **world).setting._asdict().items() >= wanted.items()
+    wanted = {"width": 14.0, "height": 7.0, "sight": 2.5, "radio": 3.0, "speed": 0.5}
+    wanted |= {"walled": True, "knows_count": True, "colluding": False}
+    holds = " and ".join(f"me.setting.{name} == {value}" for name, value in wanted.items())
+    scenario = scenario_of(write(declaring(f"return 1 if {holds} else 0")), **world)
+    assert assert_same(scenario, scenario).declared_feasible.tolist() == [20] * 3
+    assert scenario.setting._asdict().items() >= wanted.items()
 
 
-# --- What can't be combined ---
-
-
-def test_a_strategy_that_declares_is_not_combined_with_a_rule(write):
-    with pytest.raises(ScenarioError, match=r"decision\.declare = .*declares by its own word.*leave it out"):
-        scenario_of(write(QUIET), **{"decision.declare": {"quorum": 0.9}})
+# --- Helpers ---
 
 
 @pytest.mark.slow

@@ -158,6 +158,9 @@ EDGES = {
         ({}, {}, {"k": 2.0}, "decision.parameters.k = 2.0: dmmd has no such parameter; it has none"),
         (by("bayes"), {}, {"k": 2.0}, "decision.parameters.k = 2.0: bayes has no such parameter"),
     ],
+    "decision.declare": [
+        (by("quiet-census"), None, {"quorum": 0.9}, "quiet-census declares by its own word")
+    ],
     "decision.strategy": [
         ({"preset": "subcdm-2025"}, "dmmd", "census", "decision.quality_floor = 1: census rates")
     ],
