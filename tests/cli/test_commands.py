@@ -281,13 +281,8 @@ def test_a_file_and_changes_to_it_of_which_the_last_counts_and_steps_before_all(
     [
         (["tasks.count"], [("tasks.count", "FIELD=VALUE")]),
         (["tasks.count=many"], [("tasks.count = 'many'", "20")]),
-        (["tasks.count="], [("tasks.count = ''", "20")]),
         (["tasks.cuont=5"], [("tasks.cuont = 5", "did you mean tasks.count?")]),
-        (["task.count=5"], [("task", "did you mean tasks?")]),
         (["tasks=5"], [("tasks = 5", "tasks.count")]),
-        (["sensing.range=nan"], [("sensing.range = nan", "2.0")]),
-        (["sensing.range=11"], [("sensing.range = 11", "arena.side")]),
-        (["decision.listen=never"], [("decision.listen = 'never'", "always")]),
         (
             ["robots.count=0", "radio.range=-2.0", "decision.threshold=1.0"],
             [
@@ -296,7 +291,6 @@ def test_a_file_and_changes_to_it_of_which_the_last_counts_and_steps_before_all(
                 ("decision.threshold = 1.0", "0.9"),
             ],
         ),
-        (["tasks=5", "robots.count=0"], [("tasks = 5", "tasks.count"), ("robots.count = 0", "20")]),
     ],
 )
 def test_bad_fields_are_refused_with_a_line_each(here, changes, expected):
@@ -325,19 +319,18 @@ def test_a_bad_file_is_refused_with_its_name(tmp_path):
 
 @pytest.mark.usefixtures("no_simulation")
 @pytest.mark.parametrize(
-    ("arguments", "word"),
+    ("option", "number", "word"),
     [
-        (["--seed", str(2**64)], "seed"),
-        (["--runs", "0"], "runs"),
-        (["--runs", str(2**32 + 1)], "runs"),
-        (["--run", str(2**32)], "first_run"),
-        (["--steps", "0"], "run.steps"),
-        (["--out", "a.nc", "--runs", "100000000"], "curves"),
+        ("--seed", 2**64, "seed"),
+        ("--runs", 0, "runs"),
+        ("--runs", 2**32 + 1, "runs"),
+        ("--run", 2**32, "first_run"),
+        ("--steps", 0, "run.steps"),
     ],
 )
-def test_impossible_numbers_are_refused(here, arguments, word):
-    lines = refused("run", *arguments)
-    assert word in lines[-1]
+def test_impossible_numbers_are_refused(here, option, number, word):
+    assert word in refused("run", option, number)[-1]
+    assert "curves" in refused("run", "--out", "a.nc", "--runs", 100_000_000)[-1]
     assert names(here) == []
 
 
@@ -447,9 +440,7 @@ def test_paper_writes_figures_and_says_of_each_claim_whether_it_holds(here):
     cells = [cell.strip() for line in result.stdout.splitlines() for cell in line.split("│")]
     assert [cell for cell in cells if cell in {"holds", "fails", "can't tell"}] == verdicts
     assert "out/figures" in result.stdout
-
-
-def test_paper_has_enough_runs_by_default_that_its_claims_can_be_told():
+    # enough that the claims can be told
     assert "[default: 2000;" in " ".join(invoke("paper", "--help").stdout.split())
 
 

@@ -83,11 +83,9 @@ def checked() -> Iterator[None]:
     """Raise `Damage` in place of each error that a damaged row or page may cause."""
     try:
         yield
-    except sqlite3.Error as error:
-        if remedy_of(error) != DAMAGED:
+    except (sqlite3.Error, *UNREADABLE) as error:
+        if isinstance(error, sqlite3.Error) and remedy_of(error) != DAMAGED:
             raise
-        raise Damage(short(error)) from None
-    except UNREADABLE as error:
         raise Damage(short(error)) from None
 
 
