@@ -31,8 +31,6 @@ from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.studies.recommend import Recommendation
-    from feasibee.studies.report import Assessment
-    from feasibee.studies.size import Sizing
 
 
 @command()
@@ -66,7 +64,7 @@ def assess(
       feasibee assess --robots 40 --tasks 30 --arena 50 --range 4
     """
     from feasibee.studies.assess import assess as simulate_all
-    from feasibee.studies.report import write_report
+    from feasibee.studies.report import sections, write_report
 
     fields = {
         "robots.count": robots,
@@ -82,13 +80,7 @@ def assess(
         write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
         print_json(assessment.to_dict())
-    else:
-        _print_assessment(assessment, report)
-
-
-def _print_assessment(assessment: Assessment, report: Path | None) -> None:
-    from feasibee.studies.report import sections
-
+        return
     for title, lines in sections(assessment).items():
         click.echo(title)
         for line in lines:
@@ -139,7 +131,7 @@ def size(
     """
     from feasibee.figures.sizing import draw_sizing
     from feasibee.figures.style import save_figure
-    from feasibee.studies.size import Rule, panels_of
+    from feasibee.studies.size import Rule, panels_of, sentences
     from feasibee.studies.size import size as search
 
     scenario = given.read({"decision.strategy": strategy, "run.steps": steps})
@@ -152,13 +144,7 @@ def size(
         save_figure(draw_sizing(panels_of(found), found.rule.target), plot)
     if as_json:
         print_json(found.to_dict())
-    else:
-        _print_sizing(found, plot)
-
-
-def _print_sizing(found: Sizing, plot: Path | None) -> None:
-    from feasibee.studies.size import sentences
-
+        return
     for sentence in sentences(found):
         click.echo(wrapped(sentence))
     click.echo(wrapped(f"Whole answer: {100 * found.rule.confidence:g} % confidence, if {found.assumption}."))

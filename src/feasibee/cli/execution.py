@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -72,7 +72,8 @@ def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[P
             most = progress.most if progress.is_bounded else None
             bar.update(task, total=most, completed=progress.work_done, description=words, done=done)
             if log is not None:
-                _append(log, {"time": time.time(), **vars(progress)})
+                with _writing_log(log), log.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps({"time": time.time(), **vars(progress)}) + "\n")
             if not terminal and time.monotonic() - last >= PATIENCE:
                 last = time.monotonic()
                 click.echo(f"feasibee: {words}: {done}", err=True)
@@ -88,11 +89,6 @@ def _end_line(log: Path) -> None:
                 file.seek(-1, os.SEEK_END)
                 if file.read() != b"\n":
                     file.write(b"\n")
-
-
-def _append(log: Path, entry: dict[str, Any]) -> None:
-    with _writing_log(log), log.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(entry) + "\n")
 
 
 def check_log(log: Path) -> None:

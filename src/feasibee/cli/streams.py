@@ -21,7 +21,7 @@ def prepare() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and "write" not in vars(stream):
             stream.reconfigure(errors="backslashreplace")
-            _escape(stream)
+            vars(stream)["write"] = lambda text, write=stream.write: write(visible(text))
 
 
 def visible(text: str) -> str:
@@ -34,11 +34,6 @@ def visible(text: str) -> str:
 def _code(character: str) -> str:
     number = ord(character)
     return f"\\u{number:04x}" if number < 2**16 else f"\\U{number:08x}"
-
-
-def _escape(stream: TextIOWrapper) -> None:
-    write = stream.write
-    stream.__dict__["write"] = lambda text: write(visible(text))
 
 
 def _is_open(number: int) -> bool:

@@ -112,8 +112,12 @@ def compare(
     """
     from feasibee.studies.comparison import as_dict, contenders_of, write_comparison
     from feasibee.studies.comparison import compare as simulate_all
+    from feasibee.studies.needs import suitable
 
-    _check_asked(limits, strategies, presets)
+    if limits and presets:
+        raise FeasibeeError("--limits with --presets: compares strategies; leave out --presets")
+    if strategies == ALONE and not limits:
+        raise FeasibeeError("--strategies none: leaves nothing to compare; add --limits for the limits alone")
     scenario = given.read()
     if limits:
         _with_limits(scenario, strategies, tasks, runs or 1000, seed, cells, workforce, out, as_json)
@@ -121,8 +125,8 @@ def compare(
     runs = runs or 200
     numbers = _tasks_of(scenario, tasks, runs, seed)
     contenders = contenders_of(scenario, strategies, presets)
-    if not (strategies or presets):
-        _tell_left_out(scenario)
+    for name, error in () if strategies or presets else suitable(scenario)[1].items():
+        click.echo(f"feasibee: left out {name}: {error}", err=True)
     for number in tasks:
         scenario.replace({"tasks.count": number})
     folder = make_folder(out)
@@ -134,21 +138,6 @@ def compare(
         return
     _print_comparison(outcomes)
     click.echo(f"Figures (PNG, PDF) and their data, compare.csv, are in {folder}/")
-
-
-def _check_asked(limits: bool, strategies: tuple[str, ...], presets: tuple[str, ...]) -> None:
-    if limits and presets:
-        raise FeasibeeError("--limits with --presets: compares strategies; leave out --presets")
-    if strategies == ALONE and not limits:
-        raise FeasibeeError("--strategies none: leaves nothing to compare; add --limits for the limits alone")
-
-
-def _tell_left_out(scenario: Scenario) -> None:
-    """Name the built-in strategies that the scenario does not support, and why."""
-    from feasibee.studies.needs import suitable
-
-    for name, error in suitable(scenario)[1].items():
-        click.echo(f"feasibee: left out {name}: {error}", err=True)
 
 
 def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) -> Sequence[int]:

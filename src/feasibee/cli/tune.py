@@ -132,25 +132,20 @@ def _print_tuned(tuned: Tuned, steps: int, fresh: int, picture: Path) -> None:
 def _result(tuned: Tuned, steps: int) -> str:
     """Return the measure with the best parameters and at the start, and their difference."""
     measure = tuned.objective.measure
+    alarms = f", {tuned.false_alarms:.2g} false alarms per 1,000 steps," if measure != "right_at_end" else ""
     if measure == "detection_delay":
         middle, low, high = tuned.gain
         return (
             f"Mean delay of detection: {tuned.best.estimate:.1f} steps, at the start "
             f"{tuned.start.estimate:.1f}: {middle:.1f} steps sooner ({low:.1f} to {high:.1f})"
-            f"{_alarms(tuned)}"
+            f"{alarms}"
         )
     middle, low, high = (100 * value for value in tuned.gain)
     words = f"Right within {steps} steps" if measure == "right_at_end" else f"Right, of {steps} steps"
     return (
         f"{words}: {100 * tuned.best.estimate:.1f} %, at the start {100 * tuned.start.estimate:.1f} %: "
-        f"{middle:+.1f} points ({low:+.1f} to {high:+.1f}){_alarms(tuned)}"
+        f"{middle:+.1f} points ({low:+.1f} to {high:+.1f}){alarms}"
     )
-
-
-def _alarms(tuned: Tuned) -> str:
-    if tuned.objective.measure == "right_at_end":
-        return ""
-    return f", {tuned.false_alarms:.2g} false alarms per 1,000 steps,"
 
 
 def _vary(

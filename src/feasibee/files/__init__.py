@@ -117,7 +117,10 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     target, temporary = _beside(path)
     try:
         yield temporary
-        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else _usual_permissions())
+        os.umask(
+            umask := os.umask(0)
+        )  # mkstemp's own permissions are more restrictive than those of new files
+        temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~umask)
         temporary.replace(target)
     except OSError as error:
         raise FeasibeeError(f"{named(target)}: can't be written: {why_not(error)}; free disk space") from None
@@ -199,10 +202,3 @@ def make_folder(path: str | Path) -> Path:
             f"{named(folder)}: can't be created: {why_not(error)}; name a folder in one that you may write to"
         ) from None
     return folder
-
-
-def _usual_permissions() -> int:
-    """Return the permissions of a new file under the user's umask; mkstemp's own are more restrictive."""
-    umask = os.umask(0)
-    os.umask(umask)
-    return 0o666 & ~umask

@@ -325,7 +325,10 @@ class Journal:
             self._writing = True
             try:
                 yield self._database
-                self._sum_up()
+                self._totals["commits"] += 1
+                about = {**self._versions, **{key: str(number) for key, number in self._totals.items()}}
+                about["digest"] = digest_of_about(about)
+                self._database.executemany("REPLACE INTO about VALUES (?, ?)", about.items())
                 self._database.execute("COMMIT")
             except BaseException:
                 self._totals = before
@@ -337,13 +340,6 @@ class Journal:
         with suppress(OSError):  # without a seal, less damage is found
             if self._lock is not None:
                 write_seal(self.folder, self._totals["commits"])
-
-    def _sum_up(self) -> None:
-        """Write the totals, the versions, and their digest."""
-        self._totals["commits"] += 1
-        about = {**self._versions, **{key: str(number) for key, number in self._totals.items()}}
-        about["digest"] = digest_of_about(about)
-        self._database.executemany("REPLACE INTO about VALUES (?, ?)", about.items())
 
     # --- Opening ---
 

@@ -19,6 +19,7 @@ import csv
 import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
@@ -290,23 +291,15 @@ def _table(path: Path, base: Scenario) -> Iterator[dict[str, Any]]:
 
 
 def _read(text: str, is_whole: bool) -> Any:
-    """Parse a value as TOML or else plain text; other tools write floats for whole numbers."""
+    """Parse a value as TOML, or as other tools write it: True, .5, 5., a bare word, or 5.0 for 5."""
     text = text.strip()
-    try:
-        value = toml_value(text)
-    except ValueError:
-        value = _read_as_elsewhere(text)
-    return round(value) if is_whole and isinstance(value, float) and _is_number(value) else value
-
-
-def _read_as_elsewhere(text: str) -> Any:
-    """Parse a value that other tools write and TOML lacks: True, .5, 5., or a bare word."""
+    value: Any = text
     if text.lower() in ("true", "false"):
         return text.lower() == "true"
-    try:
-        return float(text)
-    except ValueError:
-        return text
+    for parse in (float, toml_value):
+        with suppress(ValueError):
+            value = parse(text)
+    return round(value) if is_whole and isinstance(value, float) and _is_number(value) else value
 
 
 def _located(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
