@@ -23,19 +23,9 @@ NUMBERED = [
 WITHOUT = {"docs/changelog.md", "docs/contributing.md", "docs/examples.md"}  # they include other files
 
 
-def page(*claims, tables=(), given=(), parts=()):
-    return Page(
-        "x",
-        Path("x.md"),
-        {"a": "feasibee"},
-        {},
-        {},
-        list(claims),
-        list(tables),
-        list(given),
-        list(parts),
-        True,
-    )
+def page(*claims, path="x.md", command="feasibee", files=(), tables=(), given=(), parts=()):
+    rest = [list(claims), list(tables), list(given), list(parts)]
+    return Page("x", Path(path), {"a": command}, {}, dict(files), *rest, True)
 
 
 def claim(text, holds=""):
@@ -225,25 +215,15 @@ def test_what_could_change_an_outcome_is_code_not_docstrings():
 
 def test_a_command_runs_beside_the_files_that_the_page_has(kept, tmp_path):
     (tmp_path / "x.md").write_text("Write\n\n  ```toml\n  [tasks]\n  count = 7\n  ```\n", encoding="utf-8")
-    there = Page(
-        "x",
-        tmp_path / "x.md",
-        {"a": "feasibee truth mine.toml --json"},
-        {},
-        {"mine.toml": "[tasks]"},
-        [],
-        [],
-        [],
-        [],
-        True,
-    )
+    command, files = "feasibee truth mine.toml --json", {"mine.toml": "[tasks]"}
+    there = page(path=tmp_path / "x.md", command=command, files=files)
     assert commands.files_of(there) == {"mine.toml": "[tasks]\ncount = 7\n"}
     assert commands.outcome(there, "a")["feasible"] is True
 
 
 def test_a_command_that_fails_is_told(kept, tmp_path):
     (tmp_path / "x.md").write_text("", encoding="utf-8")
-    wrong = Page("x", tmp_path / "x.md", {"a": "feasibee truth none.toml"}, {}, {}, [], [], [], [], True)
+    wrong = page(path=tmp_path / "x.md", command="feasibee truth none.toml")
     with pytest.raises(SystemExit, match=r"ended with status 2:\nfeasibee: none\.toml"):
         commands.outcome(wrong, "a")
 
@@ -253,7 +233,7 @@ def test_the_command_line_puts_a_page_right_or_only_tells(
     kept, tmp_path, monkeypatch, capsys, options, status, text
 ):
     (tmp_path / "x.md").write_text("6 steps", encoding="utf-8")
-    there = Page("x", tmp_path / "x.md", {"a": ""}, {}, {}, [claim("{a.step} steps")], [], [], [], True)
+    there = page(claim("{a.step} steps"), path=tmp_path / "x.md")
     monkeypatch.setattr(command_line, "read", lambda name: there)
     monkeypatch.setattr(command_line, "outcome", lambda page, name: Record(step=7))
     assert command_line.main(["x", *options]) == status
