@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from os import SEEK_END
 from pathlib import Path
@@ -27,6 +28,38 @@ FAR: Final = 2**40
 """Bound of coordinates and velocities in fixed point; the sides of an arena are at most 2**32."""
 _COORDINATE: Final = whole(-FAR, FAR)
 _BODY: Final = row(*[_COORDINATE] * 4, anything, anything)
+
+
+class _Step(NamedTuple):
+    """A step's line, as far as it is drawn."""
+
+    robots: list[int]
+    """Numbers of the robots."""
+    processes: list[int]
+    """Numbers of their processes; those of the robots of the start are the lowest."""
+    tasks: list[int]
+    """Numbers of the tasks."""
+    truth: int
+    bodies: NDArray[np.int64]
+    """Place and velocity of each robot in fixed point."""
+    minds: NDArray[np.int8]
+    """Opinion, declaration, and whether it disseminates, of each robot."""
+    lost: list[int]
+    decision: tuple[int, int]
+    faults: NDArray[np.str_]
+    """The fault of each robot."""
+    works: NDArray[np.bool_]
+    counted: NDArray[np.bool_]
+
+
+class _OfRobots:
+    """Values of a step's robots by number, with another one for numbers without robot."""
+
+    def __init__(self, nobody: float, values: Callable[[_Step], NDArray[Any]]) -> None:
+        self._nobody, self._values = nobody, values
+
+    def __get__(self, field: Recording, _: type[Recording]) -> NDArray[Any]:
+        return field._rows(self._values(field._now), self._nobody)
 
 
 class Recording:
@@ -218,51 +251,26 @@ class Recording:
         """Positions of the robots in units: float64, shape (robots, 2)."""
         return self._rows(self._in_units(self._now.bodies[:, :2]), 0.0)
 
-    @property
-    def headings(self) -> NDArray[np.float64]:
-        """Directions of robots in radians: float64, shape (robots,); 0 if a robot stopped or is lost."""
-        dx, dy = self._now.bodies[:, 2:].T
-        return self._rows(np.where(self._now.works, np.arctan2(dy, dx), 0.0), 0.0)
-
-    @property
-    def present(self) -> NDArray[np.bool_]:
-        """Whether a robot, lost or not, has each number at this step: bool, shape (robots,)."""
-        return self._rows(np.ones(len(self._now.robots), np.bool_), False)
-
-    @property
-    def opinions(self) -> NDArray[np.int8]:
-        """Opinions that the robots last reported: int8, shape (robots,)."""
-        return self._rows(self._now.minds[:, 0], -1)
-
-    @property
-    def declared(self) -> NDArray[np.int8]:
-        """What each robot has declared: int8, shape (robots,), -1 for nothing."""
-        return self._rows(self._now.minds[:, 1], -1)
-
-    @property
-    def disseminating(self) -> NDArray[np.bool_]:
-        """Whether each robot is disseminating: bool, shape (robots,)."""
-        tells = self._now.minds[:, 2].astype(np.bool_)
-        return self._rows(tells & self._now.works, False)
-
-    @property
-    def working(self) -> NDArray[np.bool_]:
-        """Whether each robot works, and its process answers: bool, shape (robots,)."""
-        return self._rows(self._now.works, False)
+    headings = _OfRobots(0.0, lambda step: np.where(step.works, np.arctan2(*step.bodies[:, :1:-1].T), 0.0))
+    """Directions of robots in radians: float64, shape (robots,); 0 if a robot stopped or is lost."""
+    present = _OfRobots(False, lambda step: np.ones(len(step.robots), np.bool_))
+    """Whether a robot, lost or not, has each number at this step: bool, shape (robots,)."""
+    opinions = _OfRobots(-1, lambda step: step.minds[:, 0])
+    """Opinions that the robots last reported: int8, shape (robots,)."""
+    declared = _OfRobots(-1, lambda step: step.minds[:, 1])
+    """What each robot has declared: int8, shape (robots,), -1 for nothing."""
+    disseminating = _OfRobots(False, lambda step: step.minds[:, 2].astype(np.bool_) & step.works)
+    """Whether each robot is disseminating: bool, shape (robots,)."""
+    working = _OfRobots(False, lambda step: step.works)
+    """Whether each robot works, and its process answers: bool, shape (robots,)."""
+    counted = _OfRobots(False, lambda step: step.counted)
+    """Whether each robot counts in the decision: bool, shape (robots,)."""
+    lost = _OfRobots(False, lambda step: np.isin(step.robots, step.lost))
+    """Whether each robot's process is silent: bool, shape (robots,)."""
 
     def has_fault(self, kind: str) -> NDArray[np.bool_]:
         """Return whether each robot has a fault of a kind: bool, shape (robots,)."""
         return self._rows(self._now.faults == kind, False)
-
-    @property
-    def counted(self) -> NDArray[np.bool_]:
-        """Whether each robot counts in the decision: bool, shape (robots,)."""
-        return self._rows(self._now.counted, False)
-
-    @property
-    def lost(self) -> NDArray[np.bool_]:
-        """Whether each robot's process is silent: bool, shape (robots,)."""
-        return self._rows(np.isin(self._now.robots, self._now.lost), False)
 
     def _rows(self, values: NDArray[Any], nobody: float) -> NDArray[Any]:
         """Return values of the robots of this step by number, with another one for free numbers."""
@@ -330,28 +338,6 @@ class Recording:
 
     def _in_units(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
         return places.astype(np.float64) * float(self._bodies.world.unit)
-
-
-class _Step(NamedTuple):
-    """A step's line, as far as it is drawn."""
-
-    robots: list[int]
-    """Numbers of the robots."""
-    processes: list[int]
-    """Numbers of their processes; those of the robots of the start are the lowest."""
-    tasks: list[int]
-    """Numbers of the tasks."""
-    truth: int
-    bodies: NDArray[np.int64]
-    """Place and velocity of each robot in fixed point."""
-    minds: NDArray[np.int8]
-    """Opinion, declaration, and whether it disseminates, of each robot."""
-    lost: list[int]
-    decision: tuple[int, int]
-    faults: NDArray[np.str_]
-    """The fault of each robot."""
-    works: NDArray[np.bool_]
-    counted: NDArray[np.bool_]
 
 
 def _read_head(path: Path, head: dict[str, Any]) -> tuple[Scenario, Runs]:

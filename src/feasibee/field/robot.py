@@ -123,7 +123,7 @@ class Robot:
         try:
             self._take_part(self._join())
         except _EndedError as ended:
-            return ended.args  # type: ignore[return-value]
+            return ended.args
 
     def _take_part(self, orders: dict[str, Any]) -> NoReturn:
         self._node = Node(orders, self._log.write if self._log else None, strategy=self._strategy)

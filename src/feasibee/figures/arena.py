@@ -74,5 +74,9 @@ def _arena_legend(ax: Axes, declares: bool) -> None:
     }
     usual = {"linestyle": "", "marker": "o", "markersize": 6}
     handles = [ax.plot([], [], **{**usual, **look})[0] for look in looks.values()]
-    where = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "ncols": 3 if declares else 4}
+    where: dict[str, Any] = {
+        "loc": "lower center",
+        "bbox_to_anchor": (0.5, 1.0),
+        "ncols": 3 if declares else 4,
+    }
     ax.legend(handles, looks, columnspacing=1, handletextpad=0.2, **where)

@@ -260,7 +260,12 @@ def draw_panels(panels: Sequence[Panel], columns: int = 4) -> Figure:
                 for name in ("feasible", "infeasible"):
                     middle = 100 * np.array(panels[0].rates[name])[:, 0]
                     ax.plot(panels[0].ratios, middle, color=COLOURS[name], linewidth=2.6, alpha=0.22)
-            tip = {"color": "0.45", "linewidth": 0.9, "linestyle": ":", "label": "infeasible to its left"}
+            tip: dict[str, Any] = {
+                "color": "0.45",
+                "linewidth": 0.9,
+                "linestyle": ":",
+                "label": "infeasible to its left",
+            }
             ax.axvline(panel.tip, zorder=0, **tip)
             _draw_rates(ax, panel.ratios, panel.rates, markersize=2.4, linewidth=0.9, elinewidth=0.7)
             ax.set(ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
@@ -332,7 +337,7 @@ def draw_truth(ax: Axes, infeasible: NDArray[np.float64]) -> None:
     edges, behind = np.arange(infeasible.size + 1) - 0.5, ax.get_xaxis_transform()
     shown: dict[str, Any] = {"cmap": shades, "vmin": 0, "vmax": 1, "zorder": 0, "rasterized": True}
     ax.pcolormesh(edges, [0, 1], infeasible[np.newaxis, :], transform=behind, **shown)
-    top = {"fontsize": 7.5, "ha": "center", "va": "top", "zorder": 1}
+    top: dict[str, Any] = {"fontsize": 7.5, "ha": "center", "va": "top", "zorder": 1}
     if not np.isin(infeasible, (0, 1)).all():
         note(ax, "grey: share of runs whose tasks are infeasible", (0.5, 0.985), where=ax.transAxes, **top)
         return

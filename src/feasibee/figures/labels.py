@@ -153,7 +153,7 @@ class Point(NamedTuple):
 def draw_points(ax: Axes, points: Sequence[Point]) -> None:
     """Draw points with their bars."""
     for _, x, y, look, low, high, hollow in points:
-        face = {"markerfacecolor": "white"} if hollow else {}
+        face: dict[str, Any] = {"markerfacecolor": "white"} if hollow else {}
         ax.errorbar([x], [y], [[y - low], [high - y]], **look.bars, **face)
 
 

@@ -182,5 +182,5 @@ def _label_bands(ax: Axes, panel: Panel, rows: int) -> None:
         middle, late = panel.limits[name]
         if middle is not None:
             place = float(np.sqrt(max(1, middle) * (late or middle))), rows - 0.5 + STRIP
-            look = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5}
+            look: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5}
             note(ax, LOOKS[name].label, place, color=text_colour(LOOKS[name].colour), **look)

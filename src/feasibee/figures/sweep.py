@@ -47,6 +47,7 @@ def draw_lines(
     over : sequence of str
         Names of other fields, over whose values the measure is averaged.
     """
+    scale = 100.0 if MEASURES[show].unit == "%" else 1.0
     positions = [value for line in lines.values() for value in line]
     numeric = all(isinstance(value, int | float) for value in positions)
     means = {_text(name): _mean(line, show) for name, line in lines.items()}
@@ -55,7 +56,7 @@ def draw_lines(
         ends = {}
         for name, line in zip(found, lines.values(), strict=True):
             values = sorted(line) if numeric else list(line)
-            share = _scale(show) * np.array([line[value] for value in values])
+            share = scale * np.array([line[value] for value in values])
             look, (middle, low, high) = found[name], share.T
             ax.plot(values, middle, marker=look.marker, markersize=4, **look.line)
             if look.highlighted:
@@ -65,8 +66,8 @@ def draw_lines(
                 ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(middle[known[-1]]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
-        ax.set(xlabel=x, ylabel=_label(show), ylim=PERCENT if _scale(show) > 1 else (0, None))
-        _say_averaged(ax, over)
+        ax.set(xlabel=x, ylabel=_label(show), ylim=PERCENT if scale > 1 else (0, None))
+        ax.set_title(f"averaged over {', '.join(over)}" if over else "", loc="left", color="0.3")
         _say_never(ax, lines, show)
         if hue:
             label_ends(ax, ends, found, means, title=hue)
@@ -81,19 +82,9 @@ def _mean(line: Mapping[Any, Interval], show: str) -> float:
     return -mean if MEASURES[show].less else mean
 
 
-def _scale(show: str) -> float:
-    return 100.0 if MEASURES[show].unit == "%" else 1.0
-
-
 def _label(show: str) -> str:
     measure = MEASURES[show]
     return f"{measure.label}:\n{measure.ends}" if measure.ends else measure.label
-
-
-def _say_averaged(ax: Axes, over: Sequence[str]) -> None:
-    """Write above the axes over which fields the shares are averaged, if any."""
-    if over:
-        ax.set_title(f"averaged over {', '.join(over)}", loc="left", color="0.3")
 
 
 def _say_never(ax: Axes, lines: Mapping[Any, Mapping[Any, Interval]], show: str) -> None:
@@ -123,10 +114,11 @@ def draw_map(
         Names of other fields, over whose values the measure is averaged.
     """
     columns, rows = (_in_order([cell[axis] for cell in cells]) for axis in (0, 1))
+    scale = 100.0 if MEASURES[show].unit == "%" else 1.0
     shares = np.full((len(rows), len(columns)), np.nan)
     for (column, row), interval in cells.items():
-        shares[rows.index(row), columns.index(column)] = _scale(show) * interval.estimate
-    top = 100.0 if _scale(show) > 1 else max(1e-9, float(np.nanmax(shares, initial=0)))
+        shares[rows.index(row), columns.index(column)] = scale * interval.estimate
+    top = 100.0 if scale > 1 else max(1e-9, float(np.nanmax(shares, initial=0)))
     with figure(1.8 + 0.42 * len(columns), 1.2 + 0.32 * len(rows)) as (drawn, ax):
         image = ax.imshow(shares, origin="lower", aspect="auto", vmin=0, vmax=top, cmap="cividis")
         for row, column in np.argwhere(np.isfinite(shares)):
@@ -138,7 +130,7 @@ def draw_map(
         ax.set_xticks(range(len(columns)), [_text(value) for value in columns])
         ax.set_yticks(range(len(rows)), [_text(value) for value in rows])
         ax.spines[:].set_visible(False)
-        _say_averaged(ax, over)
+        ax.set_title(f"averaged over {', '.join(over)}" if over else "", loc="left", color="0.3")
         drawn.colorbar(image, ax=ax, label=_label(show))
     return drawn
 
