@@ -419,13 +419,18 @@ def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     >>> [round(each, 3) for each in mean_share([0.9, 0.8, 1.0] * 30)]
     [0.9, 0.866, 0.917]
     """
-    values = np.asarray(shares, np.float64)
-    if not values.size or not ((values >= 0) & (values <= 1)).all():
+    return _adjusted(np.asarray(shares, np.float64), 0.0, 1.0, confidence)
+
+
+def _adjusted(values: NDArray[np.float64], least: float, most: float, confidence: float) -> Interval:
+    """Return the mean of values from ``least`` to ``most``, with Wald's interval of them and these two."""
+    if not values.size or not ((values >= least) & (values <= most)).all():
         raise ValueError(f"shares of {values.size} runs: must be at least one, each from 0 to 1")
-    sums = float(values.sum()) + 1, float(values @ values) + 1
-    centre, half = _wald(*sums, values.size + 2, confidence)
-    estimate = float(values.mean())
-    return Interval(estimate, max(0.0, min(estimate, centre - half)), min(1.0, max(estimate, centre + half)))
+    with_both = np.append(values, (least, most))
+    half = normal_quantile(confidence) * float(with_both.std()) / math.sqrt(with_both.size)
+    centre, estimate = float(with_both.mean()), float(values.mean())
+    low, high = min(estimate, centre - half), max(estimate, centre + half)
+    return Interval(estimate, max(least, low), min(most, high))
 
 
 def event_rate(events: ArrayLike, exposure: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
@@ -538,18 +543,7 @@ def mean_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFID
     0.5
     """
     differences = np.asarray(one, np.float64) - np.asarray(other, np.float64)
-    if not differences.size or not (np.abs(differences) <= 1).all():
-        raise ValueError(f"shares of {differences.size} runs: must be at least one, each from 0 to 1")
-    sums = float(differences.sum()), float(differences @ differences) + 2
-    centre, half = _wald(*sums, differences.size + 2, confidence)
-    return Interval(float(differences.mean()), max(-1.0, centre - half), min(1.0, centre + half))
-
-
-def _wald(total: float, squares: float, runs: int, confidence: float) -> tuple[float, float]:
-    """Return a mean and half the width of its Wald interval, by the sum of the runs and that of squares."""
-    centre = total / runs
-    variance = squares / runs - centre * centre
-    return centre, normal_quantile(confidence) * math.sqrt(variance / runs)
+    return _adjusted(differences, -1.0, 1.0, confidence)
 
 
 def mean_of(values: ArrayLike, confidence: float = CONFIDENCE) -> Interval:

@@ -105,7 +105,7 @@ def quiet_times_in_words(scenario: Scenario) -> list[str]:
     ]
 
 
-def _longest_parts(scenario: Scenario, seed: int = 0) -> tuple[int, int]:
+def _longest_parts(scenario: Scenario, seed: int) -> tuple[int, int]:
     """Return the lengths in bits of a message without its knowledge, and of the longest knowledge in one.
 
     Knowledge is measured in one run, at 20 steps, of all robots.

@@ -197,15 +197,16 @@ def _narrower(large: RatioSummary, small: RatioSummary, seed: int) -> Claim:
     """Compare the quartile bands of Fig. 2a at ratios 10 and 2, averaged over time, by resampling runs."""
     random = np.random.Generator(np.random.Philox(key=seed))
 
-    def difference(large_runs: NDArray[np.float32], small_runs: NDArray[np.float32]) -> float:
-        return float(_band(large_runs) - _band(small_runs))
+    def band(percentages: NDArray[np.float32]) -> float:
+        low, high = np.quantile(percentages, (0.25, 0.75), axis=0)
+        return float((high - low).mean())
 
-    resampled = [
-        difference(*(point.thinned[random.integers(point.runs, size=point.runs)] for point in (large, small)))
-        for _ in range(RESAMPLES)
-    ]
-    low, high = np.quantile(resampled, (0.5 - CONFIDENCE / 2, 0.5 + CONFIDENCE / 2))
-    interval = Interval(difference(large.thinned, small.thinned), float(low), float(high))
+    def resampled(point: RatioSummary) -> float:
+        return band(point.thinned[random.integers(point.runs, size=point.runs)])
+
+    differences = [resampled(large) - resampled(small) for _ in range(RESAMPLES)]
+    low, high = np.quantile(differences, (0.5 - CONFIDENCE / 2, 0.5 + CONFIDENCE / 2))
+    interval = Interval(band(large.thinned) - band(small.thinned), float(low), float(high))
     claim = "the interquartile range is smaller at ratio 10 than at ratio 2"
     statistic = "mean width of the quartile band, ratio 10 less ratio 2, percentage points"
     return _claim(claim, "section III, Fig. 2a", statistic, interval, 0.0, above=False)
@@ -230,11 +231,6 @@ def _variance(rate: float, runs: int) -> float:
     """Return the variance of a rate, with one added success and one added failure: 0 of 100 isn't certain."""
     shrunk = (rate * runs + 1) / (runs + 2)
     return shrunk * (1 - shrunk) / (runs + 2)
-
-
-def _band(percentages: NDArray[np.float32]) -> float:
-    low, high = np.quantile(percentages, (0.25, 0.75), axis=0)
-    return float((high - low).mean())
 
 
 TASKS = (2, 3, 4, 5, 6, 8, 10, 13, 16, 18, 20, 22, 25, 31, 40, 50, 67, 80, 100, 133, 200)
