@@ -41,49 +41,22 @@ def plain(results):
     ]
 
 
-def paper_study(execution):
-    return plain(run_study(3, 1, execution))
-
-
-def robustness_study(execution):
-    return plain(simulate_panels(1, 1, execution))
-
-
-def comparison_study(execution):
-    contenders = contenders_of(SMALL, ["dmmd", "voter", "bayes"])
-    return plain(compare(contenders, (2, 5, 9), 12, 1, execution))
-
-
-def sizing_study(execution):
-    return json.dumps(size(SMALL, rule=Rule(0.5, first=4, most=12), seed=1, execution=execution).to_dict())
-
-
-def recommendation_study(execution):
-    return json.dumps(recommend(SMALL, Constraints(0.5, liars=1), (), 12, 1, execution).to_dict())
-
-
-def assessment_study(execution):
-    return json.dumps(assess(SMALL, 12, 1, execution).to_dict())
-
-
 def tuning_study(execution):
     pytest.importorskip("optuna")
     return repr(tune(SMALL, dimensions(SMALL, OVER), 5, 6, 1, execution))
 
 
-def sensitivity_study(execution):
-    return repr(sensitivities(SMALL, dimensions(SMALL, OVER), 12, 4, 1, execution))
-
-
+CONTENDERS = contenders_of(SMALL, ["dmmd", "voter", "bayes"])
+RULE, BEARING = Rule(0.5, first=4, most=12), Constraints(0.5, liars=1)
 STUDIES = {
-    "paper": paper_study,
-    "robustness": robustness_study,
-    "comparison": comparison_study,
-    "assessment": assessment_study,
-    "sizing": sizing_study,
-    "recommendation": recommendation_study,
+    "paper": lambda given: plain(run_study(3, 1, given)),
+    "robustness": lambda given: plain(simulate_panels(1, 1, given)),
+    "comparison": lambda given: plain(compare(CONTENDERS, (2, 5, 9), 12, 1, given)),
+    "assessment": lambda given: json.dumps(assess(SMALL, 12, 1, given).to_dict()),
+    "sizing": lambda given: json.dumps(size(SMALL, rule=RULE, seed=1, execution=given).to_dict()),
+    "recommendation": lambda given: json.dumps(recommend(SMALL, BEARING, (), 12, 1, given).to_dict()),
     "tuning": tuning_study,
-    "sensitivity": sensitivity_study,
+    "sensitivity": lambda given: repr(sensitivities(SMALL, dimensions(SMALL, OVER), 12, 4, 1, given)),
 }
 each_study = pytest.mark.parametrize("study", STUDIES)
 each_kind = pytest.mark.parametrize("study", ["comparison", "sizing", "tuning"])
@@ -165,11 +138,7 @@ def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
     [
         ("paper", 3 * len(TASKS), {(1, tasks * RUNS_APART + run) for tasks in TASKS for run in range(3)}),
         ("robustness", len(WORLDS) * len(PLACES), {(1, places * RUNS_APART) for places in PLACES}),
-        (
-            "comparison",
-            3 * 3 * 12,
-            {(1, place * RUNS_APART + run) for place in range(3) for run in range(12)},
-        ),
+        ("comparison", 108, {(1, place * RUNS_APART + run) for place in range(3) for run in range(12)}),
         ("assessment", None, {(1, run) for run in range(400)}),
         ("sizing", None, {(1, run) for run in range(12)}),
         ("recommendation", None, {(1, run) for run in range(12)}),
@@ -177,9 +146,7 @@ def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
         (
             "tuning",
             None,
-            {(1, run) for run in range(6)}
-            | {(1 + 2**62, run) for run in range(30)}
-            | {(1 + 2**63, run) for run in range(60)},
+            {(1 + more, run) for more, runs in ((0, 6), (2**62, 30), (2**63, 60)) for run in range(runs)},
         ),
     ],
 )
@@ -224,17 +191,7 @@ COMMANDS = {
     "sizing": ("size", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
     "recommendation": ("recommend", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
     "tuning": ("tune", "--over", "decision.gain", "--trials", "3", "--runs", "5", "--json", *SETTINGS),
-    "sensitivity": (
-        "tune",
-        "--sensitivity",
-        "--over",
-        "decision.gain",
-        "--trials",
-        "10",
-        "--runs",
-        "4",
-        *SETTINGS,
-    ),
+    "sensitivity": ("tune", "--sensitivity", "--over=decision.gain", "--trials=10", "--runs=4", *SETTINGS),
 }
 
 
