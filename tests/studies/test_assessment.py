@@ -34,7 +34,7 @@ from feasibee.studies.tuning import (
     spearman,
     tune,
 )
-from feasibee.sweeps.sweep import Execution, Rounds
+from feasibee.sweeps.sweep import Execution
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
@@ -373,8 +373,7 @@ def test_what_is_asked_of_robots_is_said(assessment):
 def test_a_bias_is_explained():
     """Robots that average what they see do not see themselves: n tasks look like one too many."""
     scenario = Scenario(decision={"strategy": "average"}, run={"steps": 400})
-    with Rounds() as rounds:
-        band = band_of(rounds, scenario, Rule(0.9, most=150), 2, 3)
+    band = band_of(scenario, Rule(0.9, most=150), 2, reach=3)
     shares, why = bias_in_words(band, scenario)
     assert shares.startswith("With 20 tasks 1.0 % ")
     assert why.startswith("The swarm leans to infeasible around 20 tasks. Robots don't see themselves")

@@ -105,7 +105,7 @@ class _Assessing:
             recommendation=recommendation,
             recommended=recommended,
             recommended_band=(
-                None if chosen is None else band_of(self.rounds, chosen, rule, self.seed, SHORT_REACH)
+                None if chosen is None else band_of(chosen, rule, self.seed, self.rounds, SHORT_REACH)
             ),
             faults=self._faults(chosen or scenario),
             seed=self.seed,

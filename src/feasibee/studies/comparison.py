@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -311,9 +311,12 @@ def origin(seed: int, scenario: Scenario | None = None) -> dict[str, Any]:
     return {"seed": seed, **scenario_hash, **versions}
 
 
-def rounds_of(execution: Execution | Rounds | None) -> AbstractContextManager[Rounds]:
-    """Return the rounds of a study of unknown length, which may be a part of another one with rounds."""
-    return nullcontext(execution) if isinstance(execution, Rounds) else Rounds(execution, most=None)
+@contextmanager
+def rounds_of(execution: Execution | Rounds | None, phase: str) -> Iterator[Rounds]:
+    """Begin a phase of a study of unknown length, which may be a part of another one with rounds."""
+    with nullcontext(execution) if isinstance(execution, Rounds) else Rounds(execution, most=None) as rounds:
+        rounds.phase = phase
+        yield rounds
 
 
 def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:

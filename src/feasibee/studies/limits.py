@@ -260,19 +260,25 @@ OFFSETS: Final = (-1, 0, 1, 2)
 """Numbers of tasks, less the number of robots."""
 
 
-CONTENDERS: Final[Mapping[str, Mapping[str, Any]]] = {
-    "turns, alarm only": {"decision.strategy": "turns", "decision.parameters": {"names": 0.0}},
-    "turns, 1 name": {"decision.strategy": "turns", "decision.parameters": {"names": 1.0}},
-    "turns, 3 names": {"decision.strategy": "turns", "decision.parameters": {"names": 3.0}},
-    "turns, 6 names": {"decision.strategy": "turns", "decision.parameters": {"names": 6.0}},
-    "turns, all names": {"decision.strategy": "turns", "decision.parameters": {"names": -1.0}},
-    "quiet census, n known": {"decision.strategy": "quiet-census", "robots.know_count": True},
-    "quiet census, n unknown": {"decision.strategy": "quiet-census", "robots.know_count": False},
-    "map": {"decision.strategy": "map"},
-    "tally, by votes": {"decision.strategy": "tally"},
-    "census, by votes": {"decision.strategy": "census"},
-}
-"""What is compared by default: what each changes in the scenario, by the name of its row in the figure."""
+def _using(strategy: str, knows_count: bool | None = None, **parameters: float) -> dict[str, Any]:
+    """Return the changes that give a scenario a strategy, and say whether its robots know their number."""
+    known = {} if knows_count is None else {"robots.know_count": knows_count}
+    return {"decision.strategy": strategy, "decision.parameters": parameters, **known}
+
+
+CONTENDERS: Final = (
+    ("turns, alarm only", _using("turns", names=0.0)),
+    ("turns, 1 name", _using("turns", names=1.0)),
+    ("turns, 3 names", _using("turns", names=3.0)),
+    ("turns, 6 names", _using("turns", names=6.0)),
+    ("turns, all names", _using("turns", names=-1.0)),
+    ("quiet census, n known", _using("quiet-census", knows_count=True)),
+    ("quiet census, n unknown", _using("quiet-census", knows_count=False)),
+    ("map", _using("map")),
+    ("tally, by votes", _using("tally")),
+    ("census, by votes", _using("census")),
+)
+"""What is compared by default: the names of rows of the figure, and what each changes in the scenario."""
 
 
 def speakers(scenario: Scenario, strategies: Sequence[str] = ()) -> dict[str, Scenario]:
@@ -294,12 +300,12 @@ def speakers(scenario: Scenario, strategies: Sequence[str] = ()) -> dict[str, Sc
     """
     names = [Path(name).name for name in strategies]
     check_distinct(names)
-    named = {name: {"decision.strategy": given} for name, given in zip(names, strategies, strict=True)}
-    return {name: _speaker(scenario, changes) for name, changes in (named or CONTENDERS).items()}
+    named = [(name, _using(given)) for name, given in zip(names, strategies, strict=True)]
+    return {name: _speaker(scenario, changes) for name, changes in named or CONTENDERS}
 
 
 def _speaker(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
-    own = {"decision.parameters": {}, **changes, "decision.declare": None, "run.stop_at_decision": False}
+    own = {**changes, "decision.declare": None, "run.stop_at_decision": False}
     manifest = scenario.replace({**own, "robots.know_count": True}).manifest
     knows = manifest.needs_count or scenario.robots.know_count
     rule = None if manifest.declares else RULE

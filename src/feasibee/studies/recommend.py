@@ -254,9 +254,8 @@ def recommend(
 
     A strategy meets ``right`` if it is shown to be right often enough at the last step, in this world and in
     one of the opposite truth, since one that always gave the same answer would be right in all worlds of one
-    truth. All runs have the faulty robots of the constraints. If ids may be mistaken, robots draw them at
-    random, in as many bits as the number of robots takes. All intervals of the ranked and the excluded
-    strategies hold together with a probability of 95 %. Relaxed constraints are tested in addition.
+    truth. All intervals of the ranked and the excluded strategies hold together with a probability of 95 %.
+    Relaxed constraints are tested in addition.
 
     Parameters
     ----------
@@ -283,8 +282,7 @@ def recommend(
     names = list(strategies or all_strategies(scenario))
     check_distinct(names)
     world = world_of(scenario, constraints)  # raises before the work
-    with rounds_of(execution) as rounds:
-        rounds.phase = "testing strategies"
+    with rounds_of(execution, "testing strategies") as rounds:
         trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
         candidates, problems = trials.candidates(world, names, constraints)
         reasons = {each.strategy: each.reasons(constraints) for each in candidates}
@@ -295,7 +293,10 @@ def recommend(
 
 
 def world_of(scenario: Scenario, constraints: Constraints) -> Scenario:
-    """Return the scenario with the faulty robots of the constraints, and with ids that may be mistaken."""
+    """Return the scenario with the faulty robots of the constraints, and with ids that may be mistaken.
+
+    Robots draw such ids at random, in as many bits as the number of robots takes.
+    """
     robots = scenario.robots.count
     _check(constraints, robots, scenario.setting.id_bits)
     changes: dict[str, Any] = {"run.stop_at_decision": False}

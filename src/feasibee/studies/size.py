@@ -424,14 +424,17 @@ def size(
     scenario = scenario.replace({"run.stop_at_decision": False})
     path = over.partition("=")[0]
     field = _robots(scenario, over, reach) if path == ROBOTS else ladder(scenario, over)
-    with rounds_of(execution) as rounds:
+    with rounds_of(execution, "searching sizes") as rounds:
         edge, *ends = _search_all(rounds, scenario, rule, seed, [field, *_task_lists(scenario, reach)], tell)
     return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
 
 
-def band_of(rounds: Rounds, scenario: Scenario, rule: Rule, seed: int, reach: int = REACH) -> Band | None:
+def band_of(
+    scenario: Scenario, rule: Rule, seed: int, execution: Execution | Rounds | None = None, reach: int = REACH
+) -> Band | None:
     """Search the blind band of a swarm; None if its tasks can't vary. The arguments are those of `size`."""
-    ends = _search_all(rounds, scenario, rule, seed, _task_lists(scenario, reach))
+    with rounds_of(execution, "searching sizes") as rounds:
+        ends = _search_all(rounds, scenario, rule, seed, _task_lists(scenario, reach))
     return Band(*ends) if ends else None
 
 
@@ -448,7 +451,6 @@ def _search_all(
     The last value of fields other than robots and tasks is tested, too. That of these is 8 times the first,
     and costs as much.
     """
-    rounds.phase = "searching sizes"
     tests = sum(most_tests(len(values)) for _, values in lists)
 
     def test(path: str, values: Sequence[Any], place: int) -> Finding:

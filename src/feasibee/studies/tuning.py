@@ -374,14 +374,7 @@ def sensitivities(
     """
     Runs(points * runs, seed)  # raises before anything is computed
     places = latin_hypercube(points, len(space), seed)
-    changes = [
-        {each.path: each.at(float(share)) for each, share in zip(space, place, strict=True)}
-        for place in places
-    ]
-    scenario = scenario.replace({"run.stop_at_decision": False})
-    designs = [
-        DesignPoint(values, scenario.replace(values), place * runs) for place, values in enumerate(changes)
-    ]
+    designs = [_design(scenario, space, place, number * runs) for number, place in enumerate(places)]
     with Rounds(execution) as rounds:
         found_runs = scored(rounds, designs, runs, seed, objective_for(scenario))
         shares = np.array([each.values.mean() for each in found_runs])
@@ -389,6 +382,13 @@ def sensitivities(
         Sensitivity(each.path, spearman(places[:, column], shares, seed)) for column, each in enumerate(space)
     ]
     return sorted(found, key=lambda each: -abs(each.correlation.estimate)), places, shares
+
+
+def _design(
+    scenario: Scenario, space: Sequence[Dimension], place: NDArray[np.float64], first_run: int
+) -> DesignPoint:
+    values = {each.path: each.at(float(share)) for each, share in zip(space, place, strict=True)}
+    return DesignPoint(values, scenario.replace({**values, "run.stop_at_decision": False}), first_run)
 
 
 def latin_hypercube(points: int, dimensions: int, seed: int) -> NDArray[np.float64]:
