@@ -37,6 +37,8 @@ from feasibee.strategies.contract import (
 GROUP: Final = "feasibee.strategies"
 """Entry point group by which other packages register strategies."""
 ALLOWED: Final = ("math", "typing", "__future__", "feasibee.strategies.contract")
+TOGETHER: Final = (("message_words", "encode"), ("pack", "unpack"), ("unpack", "pack"))
+"""Functions, and others that a file with them must have, too."""
 FLAG: Final = ("True or False", lambda value: isinstance(value, bool))
 NEED: Final = ("True, False or the name of a parameter", lambda value: isinstance(value, bool | str))
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
@@ -235,20 +237,16 @@ def _is_bound(node: ast.AST) -> TypeGuard[ast.Name]:
 
 
 def _check_completeness(functions: frozenset[str], file: str) -> None:
-    """Raise an error if a function is missing: one of all strategies', or one of those for knowledge."""
-    for name in REQUIRED:
+    """Raise an error if a function is missing: one of all strategies', or one that another function needs."""
+    needs = [("has no", name) for name in REQUIRED]
+    knowing = next((name for name in (*KNOWLEDGE, *KNOWLEDGE_OPTIONS) if name in functions), None)
+    if knowing:
+        begin = f"has {knowing}, by which robots pass on knowledge, but no"
+        needs += [(begin, name) for name in KNOWLEDGE]
+    needs += [(f"has {name}, but no", other) for name, other in TOGETHER if name in functions]
+    for begin, name in needs:
         if name not in functions:
-            raise FeasibeeError(f"{file}: has no function {name}; {_wanted(name)}")
-    first = next((name for name in (*KNOWLEDGE, *KNOWLEDGE_OPTIONS) if name in functions), None)
-    missing = next((name for name in KNOWLEDGE if name not in functions), None)
-    if first and missing:
-        rule = f"has {first}, by which robots pass on knowledge, but no function {missing}"
-        raise FeasibeeError(f"{file}: {rule}; {_wanted(missing)}")
-    if "message_words" in functions and "encode" not in functions:
-        raise FeasibeeError(f"{file}: has message_words, but no function encode; {_wanted('encode')}")
-    for name, other in (("pack", "unpack"), ("unpack", "pack")):
-        if name in functions and other not in functions:
-            raise FeasibeeError(f"{file}: has {name}, but no function {other}; {_wanted(other)}")
+            raise FeasibeeError(f"{file}: {begin} function {name}; {_wanted(name)}")
     if functions >= {"judge", "declare"}:
         rule = "has both judge, for opinions that may change in any step, and declare, for good ones"
         raise FeasibeeError(f"{file}: {rule}; remove def judge or def declare")
