@@ -59,12 +59,7 @@ def is_loopback(host: str) -> bool:
 class Link:
     """One end of the network: of the world, with many peers, or of a robot, whose one peer is the world.
 
-    Parameters
-    ----------
-    host, port : str and int
-        Where the world listens; port 0 takes a free one.
-    listens : bool
-        Whether this is the world's end.
+    Host and port are those of the world, which ``listens``; port 0 takes a free one.
     """
 
     def __init__(self, host: str, port: int, *, listens: bool) -> None:
@@ -144,16 +139,8 @@ class Frame(NamedTuple):
 class Channel:
     """One side of a connection between the world and a robot.
 
-    Parameters
-    ----------
-    name : bytes
-        Eight random bytes that tell connections apart.
-    way : int
-        The way of the packets that are sent, `UP` or `DOWN`.
-    ciphers : pair of Cipher, optional
-        Those of the packets sent and received; None without a key.
-    peer : Hashable
-        Address of the other side.
+    Its name is eight random bytes. Packets are sent the way `UP` or `DOWN`, sealed by the first cipher, and
+    opened by the second one; without a key there are none. ``peer`` is the address of the other side.
     """
 
     def __init__(
@@ -238,7 +225,7 @@ AGAIN: Final = 0.2
 
 
 class _Side:
-    """One side of connections."""
+    """One side of connections, over a link, with a shared key; an empty key is none."""
 
     def __init__(self, link: Link, key: bytes) -> None:
         self._link, self._key = link, key
@@ -261,14 +248,7 @@ class _Side:
 class Client(_Side):
     """A robot's side of its connection to a world, which is a new one if the world starts again.
 
-    Parameters
-    ----------
-    link : Link
-        To the world.
-    key : bytes
-        The shared key; empty for none.
-    greet : callable
-        Returns kind and body of the first packet of each connection.
+    ``greet`` returns kind and body of the first packet of each connection.
     """
 
     def __init__(self, link: Link, key: bytes, greet: Callable[[], tuple[int, dict[str, Any]]]) -> None:
@@ -337,17 +317,7 @@ class Client(_Side):
 
 
 class Server(_Side):
-    """The world's side of all connections.
-
-    Parameters
-    ----------
-    link : Link
-        To robots.
-    session : int
-        Number of the field.
-    key : bytes
-        The shared key; empty for none.
-    """
+    """The world's side of all connections of the field of a number."""
 
     def __init__(self, link: Link, session: int, key: bytes = b"") -> None:
         super().__init__(link, key)

@@ -49,13 +49,6 @@ def remove_older(folder: Path, robots: Collection[int]) -> None:
 class LineLog:
     """A log of one JSON object a line, each written at once: a killed process loses nothing.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    appends : bool
-        Whether to go on at the end of the file.
-
     Raises
     ------
     FeasibeeError

@@ -41,14 +41,7 @@ class Cipher:
 class Handshake:
     """One side of a handshake; who asks writes and then reads, who answers reads and then writes.
 
-    Parameters
-    ----------
-    shared : bytes
-        The shared key, of 32 bytes.
-    prologue : bytes
-        What both sides know already, and must agree on.
-    private : X25519PrivateKey, optional
-        This side's own key; by default a fresh one.
+    The shared key has 32 bytes; both sides must agree on the prologue. By default, the private key is fresh.
     """
 
     def __init__(self, shared: bytes, prologue: bytes, private: X25519PrivateKey | None = None) -> None:

@@ -90,18 +90,9 @@ class _EndedError(Exception):
 
 
 class Robot:
-    """A robot of a field, with a number; its log is optional.
+    """A robot of a field, whose world is gone after so many seconds of silence (patience).
 
-    Parameters
-    ----------
-    link : Link
-        To the world.
-    key : bytes
-        The shared key; empty for none.
-    strategy : Strategy, optional
-        A strategy of the user; by default the built-in one that the world names.
-    patience : float
-        Seconds of silence after which the world is gone.
+    Without a strategy of the user, it has the built-in one that the world names.
     """
 
     def __init__(

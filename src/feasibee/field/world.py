@@ -53,14 +53,8 @@ class World:
 
     Parameters
     ----------
-    plan : Plan
-        The scenario, the clock of its robots, and the faults.
-    server : Server
-        The connections to robots.
     report : callable
         Takes events, as mappings, for whoever watches.
-    log : Path
-        The world's log.
     resumes : bool
         Whether to go on where the log ends.
     wait_for_go : callable

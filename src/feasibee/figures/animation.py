@@ -22,7 +22,7 @@ import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
 
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.figures.frames import DARK, LIGHT, Painter, draw_frame
+from feasibee.figures.frames import DARK, LIGHT, Painter, between, draw_frame
 from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
 from feasibee.scenario.runs import Runs, check_integer
@@ -268,11 +268,7 @@ def _colours_of(picture: Image.Image) -> list[int]:
     theme = LIGHT if picture.getpixel((0, 0)) == ImageColor.getrgb(LIGHT.paper) else DARK
     pairs = [(theme.paper, each) for each in (theme.ink, theme.faint, TASK, *COLOURS.values())]
     pairs.append((theme.ink, TASK))
-    mixed = {
-        tuple(round(one + (other - one) * part / 3) for one, other in zip(*ends, strict=True)): None
-        for ends in (tuple(ImageColor.getrgb(each) for each in pair) for pair in pairs)
-        for part in range(4)
-    }
+    mixed = dict.fromkeys(between(*pair, part / 3) for pair in pairs for part in range(4))
     return [value for colour in mixed for value in colour]
 
 

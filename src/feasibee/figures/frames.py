@@ -86,18 +86,8 @@ def draw_frame(
 class Painter:
     """Draws the frames of one run; arena and tasks are drawn once, and again when tasks have changed.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        The swarm's scenario.
-    size : int
-        Width of a frame, in pixels.
-    dark : bool
-        Whether the background is dark.
-    span : tuple of int, optional
-        First and last step of the curve below the arena; by default there is no curve.
-    notes : sequence of sequence of str
-        The notes of all frames, for which lines are kept free below the counts.
+    Size, background and span are those of `draw_frame`. Lines for the notes of all frames are kept free below
+    the counts.
     """
 
     def __init__(
@@ -300,10 +290,10 @@ class Painter:
             truth = not truth
 
 
-def _between(one: str, other: str, part: float) -> str:
+def between(one: str, other: str, part: float) -> tuple[int, ...]:
     """Return the colour at a share of the way from one colour to another."""
     ends = zip(ImageColor.getrgb(one), ImageColor.getrgb(other), strict=True)
-    return "#" + "".join(f"{round(start + part * (end - start)):02x}" for start, end in ends)
+    return tuple(round(start + part * (end - start)) for start, end in ends)
 
 
 class Stamp(NamedTuple):
@@ -341,14 +331,11 @@ def _robot(
     side = 2 * DRAWN * int(np.ceil((RING * radius + 1) / DRAWN))
     large = Image.new("RGBA", (side * FINE, side * FINE))
     pen = ImageDraw.Draw(large)
-    colour = COLOURS[DECISIONS[opinion]]
-    if lost:
-        colour = theme.faint
-    elif not counted:
-        colour = _between(theme.paper, colour, 0.4)
+    full = theme.faint if lost else COLOURS[DECISIONS[opinion]]
+    colour = between(theme.paper, full, 1.0 if counted or lost else 0.4)
     centre, unit = side * FINE / 2, radius * FINE
 
-    def disc(radii: float, fill: str) -> None:
+    def disc(radii: float, fill: str | tuple[int, ...]) -> None:
         reach = radii * unit
         pen.ellipse((centre - reach, centre - reach, centre + reach, centre + reach), fill)
 
