@@ -104,18 +104,8 @@ def test_the_recipe_holds_the_text_of_a_users_strategy(tmp_path):
 def test_the_recipe_says_all_that_made_the_record():
     recipe = json.loads(to_dataset(RECORD, SCENARIO, seed=2**64 - 1).attrs["recipe"])
     assert recipe == recipe_of(to_dataset(RECORD, SCENARIO, seed=2**64 - 1))
-    assert set(recipe) == {
-        "scenario",
-        "scenario_hash",
-        "seed",
-        "first_run",
-        "runs",
-        "truth",
-        "model_version",
-        "version",
-        "python",
-        "libraries",
-    }
+    names = "scenario scenario_hash seed first_run runs truth model_version version python libraries"
+    assert list(recipe) == names.split()
     assert recipe["scenario"] == SCENARIO.to_dict()
     assert recipe["scenario_hash"] == SCENARIO.hash
     assert (recipe["seed"], recipe["first_run"], recipe["runs"]) == (2**64 - 1, 40, 2)
@@ -139,21 +129,10 @@ def test_the_recipe_suffices_to_compute_the_results_again(changes):
     scenario = Scenario(run={"steps": 40}).replace(changes)
     dataset = simulate(scenario, runs=6, seed=2**40 + 3, first_run=1000, curves=True)
     recipe = recipe_of(dataset)
-    again = simulate(
-        Scenario.model_validate(recipe["scenario"]),
-        runs=recipe["runs"],
-        seed=recipe["seed"],
-        first_run=recipe["first_run"],
-        curves=True,
-    )
+    numbers = {name: recipe[name] for name in ("runs", "seed", "first_run")}
+    again = simulate(Scenario.model_validate(recipe["scenario"]), **numbers, curves=True)
     assert again.identical(dataset)
     assert simulate(scenario, runs=6, seed=2**40 + 4, first_run=1000, curves=True).equals(dataset) is False
-
-
-def test_numpys_whole_numbers_are_whole_numbers():
-    scenario = Scenario(run={"steps": 3})
-    dataset = simulate(scenario, runs=np.int32(2), seed=np.uint64(2**64 - 1), first_run=np.int64(4))
-    assert dataset.identical(simulate(scenario, runs=2, seed=2**64 - 1, first_run=4))
 
 
 # --- Files ---
@@ -261,14 +240,9 @@ def test_what_isnt_a_dataset_is_told(tmp_path, wrong):
         "[" * 100_000,
         '{"scenario": ' * 50_000,
         "[]",
-        "5",
-        '"scenario"',
         '{"scenario": 5}',
-        '{"scenario": null}',
-        "",
         5,
         [1.0, 2.0],
-        "NaN",
     ],
 )
 def test_a_recipe_that_isnt_one_is_told(tmp_path, recipe):

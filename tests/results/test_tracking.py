@@ -184,19 +184,18 @@ def test_without_early_censoring_the_quartiles_are_those_of_decision_times():
         assert quartiles(range(size), [99] * size) == tuple(decision_times(range(size)))
 
 
-def test_censored_durations_count_until_they_end():
-    """Of four, one ends unseen at 2: 1 - (1 - 1/4)(1 - 1/2) = 0.625 had happened by 5, all by 9."""
-    assert quartiles([1, -1, 5, 9], [9, 2, 9, 9]) == Quartiles(1, 5, 9)
-
-
-def test_a_duration_censored_at_the_time_of_an_event_was_still_watched_then():
-    assert quartiles([3, -1], [9, 3]) == Quartiles(3, 3, None)
-    assert quartiles([3, -1], [9, 2]) == Quartiles(3, 3, 3)
-
-
-def test_no_durations_have_no_quartiles():
-    assert quartiles([], []) == (None, None, None)
-    assert quartiles([-1, -1], [5, 7]) == (None, None, None)
+@pytest.mark.parametrize(
+    ("durations", "watched", "expected"),
+    [
+        ([1, -1, 5, 9], [9, 2, 9, 9], (1, 5, 9)),  # 1 - (1 - 1/4)(1 - 1/2) = 0.625 by 5, all by 9
+        ([3, -1], [9, 3], (3, 3, None)),  # censored at the time of an event, it was still watched then
+        ([3, -1], [9, 2], (3, 3, 3)),
+        ([], [], (None, None, None)),
+        ([-1, -1], [5, 7], (None, None, None)),
+    ],
+)
+def test_censored_durations_count_until_they_end(durations, watched, expected):
+    assert quartiles(durations, watched) == expected
 
 
 # --- Intervals over runs ---
