@@ -23,8 +23,8 @@ from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "xarray")
-SIZE_LIMIT = 20 * 2**30
-"""Largest size of results that are opened, in bytes: two curves of the largest size, and the rest."""
+MOST_GIB = 20
+"""Largest size of results that are opened, in GiB: two curves of the largest size, and the rest."""
 DIGEST = "digest"
 """Name of the attribute with the digest of a saved file."""
 SAVED = "name a file that feasibee saved"
@@ -169,7 +169,8 @@ def open_results(path: str | Path) -> xr.Dataset:
         h5py.File(path, "r").close()  # h5netcdf leaves a traceback behind where this fails
         with xr.open_dataset(path, engine="h5netcdf", phony_dims="sort") as opened:
             recipe_of(opened)
-            _check_size(opened)
+            if (size := opened.nbytes / 2**30) > MOST_GIB:  # a small file can declare a huge array
+                raise FeasibeeError(f"it has {size:.0f} GiB, above the limit of {MOST_GIB} GiB; {SAVED}")
             dataset = opened.load()
         if dataset.attrs.pop(DIGEST, None) != _digest(dataset):
             raise FeasibeeError(f"differs from what save_results wrote; {SAVED}")
@@ -181,14 +182,6 @@ def open_results(path: str | Path) -> xr.Dataset:
     except Exception as error:  # the HDF5 library raises many kinds of errors for a damaged file
         why = str(error).partition("\n")[0]
         raise FeasibeeError(f"{path}: can't be read as NetCDF: {why}; {SAVED}") from None
-
-
-def _check_size(dataset: xr.Dataset) -> None:
-    """Raise an error for results larger than any of `simulate`: a small file can declare a huge array."""
-    if dataset.nbytes > SIZE_LIMIT:
-        raise FeasibeeError(
-            f"it has {dataset.nbytes / 2**30:.0f} GiB, above the limit of {SIZE_LIMIT // 2**30} GiB; {SAVED}"
-        )
 
 
 def _digest(dataset: xr.Dataset) -> str:
