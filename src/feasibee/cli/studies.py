@@ -127,8 +127,6 @@ def compare(
     contenders = contenders_of(scenario, strategies, presets)
     for name, error in () if strategies or presets else suitable(scenario)[1].items():
         click.echo(f"feasibee: left out {name}: {error}", err=True)
-    for number in tasks:
-        scenario.replace({"tasks.count": number})
     folder = make_folder(out)
     with executing("Comparing", folder, workforce) as execution:
         outcomes = simulate_all(contenders, numbers, runs, seed, execution)
@@ -141,10 +139,12 @@ def compare(
 
 
 def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) -> Sequence[int]:
-    """Validate the numbers of runs; return the numbers of tasks, none if the scenario has its own."""
+    """Validate the numbers of runs and tasks; return the latter, none if the scenario has its own."""
     from feasibee.studies.comparison import TASKS
 
     Runs.of_point(0, runs, seed)  # raises before the folder is made
+    for number in tasks:
+        scenario.replace({"tasks.count": number})  # likewise
     as_it_is = scenario.tasks.classes or scenario.tasks.points or scenario.dynamic
     return tasks or (() if as_it_is else TASKS)
 
