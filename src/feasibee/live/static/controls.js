@@ -1,6 +1,8 @@
-// The form of settings: the user's changes, and the server's problems with them.
+// The form of settings: the user's changes, the server's problems with them, and the address that keeps them.
 
-import { make, unfold } from "./elements.js";
+import { $, make, unfold } from "./elements.js";
+
+/** @import { Opened } from "./arena.js" */
 
 /** @typedef {HTMLInputElement | HTMLSelectElement} Input */
 /** @typedef {{path: string, text: string}} Problem */
@@ -168,4 +170,107 @@ export class Controls {
     this.problem.textContent = [...others, ...more].join("\n");
     this.problem.hidden = !this.problem.textContent;
   }
+}
+
+const ARRIVAL = "tasks.arrival_rate",
+  LIFETIME = "tasks.lifetime";
+/** @typedef {{arrival: number, lifetime: number}} Stream Tasks per step, and steps per task. */
+
+export class RateOfChange {
+  /**
+   * @param {Controls} controls
+   * @param {(isNew: boolean) => void} begin The changes of the form are other ones; whether the preset is chosen.
+   */
+  constructor(controls, begin) {
+    this.controls = controls;
+    this.begin = begin;
+    /** @type {Record<string, unknown>} */
+    this.stream = {}; // the preset, from the server
+    /** @type {Stream | null} */
+    this.usual = null; // with the slider in its middle
+    /** @type {Stream | null} */
+    this.wanted = null; // by the slider
+    this.slider = /** @type {HTMLInputElement} */ ($("rate"));
+    this.slider.addEventListener("input", () => this.show());
+    this.slider.addEventListener("change", () => this.scale());
+    $("stream").addEventListener("click", () => {
+      controls.changes = { ...controls.changes, ...this.stream };
+      begin(true);
+    });
+  }
+
+  get factor() {
+    return 2 ** this.slider.valueAsNumber;
+  }
+
+  /**
+   * Follow a run that has begun: its rates are the usual ones, unless they come from the slider.
+   * @param {Opened} world
+   */
+  open({ fields, changes }) {
+    if (changes) unfold($("changing"));
+    const [arrival, lifetime] = [Number(fields[ARRIVAL] ?? 0), Number(fields[LIFETIME] ?? 0)],
+      isScaled = this.wanted?.arrival === arrival && this.wanted.lifetime === lifetime;
+    if (!isScaled) {
+      this.usual = arrival && lifetime ? { arrival, lifetime } : null;
+      this.slider.value = "0";
+    }
+    $("rate-row").hidden = !this.usual;
+    this.show();
+  }
+
+  // Multiply the rate at which tasks appear, and divide their lifetime: so many are there as before.
+  scale() {
+    if (!this.usual) return;
+    const arrival = Number((this.usual.arrival * this.factor).toPrecision(4)),
+      lifetime = Number((this.usual.lifetime / this.factor).toPrecision(4));
+    this.wanted = { arrival, lifetime };
+    Object.assign(this.controls.changes, { [ARRIVAL]: arrival, [LIFETIME]: lifetime });
+    this.begin(false);
+  }
+
+  show() {
+    const text = this.factor >= 1 ? `× ${this.factor}` : `÷ ${1 / this.factor}`;
+    $("rate-shown").textContent = text;
+    this.slider.setAttribute("aria-valuetext", text);
+  }
+}
+
+/** @typedef {{seed: string | null, run: string | null}} Which Run of a point; null: the server's choice. */
+/** @typedef {{which: Which, point: number | null, against: string, changes: Record<string, unknown>}} Kept */
+
+/**
+ * Read what the address keeps.
+ * @returns {Kept}
+ */
+export function readAddress() {
+  const kept = new URLSearchParams(location.hash.slice(1));
+  /** @type {Record<string, unknown>} */
+  const changes = {};
+  for (const [path, text] of kept) {
+    if (!path.includes(".") && !["preset", "events"].includes(path)) continue;
+    try {
+      changes[path] = JSON.parse(text);
+    } catch {
+      changes[path] = text;
+    }
+  }
+  const point = kept.has("point") ? Number(kept.get("point")) : null;
+  const which = { seed: kept.get("seed"), run: kept.get("run") };
+  return { which, point, against: kept.get("against") ?? "", changes };
+}
+
+/**
+ * Keep a run in the address, without a new entry in the browser's history.
+ * @param {{seed: string, run: string}} which
+ * @param {number | null} point
+ * @param {string} against
+ * @param {Record<string, unknown>} changes
+ */
+export function writeAddress({ seed, run }, point, against, changes) {
+  const kept = new URLSearchParams({ seed, run });
+  if (point !== null) kept.set("point", String(point));
+  if (against) kept.set("against", against);
+  for (const [path, value] of Object.entries(changes)) kept.set(path, JSON.stringify(value));
+  history.replaceState(null, "", `#${kept}`);
 }

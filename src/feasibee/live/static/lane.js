@@ -1,11 +1,10 @@
 // One of the swarms side by side: its arena, its plot, its caption, and what lies ahead in its run.
 
 import { Arena } from "./arena.js";
-import { drawCurve } from "./curve.js";
+import { drawCurve, truthsOf } from "./curve.js";
 import { $, formatted } from "./elements.js";
 import { coloursOf } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
-import { truthsOf } from "./truths.js";
 import { OPINIONS } from "./words.js";
 
 /** @import { Opened, View } from "./arena.js" */

@@ -1,30 +1,24 @@
 // The page: show what the server sends, send what the user does.
 
-import { readAddress, writeAddress } from "./address.js";
 import { Connection } from "./connection.js";
-import { Controls } from "./controls.js";
+import { Controls, RateOfChange, readAddress, writeAddress } from "./controls.js";
 import { $, announce, formatted } from "./elements.js";
-import { openField, showField } from "./field.js";
 import { Inspector, listenToArena } from "./inspector.js";
 import { listenToKeys } from "./keys.js";
 import { Lane } from "./lane.js";
 import { buildMore } from "./more.js";
-import { showBanner, showConnection, Veil } from "./notices.js";
+import { openField, showBanner, showConnection, showField, Veil } from "./notices.js";
 import { Player } from "./player.js";
-import { RateOfChange } from "./rate.js";
 import { Readings } from "./readings.js";
 import { listReplays, markReplay } from "./replays.js";
 import { SeekBar } from "./seekbar.js";
 import { Seeker } from "./seeker.js";
 import { startTheme } from "./theme.js";
 
-/** @import { Which } from "./address.js" */
 /** @import { Opened, View } from "./arena.js" */
-/** @import { Input } from "./controls.js" */
+/** @import { Input, Which } from "./controls.js" */
 /** @import { Frame } from "./frames.js" */
 /** @import { Goal } from "./seeker.js" */
-
-/** @typedef {(message: any) => void} Answer Handler of a JSON message of the server. */
 
 const help = /** @type {HTMLDialogElement} */ ($("help"));
 const LOOK = 1000; // milliseconds between two looks whether another field has begun
@@ -155,7 +149,7 @@ function sendInspected() {
   connection.send({ type: "inspect", robot: inspector.robot < 0 ? null : inspector.robot });
 }
 
-/** @type {Record<string, Answer>} */
+/** @type {Record<string, (message: any) => void>} Handlers of the messages of the server. */
 const answers = {
   welcome(message) {
     $("banner").hidden = true;

@@ -3,10 +3,10 @@
 import { contextOf } from "./crowd.js";
 import { $, capital, formatted } from "./elements.js";
 import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, THERE, WORKING } from "./frames.js";
-import { drawTruth, truthsOf } from "./truths.js";
+import { drawTruth, truthsOf } from "./curve.js";
 
 /** @import { Shades } from "./theme.js" */
-/** @import { Change } from "./truths.js" */
+/** @import { Change } from "./curve.js" */
 
 const INSET = 8; // half of the slider's thumb, in CSS pixels
 const STRIP = 9; // height of a robot's strip

@@ -5,7 +5,6 @@ import { RUNS } from "./swarms.js";
 
 /** @import { Given, Settings } from "./world.js" */
 
-const SEEDS = 2n ** 64n;
 const PAUSE = 200; // milliseconds: browsers limit how often a page may write its address
 const SLIDER = 100; // most robots or tasks on a slider, unless the file has more
 
@@ -14,17 +13,6 @@ const SLIDER = 100; // most robots or tasks on a slider, unless the file has mor
  * @param {string} id
  */
 const input = (id) => /** @type {HTMLInputElement} */ ($(id));
-
-/**
- * Parse a whole number from least to most; null if it is none.
- * @param {string} text
- * @param {number} least
- * @param {number} most
- */
-function whole(text, least, most) {
-  const number = Number(text);
-  return /^\d+$/.test(text) && number >= least && number <= most ? number : null;
-}
 
 export class Controls {
   /**
@@ -36,7 +24,14 @@ export class Controls {
     this.changed = changed;
     this.settings = { ...given.settings };
     this.late = 0;
-    this.limits = { robots: [1, given.most.robots], tasks: [0, given.most.tasks], run: [0, 2 ** 32 - 1] };
+    /** @type {Record<string, [number, number | bigint]>} */
+    this.limits = {
+      robots: [1, given.most.robots],
+      tasks: [0, given.most.tasks],
+      strategy: [0, given.strategies.length - 1],
+      seed: [0, 2n ** 64n - 1n],
+      run: [0, 2 ** 32 - 1],
+    };
     for (const [name, most] of /** @type {const} */ ([
       ["robots", SLIDER],
       ["tasks", SLIDER],
@@ -75,15 +70,14 @@ export class Controls {
   }
 
   /**
+   * Parse a whole number within its limits; null if it is none.
    * @param {string} name
    * @param {string} text
    */
   parse(name, text) {
-    const { strategies } = this.given;
-    if (name === "seed") return /^\d{1,20}$/.test(text) && BigInt(text) < SEEDS ? String(BigInt(text)) : null;
-    if (name === "strategy") return whole(text, 0, strategies.length - 1);
-    const [least, most] = this.limits[/** @type {"robots" | "tasks" | "run"} */ (name)];
-    return whole(text, least, most);
+    const [least, most] = this.limits[name];
+    if (!/^\d+$/.test(text) || BigInt(text) < least || BigInt(text) > most) return null;
+    return name === "seed" ? String(BigInt(text)) : Number(text);
   }
 
   /** @param {string} [typed] */

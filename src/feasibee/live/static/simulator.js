@@ -124,28 +124,18 @@ class Page {
     seek.setAttribute("aria-valuetext", `step ${frame.step} of ${recording.last}`);
     $("now").textContent = formatted(frame.step);
     $("last").textContent = formatted(recording.last);
-    const none = settings.robots - frame.feasible - frame.infeasible;
-    for (const [id, count] of Object.entries({
-      feasible: frame.feasible,
-      infeasible: frame.infeasible,
-      none,
-    }))
+    const { feasible, infeasible } = frame,
+      none = settings.robots - feasible - infeasible;
+    for (const [id, count] of Object.entries({ feasible, infeasible, none }))
       $(id).textContent = formatted(count);
     $("none-row").hidden = $("legend-none").hidden = !none;
-    this.showDecision(frame);
-    drawCurve(canvasOf("curve"), recording, frame.step, this.threshold, this.shades);
-    if (rests || frame.step % 50 === 0) this.describe(frame);
-  }
-
-  /** @param {Frame} frame */
-  showDecision(frame) {
-    const { recording } = this,
-      { settings } = recording,
-      needed = neededOf(this.given.threshold, settings.robots),
+    const needed = neededOf(this.given.threshold, settings.robots),
       { right, text } = decisionOf(settings, recording, frame, needed);
     $("verdict").dataset.verdict = right === null ? "" : right ? "right" : "wrong";
     $("decision").textContent = text;
     if (right !== null && this.said !== text) announce((this.said = text));
+    drawCurve(canvasOf("curve"), recording, frame.step, this.threshold, this.shades);
+    if (rests || frame.step % 50 === 0) this.describe(frame);
   }
 
   /**
