@@ -620,18 +620,6 @@ def test_toml_brings_back_classes_and_points():
     assert Scenario.model_validate_json(scenario.model_dump_json(exclude_unset=True)) == scenario
 
 
-def test_classes_and_points_are_in_the_hash():
-    scenario = Scenario(**MIXED)
-    others = [
-        scenario.replace({"robots.classes": [LIFTERS, {"name": "b", "count": 2}]}),
-        scenario.replace({"robots.classes": [{**LIFTERS, "skills": ["scan"]}, {"name": "b", "count": 1}]}),
-        scenario.replace({"tasks.classes": [{**HEAPS, "needs": {"lift": 2}}]}),
-        scenario.replace({"tasks.points": [[1.5, 2.5], [3.0, 4.0], [30.0, 12.5]]}),
-        scenario.replace({"arena.side": [30, 13]}),
-    ]
-    assert len({each.hash for each in [scenario, *others]}) == 6
-
-
 def test_points_are_read_from_the_scenarios_folder(tmp_path, monkeypatch):
     """The complete form holds the points themselves, so that it runs anywhere."""
     (tmp_path / "mine").mkdir()
