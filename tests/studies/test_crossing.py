@@ -51,10 +51,6 @@ def test_a_test_stops_as_soon_as_it_is_sure():
     assert (close.answer, close.trials) == ("open", 2000)
 
 
-def test_fewer_trials_than_the_first_look_are_allowed():
-    assert finding_at(0, lambda trials: trials, Rule(0.95, most=3), 1).trials == 3
-
-
 def is_right(found: Edge, first: int, places: int) -> bool:
     """Whether the first place that reaches the target lies in the interval of an answer."""
     enough = places if found.reached is None else found.reached
@@ -106,16 +102,6 @@ def chances(rate, rule, tests):
         path[: few + 1] = path[enough:] = 0
         before = trials
     return {**found, "open": path.sum()}
-
-
-@pytest.mark.parametrize("tests", [2, 9, 18, 63])
-def test_a_test_is_wrong_at_most_with_its_share_of_the_error(tests):
-    """Exactly, at the rate that is hardest to tell; each test alone at 80 % would err more often."""
-    rule = Rule(0.8, first=20, most=500, confidence=0.8)
-    shared, alone = (chances(0.8, rule, number) for number in (tests, 1))
-    assert 0 < shared["too few"] + shared["enough"] < 0.2 / tests
-    if tests >= 9:
-        assert alone["too few"] + alone["enough"] > 0.2 / tests
 
 
 @pytest.mark.parametrize("rates", [[0.8] * 8, [0.7999] * 8, np.linspace(0.77, 0.83, 12)])
