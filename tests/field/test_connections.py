@@ -39,6 +39,23 @@ def arrives(pair, packet, peer="peer"):
     return None if frame is None else frame.body["t"]
 
 
+def comes(pair, packet):
+    """Let a packet arrive at the client; return the frame, if it accepts it."""
+    pair.net.down["peer"].append((packet, "peer"))
+    return pair.client.receive(0.0)
+
+
+def asked(key):
+    """Return a pair, and the packet in which its client asks for a connection with its token."""
+    pair = Pair(key)
+    pair.client.send(*ASKED)
+    pair.server.receive(0.0)
+    pair.client.receive(0.0)
+    ((asking, _),) = pair.net.up
+    pair.net.up.clear()
+    return pair, asking
+
+
 def flipped(packet):
     """Yield a packet with each one of its bits changed."""
     for bit in range(8 * len(packet)):
@@ -75,13 +92,12 @@ def test_packets_may_overtake_each_other_and_count_once(key):
 def test_a_packet_sent_back_to_its_sender_is_dropped(key):
     pair = connected(key)
     (packet,) = packets_of(pair)
-    pair.net.down["peer"].append((packet, "peer"))
     pair.server.send(pair.channel, HEARD, {"heard": [1, "00"]})
     down, _ = pair.net.down["peer"].pop()
-    assert pair.client.receive(0.0) is arrives(pair, down) is None
+    assert comes(pair, packet) is arrives(pair, down) is None
     if key:  # without one, anybody can write these
-        pair.net.down["peer"].append((packet[:3] + bytes([DOWN]) + packet[4:], "peer"))
-        assert pair.client.receive(0.0) is arrives(pair, down[:3] + bytes([UP]) + down[4:]) is None
+        assert comes(pair, packet[:3] + bytes([DOWN]) + packet[4:]) is None
+        assert arrives(pair, down[:3] + bytes([UP]) + down[4:]) is None
         assert pair.client.dropped["not sealed with the key"] == 1
     pair.net.down["peer"].append((down, "peer"))
     assert [frame.kind for frame in settle(pair)[1]] == [HEARD]
@@ -114,12 +130,7 @@ def test_no_changed_bit_and_no_cut_packet_passes():
 
 
 def test_no_changed_or_cut_handshake_leads_to_a_connection():
-    pair = Pair(KEY)
-    pair.client.send(*ASKED)
-    pair.server.receive(0.0)
-    pair.client.receive(0.0)
-    ((asking, _),) = pair.net.up
-    pair.net.up.clear()
+    pair, asking = asked(KEY)
     number = range(8 * (HEADER.size - 8), 8 * HEADER.size)  # which isn't used before there is a connection
     wrong = [each for bit, each in enumerate(flipped(asking)) if bit not in number]
     for changed in (*wrong, *(asking[:length] for length in range(len(asking)))):
@@ -131,8 +142,7 @@ def test_no_changed_or_cut_handshake_leads_to_a_connection():
     wrong = [each for each in flipped(accepting) if each not in right]
     for changed in (*wrong, *(accepting[:length] for length in range(len(accepting)))):
         pair.net.down["peer"].clear()
-        pair.net.down["peer"].append((changed, "peer"))
-        pair.client.receive(0.0)
+        comes(pair, changed)
         assert pair.client.session == 0
     pair.net.down["peer"].append((accepting, "peer"))
     assert settle(pair)[0]
@@ -173,12 +183,7 @@ def test_an_address_that_did_not_answer_gets_no_more_bytes_than_came_from_it(key
 
 
 def test_a_token_is_good_for_one_address_and_a_short_time(key, monkeypatch):
-    pair = Pair(key)
-    pair.client.send(*ASKED)
-    pair.server.receive(0.0)
-    pair.client.receive(0.0)
-    ((asking, _),) = pair.net.up
-    pair.net.up.clear()
+    pair, asking = asked(key)
     arrives(pair, asking, "victim")
     assert not pair.server._known
     now = connections.time.monotonic()
@@ -207,8 +212,7 @@ def test_tokens_sent_by_anybody_end_no_connection(key, monkeypatch):
     pair = connected(key)
     before = pair.channel
     for k in range(3):
-        pair.net.down["peer"].append((packed(TOKEN, before.name, bytes([k] * 8)), "peer"))
-        pair.client.receive(0.0)
+        comes(pair, packed(TOKEN, before.name, bytes([k] * 8)))
         pair.server.send(before, HEARD, {"heard": [1, "00"]})
         assert pair.client.receive(0.0).kind == HEARD
     assert len(settle(pair)[0]) == 1  # of a new connection

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import sys
 
-import numpy as np
 import pytest
 from commands import invoke, refused_in_a_line
 from fields import MINE, STREAMS, a_plan, run, small
 from nets import play
-from PIL import Image, ImageColor
+from PIL import ImageColor
+from pixels import frames_of
 
 from feasibee import Swarm
 from feasibee.errors import FeasibeeError
@@ -58,15 +58,6 @@ def faulty(tmp_path_factory):
     return folder
 
 
-def frames_of(path):
-    with Image.open(path) as film:
-        frames = []
-        for number in range(film.n_frames):
-            film.seek(number)
-            frames.append(np.asarray(film.convert("RGB")))
-        return frames
-
-
 def changed(folder, tmp_path, at, **fields):
     """Return a copy of a log with a changed line; the first line is number 1."""
     lines = (folder / "world.jsonl").read_text().splitlines()
@@ -110,7 +101,7 @@ def test_the_command_writes_what_the_function_does(plain, tmp_path):
     assert told.exit_code == 0, told.output
     animate_field(plain, two, steps=(3, 9), every=3, dark=True)
     assert one.read_bytes() == two.read_bytes()
-    assert len(frames_of(one)) == 3
+    assert len(frames_of(one)[0]) == 3
 
 
 @pytest.mark.slow
@@ -145,9 +136,9 @@ def test_lost_robots_are_grey_and_faults_are_in_words(faulty, tmp_path):
 
 def test_a_field_with_faults_gives_frames_of_one_size(faulty, tmp_path):
     animate_field(faulty, tmp_path / "run.gif", every=5, size=300)
-    assert len({frame.shape for frame in frames_of(tmp_path / "run.gif")}) == 1
+    assert len({frame.shape for frame in frames_of(tmp_path / "run.gif")[0]}) == 1
     plainer = Painter(small(robots=6), 300, span=(0, 40)).size[1] // 2
-    assert frames_of(tmp_path / "run.gif")[0].shape[0] > plainer
+    assert frames_of(tmp_path / "run.gif")[0][0].shape[0] > plainer
 
 
 def test_numbers_of_robots_are_ranges():

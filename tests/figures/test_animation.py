@@ -12,12 +12,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from declaring import declaring
-from PIL import Image, ImageColor
+from PIL import Image
+from pixels import close, frames_of, seen_at
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.figures.animation import AFTER_DECISION, animate, draw_frame
-from feasibee.figures.frames import DARK, DRAWN, LIGHT, Painter
+from feasibee.figures.frames import DARK, LIGHT, Painter
 from feasibee.model.codes import COLOURS
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
@@ -30,23 +31,6 @@ WORLDS = {
     ),
     "tall": Scenario(arena={"side": (10.0, 25.0)}, faults={"byzantine": 0.2}),
 }
-
-
-def rgb(colour):
-    return ImageColor.getrgb(colour)
-
-
-def close(one, other):
-    return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= 12
-
-
-def seen_at(picture, swarm, place):
-    """Return the colour of a place in units, from the arena's corner and scale."""
-    painter = Painter(swarm.scenario, picture.width)
-    left, top = (each / DRAWN for each in painter.corner)
-    height = painter.arena[1] / DRAWN
-    scale = painter.scale / DRAWN
-    return picture.getpixel((int(left + place[0] * scale), int(top + height - place[1] * scale)))
 
 
 def standing_at(*places, boundary="torus", **robots):
@@ -67,8 +51,8 @@ def agreement(picture, swarm):
     side = np.array(swarm.scenario.arena.size)
     shown = [
         close(  # above the middle, where infeasible has its hole
-            seen_at(picture, swarm, places[robot] + np.array([0, 0.36])),
-            rgb(COLOURS[NAMES[int(swarm.opinions[robot])]]),
+            seen_at(picture, swarm.scenario, places[robot] + np.array([0, 0.36])),
+            COLOURS[NAMES[int(swarm.opinions[robot])]],
         )
         for robot in range(len(places))
         if counted[robot] and gaps[robot].min() > 1.3 and (side - places[robot] > 1).all()
@@ -114,7 +98,7 @@ def test_a_robot_near_an_edge_of_a_torus_shows_on_both_sides(boundary, copies):
     picture = draw_frame(swarm)
     paper = picture.getpixel((0, 0))
     for place in ((19.8, 19.8), (0.4, 0.2), (19.8, 0.2)):
-        assert (not close(seen_at(picture, swarm, place), paper)) == copies
+        assert (not close(seen_at(picture, swarm.scenario, place), paper)) == copies
 
 
 def test_an_opinion_has_a_shape_beside_its_colour():
@@ -126,7 +110,7 @@ def test_an_opinion_has_a_shape_beside_its_colour():
             opinion = int(swarm.opinions[robot])
             seen.add(opinion)
             middle = LIGHT.paper if opinion == 0 else COLOURS[NAMES[opinion]]
-            assert close(seen_at(picture, swarm, place), rgb(middle))
+            assert close(seen_at(picture, swarm.scenario, place), middle)
     assert seen == {0, 1}
 
 
@@ -144,7 +128,7 @@ def test_a_robot_has_a_tick_where_it_goes_and_none_if_it_stands_still_for_good()
             continue  # its ring has the colour of its opinion, or something else is near
         turn = np.arctan2(dy, dx) + np.pi / 2 * np.arange(4)
         around = place + 0.72 * np.stack([np.cos(turn), np.sin(turn)], axis=1)  # beyond the disc
-        paper = [close(seen_at(picture, swarm, each), picture.getpixel((0, 0))) for each in around]
+        paper = [close(seen_at(picture, swarm.scenario, each), picture.getpixel((0, 0))) for each in around]
         assert paper == [not (dx or dy), True, True, True]
         seen.append(paper[0])
     assert set(seen) == {True, False}
@@ -154,11 +138,11 @@ def test_a_robot_has_a_tick_where_it_goes_and_none_if_it_stands_still_for_good()
 def test_a_robot_that_has_declared_has_a_rim(tmp_path, dark):
     swarm = Swarm(declaring(tmp_path, quiet=20.0, tasks={"count": 21}), seed=3)
     swarm.advance(61)
-    frame, ink = draw_frame(swarm, size=1000, dark=dark), rgb((DARK if dark else LIGHT).ink)
+    frame, ink = draw_frame(swarm, size=1000, dark=dark), (DARK if dark else LIGHT).ink
     rims = {}
     for robot, place in enumerate(swarm.positions):
         if np.sort(np.hypot(*(swarm.positions - place).T))[1] > 1.5:
-            rims[robot] = close(seen_at(frame, swarm, place + np.array([0, 0.47])), ink)
+            rims[robot] = close(seen_at(frame, swarm.scenario, place + np.array([0, 0.47])), ink)
     assert rims == {robot: swarm.declared[robot] >= 0 for robot in rims}
     assert set(rims.values()) == {True, False}
     # their counts have a line of their own
@@ -169,22 +153,12 @@ def test_robots_that_are_not_counted_are_pale():
     swarm = Swarm(Scenario(tasks={"count": 0}, faults={"byzantine": 0.5}), seed=1)
     picture = draw_frame(swarm, size=600)
     for place, counted in zip(swarm.positions, swarm.counted, strict=True):
-        seen = seen_at(picture, swarm, place + np.array([0, 0.36]))
-        full = any(close(seen, rgb(each)) for each in COLOURS.values())
+        seen = seen_at(picture, swarm.scenario, place + np.array([0, 0.36]))
+        full = any(close(seen, each) for each in COLOURS.values())
         assert full == counted
 
 
 # --- What files hold ---
-
-
-def frames_of(path):
-    with Image.open(path) as film:
-        shown, durations = [], []
-        for number in range(film.n_frames):
-            film.seek(number)
-            shown.append(np.asarray(film.convert("RGB")))
-            durations.append(film.info.get("duration"))
-        return shown, durations, film.info.get("loop")
 
 
 def test_a_gif_holds_every_frame_for_its_time(tmp_path):

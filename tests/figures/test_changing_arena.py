@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from PIL import Image, ImageColor
+from PIL import Image
+from pixels import close, seen_at
 
 from feasibee import Scenario, Swarm, plot_arena
 from feasibee.figures.animation import _span, animate
@@ -27,27 +28,14 @@ def at_step(step):
     return swarm
 
 
-def colour_at(picture, place):
-    """Return the colour at a place in units, a little below the middle of what is there."""
-    painter = Painter(SCENARIO, picture.width)
-    left, top = (each / DRAWN for each in painter.corner)
-    scale = painter.scale / DRAWN
-    return picture.getpixel((int(left + place[0] * scale), int(top + (20 - place[1]) * scale + 2)))
-
-
-def is_close(one, name):
-    return max(abs(a - b) for a, b in zip(one, ImageColor.getrgb(name), strict=True)) < 25
-
-
 @pytest.mark.parametrize(("step", "robots", "tasks"), [(4, 3, 1), (5, 1, 1), (10, 1, 0), (15, 1, 2)])
 def test_a_frame_has_what_is_there(step, robots, tasks):
     swarm = at_step(step)
     picture = draw_frame(swarm, size=600)
     assert (swarm.present.sum(), len(swarm.tasks)) == (robots, tasks)
     for place, there in zip(SPOTS, swarm.present, strict=True):
-        above = colour_at(picture, (place[0], place[1] + 0.45))
-        assert is_close(above, "#FFFFFF") != there
-    assert is_close(colour_at(picture, (10.0, 16.0)), TASK) == (tasks > 0)
+        assert close(seen_at(picture, SCENARIO, (place[0], place[1] + 0.36)), "#FFFFFF") != there
+    assert close(seen_at(picture, SCENARIO, (10.0, 15.9)), TASK) == (tasks > 0)
 
 
 def test_a_painter_of_a_run_draws_tasks_as_they_come_and_go():
@@ -65,10 +53,10 @@ def test_the_truth_is_a_band_above_the_curves():
     row = drawn[round(top - 3)]
     columns = [round(left + (right - left) * step / 20) for step in (3, 10, 17)]
     assert swarm.truths[[3, 10, 17]].tolist() == [True, True, False]
-    assert is_close(row[columns[0]], COLOURS["feasible"])
-    assert is_close(row[columns[1]], COLOURS["feasible"])
-    assert is_close(row[columns[2]], "#FFFFFF")  # hollow
-    assert is_close(drawn[round(top - 5)][columns[2]], COLOURS["infeasible"])
+    assert close(row[columns[0]], COLOURS["feasible"])
+    assert close(row[columns[1]], COLOURS["feasible"])
+    assert close(row[columns[2]], "#FFFFFF")  # hollow
+    assert close(drawn[round(top - 5)][columns[2]], COLOURS["infeasible"])
 
 
 def test_the_whole_run_is_shown_by_default(tmp_path):

@@ -1,0 +1,33 @@
+"""What tests read from pictures of swarms: colours at places, and the frames of a film."""
+
+from __future__ import annotations
+
+import numpy as np
+from PIL import Image, ImageColor
+
+from feasibee.figures.frames import DRAWN, Painter
+
+
+def seen_at(picture, scenario, place):
+    """Return the colour of a place in units, from the arena's corner and scale."""
+    painter = Painter(scenario, picture.width)
+    left, top = (each / DRAWN for each in painter.corner)
+    height, scale = painter.arena[1] / DRAWN, painter.scale / DRAWN
+    return picture.getpixel((int(left + place[0] * scale), int(top + height - place[1] * scale)))
+
+
+def close(one, other, most=12):
+    """Return whether two colours differ by so much at most; the other one may be a name."""
+    other = ImageColor.getrgb(other) if isinstance(other, str) else other
+    return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= most
+
+
+def frames_of(path):
+    """Return the frames of a film, with their durations and its loops."""
+    with Image.open(path) as film:
+        shown, durations = [], []
+        for number in range(film.n_frames):
+            film.seek(number)
+            shown.append(np.asarray(film.convert("RGB")))
+            durations.append(film.info.get("duration"))
+        return shown, durations, film.info.get("loop")
