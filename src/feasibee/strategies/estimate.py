@@ -14,17 +14,7 @@ References
 Our own.
 """
 
-from feasibee.strategies.tally import (
-    bits,
-    decide,
-    describe,
-    layout,
-    lie,
-    merge,
-    observe,
-    rows_of,
-    words,
-)
+from feasibee.strategies.tally import bits, decide, describe, layout, lie, merge, observe, rows_of, words
 from feasibee.strategies.tally import count as sum_up
 
 NEEDS_IDS = True
