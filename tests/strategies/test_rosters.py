@@ -36,22 +36,6 @@ def test_a_robot_counts_itself_and_what_it_sees():
     assert (counted(own), own.gap()) == ((3, 4), 1)
 
 
-def test_robots_that_know_n_list_no_robots():
-    own = robot_of((20, 30), knows_count=True)
-    step(own, robot(3), task(0))
-    assert counted(own) == (20, 1)
-    assert len(own.message()) == 1 + 2 * own.me.setting.task_ids
-
-
-@pytest.mark.parametrize(("age", "count"), [(6, (1, 1)), (4, (2, 1)), (9, (1, 1)), (10, (1, 0))])
-def test_robots_and_tasks_are_given_up_when_they_were_not_seen_for_long(age, count):
-    own = robot_of(task_timeout=9.0, robot_timeout=5.0, place=(5.0, 5.0))
-    step(own, robot(3), task(0, 5.0, 5.0), explores=False)
-    for _ in range(age):
-        step(own, explores=False)
-    assert counted(own) == count
-
-
 def test_what_was_given_up_stays_so_when_robots_leave_and_timeouts_grow():
     """Of 20 robots only two stay; what was last there 180 steps ago would else be there again."""
     own = robot_of()
@@ -145,13 +129,6 @@ def test_sight_goes_round_a_torus(walled, left):
     assert counted(own) == (1, left)
 
 
-def test_a_robot_that_disseminates_does_not_look():
-    own = robot_of()
-    step(own, task(0), explores=False)
-    step(own, explores=False)
-    assert counted(own) == (1, 1)
-
-
 def test_a_tombstone_is_no_new_report_at_each_look():
     own = robot_of(task_timeout=50.0)
     step(own, task(0))
@@ -169,17 +146,6 @@ def test_a_task_that_comes_back_is_there_again():
 
 
 # --- Messages ---
-
-
-def test_robots_need_no_common_clock():
-    first, second = robot_of(step=500, number=1), robot_of(step=3, number=2, place=FAR)
-    step(first, task(0), robot(5), explores=False)
-    for _ in range(7):
-        step(first, explores=False)
-    second.merge(first.message(), 1)
-    second.judge()
-    assert counted(second) == (3, 1)
-    assert entry_of(second, 0) == (8, True)
 
 
 def test_the_younger_report_counts_and_at_the_same_age_that_it_is_there():
@@ -262,17 +228,6 @@ def test_a_report_counts_from_f_plus_1_different_neighbours_with_the_oldest_age(
     own.judge()
     assert counted(own) == (2 + f, 1)
     assert entry_of(own, 0) == (3 * f, True)
-
-
-def test_one_tombstone_does_not_count_against_the_sightings_of_honest_robots():
-    own = robot_of(step=100, tolerates=1.0, place=FAR)
-    own.merge(reported(True, 5), 1)
-    own.merge(reported(True, 5), 2)
-    for sender in (3, 3, 3):
-        own.merge(reported(False, 1), sender)
-    assert counted(own)[1] == 1
-    own.merge(reported(False, 2), 4)
-    assert counted(own)[1] == 0
 
 
 @pytest.mark.parametrize(
