@@ -17,6 +17,7 @@ from feasibee import Scenario
 from feasibee.engine import runner
 from feasibee.engine.compile import on_compile
 from feasibee.live import server
+from feasibee.live.catalogue import Catalogue
 from feasibee.live.page import WASM
 from feasibee.live.world.lowering import numbers_of
 from feasibee.simulation import loading
@@ -43,6 +44,14 @@ def slow_engine(monkeypatch):
     monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[1]})
     yield done
     done.set()
+
+
+@pytest.fixture(scope="session")
+def port():
+    """The port of a server of the default scenario, with seed 1."""
+    serving = pytest.importorskip("serving", reason="websockets isn't installed: install feasibee[live]")
+    with serving.serving_at(Catalogue(Scenario(), seed=1)) as port:
+        yield port
 
 
 @pytest.fixture

@@ -14,12 +14,6 @@ from feasibee.scenario.tables import PRESETS
 pytestmark = pytest.mark.usefixtures("patient")
 
 
-@pytest.fixture(scope="module")
-def port():
-    with serving_at(Catalogue(Scenario(), seed=1)) as port:
-        yield port
-
-
 def same(one, other):
     return all(np.array_equal(one[name], other[name]) for name in one if name not in ("jump", "generation"))
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from serving import serving_at
 from visiting import (
     at,
     change,
@@ -24,19 +23,12 @@ from visiting import (
 from waiting import eventually
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.live.catalogue import Catalogue
 from feasibee.live.reasons import reasons_of
 from feasibee.live.timeline import Outlook
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
 AXE = Path(__file__).parents[2] / "node_modules/axe-core/axe.min.js"
-
-
-@pytest.fixture(scope="module")
-def port():
-    with serving_at(Catalogue(Scenario(), seed=1)) as port:
-        yield port
 
 
 def outlook_of(robot, scenario=None, seed=1):

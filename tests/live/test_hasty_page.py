@@ -19,12 +19,6 @@ INPUT = """(path, value, ...events) => {
 }"""
 
 
-@pytest.fixture(scope="module")
-def port():
-    with serving_at(Catalogue(Scenario(), seed=1)) as port:
-        yield port
-
-
 def at_once(page, *inputs, before="", after=""):
     """Give a page all inputs in one task, so that no answer comes between them."""
     given = "".join(f"input({', '.join(map(repr, each))});" for each in inputs)

@@ -31,12 +31,6 @@ from feasibee.sweeps.sweep import sweep
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
 
-@pytest.fixture(scope="module")
-def port():
-    with serving_at(Catalogue(Scenario(), seed=1)) as port:
-        yield port
-
-
 def test_keys_step_play_pause_and_restart(visit, port):
     page = visit(port)
     expect(page.locator("#now")).to_have_text("0")

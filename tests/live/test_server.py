@@ -49,12 +49,6 @@ WORLDS = {
 }
 
 
-@pytest.fixture(scope="module")
-def port():
-    with serving_at(Catalogue(Scenario(), seed=1)) as port:
-        yield port
-
-
 @pytest.mark.parametrize("world", WORLDS)
 def test_what_the_page_is_sent_is_what_simulate_computes(world):
     scenario = Scenario(run={"steps": 120}).replace(WORLDS[world])

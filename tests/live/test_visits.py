@@ -6,6 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from visiting import step_of
 from waiting import drawn, eventually
 
 from feasibee import Scenario, decision_counts, simulate, wilson
@@ -41,10 +42,6 @@ def visit(new_page):
         return page
 
     return opened
-
-
-def step_of(page):
-    return int(page.locator("#now").inner_text().replace(",", ""))
 
 
 def test_it_plays_by_itself_and_by_keys(visit, file):
