@@ -128,13 +128,7 @@ def is_empty(database: sqlite3.Connection, path: Path) -> bool:
 
 
 def check_schema(database: sqlite3.Connection, path: Path) -> None:
-    """Check that a file is a journal of this format and model version, with readable tables.
-
-    Raises
-    ------
-    FeasibeeError
-        If it isn't, or nothing of it can be rescued.
-    """
+    """Raise an error unless a file is a journal of this format and model version with readable tables."""
     with _readable(path):
         query = "SELECT sql FROM sqlite_master WHERE sql IS NOT NULL"
         schema = sorted(sql for (sql,) in database.execute(query))
@@ -295,10 +289,7 @@ def missing(
 def runs_of(database: sqlite3.Connection, point: int) -> Array:
     """Return all runs of a point: int64, shape (runs, columns of `PLACES`).
 
-    Raises
-    ------
-    Damage
-        If no chunk covers some run, or a chunk differs from what was written.
+    Raise `Damage` if no chunk covers some run, or a chunk differs from what was written.
     """
     with checked():
         rows = _array(select(database, Kind.RUNS, point))
@@ -315,12 +306,7 @@ def results_of(database: sqlite3.Connection, point: int) -> SimpleNamespace:
     """Return the outcomes of a point's runs by name, and the numbers of the runs as ``run``.
 
     In a world that changes, its `TRACES` are among them, of shape (runs, steps + 1). Runs that lack them,
-    because these were damaged, are left out.
-
-    Raises
-    ------
-    Damage
-        As `runs_of`.
+    because these were damaged, are left out. Raise as `runs_of`.
     """
     columns = runs_of(database, point)
     rows = [row for chunk in chunks_of(database, Kind.TRACES, point) for row in chunk]

@@ -268,10 +268,7 @@ class Journal:
     def put(self, kind: Kind, point: int, rows: Rows, origin: str) -> int:
         """Write consecutive runs of a point, or their curves; return the number of new ones.
 
-        Raises
-        ------
-        FeasibeeError
-            If the journal has one of them already, and it differs; ``origin`` names the rows' source.
+        Raise an error if the journal has one of them already, and it differs; ``origin`` names their source.
         """
         first, last = rows[0][0], rows[-1][0] + 1
         with self.transaction() as database:

@@ -204,8 +204,7 @@ def read_seal(folder: Path) -> int:
     if not path.is_file():
         return 0
     try:
-        with path.open(encoding="ascii") as file:
-            commits, digest = file.read(100).split()
+        commits, digest = path.read_text("ascii").split()
     except (OSError, ValueError):
         return 0
     return int(commits) if digest == _digest(commits.encode()).hex() else 0
@@ -237,15 +236,13 @@ def encode(record: Record) -> EncodedRuns:
 def _rows_by_step(record: Record, outcomes: Sequence[Outcome]) -> Iterator[tuple[Any, ...]]:
     """Yield each run's number and its compressed outcomes by step; nothing if the record has none."""
     arrays = [getattr(record, each.name) for each in outcomes]
-    if arrays[0].shape[1]:
-        for row in range(record.runs):
-            yield record.first_run + row, *(_compressed(each[row]) for each in arrays)
-
-
-def _compressed(values: NDArray[Any]) -> bytes:
-    packer = zlib.compressobj(LEVEL, zlib.DEFLATED, WINDOW_BITS, MEMORY_LEVEL)
-    little = values.dtype.newbyteorder("<")
-    return packer.compress(np.ascontiguousarray(values, little).tobytes()) + packer.flush()
+    for row in range(record.runs) if arrays[0].shape[1] else ():
+        blobs = []
+        for values in (each[row] for each in arrays):
+            packer = zlib.compressobj(LEVEL, zlib.DEFLATED, WINDOW_BITS, MEMORY_LEVEL)
+            little = np.ascontiguousarray(values, values.dtype.newbyteorder("<"))
+            blobs.append(packer.compress(little.tobytes()) + packer.flush())
+        yield record.first_run + row, *blobs
 
 
 def curve_of(blob: bytes, dtype: str = "int32") -> NDArray[Any]:
