@@ -55,20 +55,22 @@ def test_a_run_says_when_the_truth_changes_and_how_it_is_followed(file, record):
     assert "(true)" not in said
 
 
-def test_changes_that_few_swarms_follow_are_told(file):
-    words = ("run", file, "--set", "decision.strategy=dmmd", "--runs", 30)
-    assert "Followed: fewer than a quarter. Missed: " in invoke(*words).stdout
-
-
-def test_a_truth_that_differs_between_runs_is_told(file):
-    words = ("run", file, "--set", "tasks.arrival_rate=0.05", "--set", "tasks.lifetime=100.0", "--runs", 5)
-    assert "The truth changes at other steps in each run." in invoke(*words).stdout
-    assert json.loads(invoke(*words, "--json").stdout)["truth_intervals"] is None
-
-
-def test_a_world_without_changes_of_truth_has_no_delays(file):
-    said = invoke("run", file, "--set", "events.0.tasks=1", "--runs", 5).stdout
-    assert "Changes: none just before which a swarm was right." in said
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (["decision.strategy=dmmd"], "Followed: fewer than a quarter. Missed: "),
+        (["events.0.tasks=1"], "Changes: none just before which a swarm was right."),
+        (
+            ["tasks.arrival_rate=0.05", "tasks.lifetime=100.0"],
+            "The truth changes at other steps in each run.",
+        ),
+    ],
+)
+def test_what_is_unlike_is_told(file, changes, words):
+    options = [word for change in changes for word in ("--set", change)]
+    assert words in invoke("run", file, *options, "--runs", 30).stdout
+    said = json.loads(invoke("run", file, *options, "--runs", 5, "--json").stdout)
+    assert (said["truth_intervals"] is None) == ("at other steps" in words)
 
 
 def test_a_run_in_a_world_that_stays_has_none_of_this():

@@ -34,9 +34,6 @@ def test_it_says_how_long_each_took_and_where_it_is(monkeypatch):
         "general engine: loaded from disk in 12.3 s",
         f"The compiled code is in {cache_folder()}",
     ]
-
-
-def test_it_says_when_there_was_nothing_to_do(monkeypatch):
     prepared(monkeypatch, True, True)
     assert invoke().splitlines()[-1] == "There was nothing to compile."
 

@@ -67,9 +67,13 @@ def test_a_stopping_rule_makes_the_intervals_valid_at_every_look(scenarios, tmp_
     assert found.declared.step_90 == declare_times(record.declare_step)
 
 
-def test_a_figure_may_show_declarations(folder, tmp_path):
+def test_a_figure_and_an_export_have_declarations(folder, tmp_path):
     with Journal(folder) as journal:
         points = [each.found for each in summaries(journal)]
+        table = to_dataframe(journal)
+    assert (table[table.name == "dmmd"].declare_step == -1).all()
+    assert (table[table.name == "quiet"].declared_feasible >= 0).all()
+    assert set(table.columns) > {"declared_infeasible", "feasible_at_end", "infeasible_at_end"}
     for show in MEASURES.keys() - set(TRACKED):
         words = ("--x", "tasks.count", "--show", show, "--out", tmp_path / "a.png")
         assert invoke("results", "plot", folder, *words).exit_code == 0
@@ -78,11 +82,3 @@ def test_a_figure_may_show_declarations(folder, tmp_path):
         assert together(points, show) == wilson(total, 30 * len(known))
         assert len(known) == (2 if show.startswith("declared") else 3)
     assert np.isnan(together(points[2:], "declared_ok").estimate)
-
-
-def test_an_export_has_all_outcomes(folder):
-    with Journal(folder) as journal:
-        table = to_dataframe(journal)
-    assert (table[table.name == "dmmd"].declare_step == -1).all()
-    assert (table[table.name == "quiet"].declared_feasible >= 0).all()
-    assert set(table.columns) > {"declared_infeasible", "feasible_at_end", "infeasible_at_end"}
