@@ -36,16 +36,8 @@ def small(robots=4, steps=40, **changes):
 
 
 def a_plan(scenario, lockstep=True, **changes):
-    usual = {
-        "hz": 50.0,
-        "drift": 0.0,
-        "jitter": 0.0,
-        "delay": 0.0,
-        "faults": (),
-        "patience": 20.0,
-        "wait": 60.0,
-    }
-    return Plan(scenario, 1, 0, lockstep, **{**usual, **changes})
+    usual = {"hz": 50.0, "drift": 0.0, "jitter": 0.0, "delay": 0.0, "faults": (), "patience": 20.0}
+    return Plan(scenario, 1, 0, lockstep, **{**usual, "wait": 60.0, **changes})
 
 
 def run(plan, folder, key="", follow=None, **options):

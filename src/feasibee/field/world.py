@@ -317,14 +317,6 @@ class World:
         """Whether the swarm has decided, and that ends the run."""
         return self.plan.scenario.run.stop_at_decision and self.decision != UNDECIDED
 
-    def _measures(self) -> dict[str, Any]:
-        """Return the measures of a field; none if its world doesn't change."""
-        if not self.plan.scenario.dynamic:
-            return {}
-        record = Record.empty(0, 1, 0, len(self._tracked))
-        record.truth[0], record.held[0] = np.array(self._tracked).T
-        return tracked(record, self.plan.scenario)
-
     def end(self) -> dict[str, Any]:
         """Let the robots go; return the result."""
         for _ in range(3):  # a packet may be lost; a robot that gets none leaves after its patience
@@ -334,6 +326,11 @@ class World:
                 self.server.send(channel, BYE, {})
         self.log.write({"event": "end"})
         self.log.close()
+        measures = {}
+        if self.plan.scenario.dynamic:
+            record = Record.empty(0, 1, 0, len(self._tracked))
+            record.truth[0], record.held[0] = np.array(self._tracked).T
+            measures = tracked(record, self.plan.scenario)
         return {
             "decision": DECISIONS[self.decision],
             "decision_step": self.decision_step if self.decision != UNDECIDED else None,
@@ -343,7 +340,7 @@ class World:
             "infeasible": self.bodies.infeasible_count,
             "lost": [body.process for body in self.bodies.bodies if body.lost],
             "dropped": dict(self.server.dropped),
-            **self._measures(),
+            **measures,
         }
 
 

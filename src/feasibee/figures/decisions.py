@@ -214,23 +214,23 @@ def _mark_median(ax: Axes, median: int | None) -> None:
 
 def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]]) -> None:
     """Raise an error unless there is a ratio above 0 with three counts by decision for each."""
-    try:
-        numbers = np.asarray(ratios, np.float64)
-        fit = numbers.ndim == 1 and numbers.size > 0 and bool((np.isfinite(numbers) & (numbers > 0)).all())
-    except (OverflowError, TypeError, ValueError):
-        fit = False
-    if not fit:
+    numbers = _floats(ratios)
+    if numbers.ndim != 1 or not numbers.size or not (np.isfinite(numbers) & (numbers > 0)).all():
         raise FeasibeeError(f"ratios = {quoted(ratios)}: must be numbers above 0; such as [0.5, 1.0, 2.0]")
     if not isinstance(rates, Mapping) or not rates or not set(rates) <= set(MARKERS):
         raise FeasibeeError(f"rates = {quoted(rates)}: must be a dict; its keys are {', '.join(MARKERS)}")
     for name, intervals in rates.items():
-        try:
-            shape = np.asarray(intervals, np.float64).shape
-        except (OverflowError, TypeError, ValueError):
-            shape = ()
-        if shape != (numbers.size, 3):
+        if _floats(intervals).shape != (numbers.size, 3):
             rule = f"must be {numbers.size} intervals, one a ratio"
             raise FeasibeeError(f"rates[{name!r}] = {quoted(intervals)}: {rule}; such as [wilson(3, 10)]")
+
+
+def _floats(values: object) -> NDArray[np.float64]:
+    """Return values as an array of floats; without dimensions if they can't be one."""
+    try:
+        return np.asarray(values, np.float64)  # type: ignore[arg-type]
+    except (OverflowError, TypeError, ValueError):
+        return np.array(np.nan)
 
 
 class Panel(NamedTuple):
