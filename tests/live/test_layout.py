@@ -60,22 +60,17 @@ def test_the_page_reads_what_python_writes(tmp_path):
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     frame, tasks, sure = json.loads(done.stdout)
     shown, places = swarm.snapshot(), swarm.task_places()
-    assert (frame["type"], frame["generation"], frame["robots"], frame["step"]) == ("frame", 2, 33, 40)
-    assert (frame["first"], frame["feasible"]) == (5, swarm.feasible_count)
-    assert (frame["firstDecision"], frame["decisionStep"]) == swarm.first_decision
-    assert (frame["infeasible"], frame["decision"]) == (swarm.infeasible_count, swarm.decision)
-    for name, values in (
-        ("counted", swarm.counted),
-        ("disseminating", swarm.disseminating),
-        ("working", np.ones(33)),
-    ):
-        assert frame[name] == values.sum()
-    assert frame["bits"] == swarm.bits_sent
-    assert frame["feasibleCounts"] == swarm.feasible_counts[5:].tolist()
-    assert frame["infeasibleCounts"] == swarm.infeasible_counts[5:].tolist()
-    assert {name: frame[name] for name in shown._fields} == {
-        k: v.tolist() for k, v in shown._asdict().items()
+    first_decision, decision_step = swarm.first_decision
+    expected = {
+        **{"type": "frame", "generation": 2, "robots": 33, "step": 40, "first": 5, "bits": swarm.bits_sent},
+        **{"feasible": swarm.feasible_count, "infeasible": swarm.infeasible_count},
+        **{"decision": swarm.decision, "firstDecision": first_decision, "decisionStep": decision_step},
+        **{"counted": swarm.counted.sum(), "disseminating": swarm.disseminating.sum(), "working": 33},
+        "feasibleCounts": swarm.feasible_counts[5:].tolist(),
+        "infeasibleCounts": swarm.infeasible_counts[5:].tolist(),
+        **{name: each.tolist() for name, each in shown._asdict().items()},
     }
+    assert {name: frame[name] for name in expected} == expected
     assert (sure["declaredFeasible"], sure["declaredInfeasible"]) == quiet.declared_counts
     assert (frame["declaredFeasible"], frame["declaredInfeasible"]) == (0, 0)
     flags = np.array(sure["flags"]) >> FLAGS.index("declared") & 1
