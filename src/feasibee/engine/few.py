@@ -267,17 +267,10 @@ def hear_few(params, state, functions, part):
         for i in range(params.robots.count):
             heard[i] = without_unlucky(params, run, now, int64(i), heard[i], int64(LOSS), loss)
     if params.strategy.knowledge.enabled:
-        merge_heard(params, state, functions)
+        for i in range(params.robots.count):
+            defer_all(params, state, functions, Action.MERGE, int64(i), heard[i], int64(0))
     if params.decision.declare.enabled or not params.strategy.knowledge.enabled:
         receive_heard(params, state, part)
-
-
-@inlined
-def merge_heard(params, state, functions):
-    """Let robots that pass on knowledge merge what they hear."""
-    for i in range(params.robots.count):
-        heard = state.links[Link.SIGHT, i]
-        defer_all(params, state, functions, Action.MERGE, int64(i), heard, int64(0))
 
 
 @inlined

@@ -363,7 +363,9 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
     padded = words * WORD
     classes = tables.adds.shape[1]
     remembered = words + -(-params.tasks.count // WORD)
-    knowledge = params.strategy.knowledge
+    knowledge, grid = params.strategy.knowledge, params.robots.grid
+    tiles = -(-grid.columns // TILE) * -(-grid.rows // TILE)
+    heard_room = HEARD_ROOM + max(params.robots.count, params.tasks.count) + WORD  # so much one robot may add
     return State(
         robots=aligned((len(Robot), padded), np.int32),
         sets=np.zeros((len(Set), words), np.uint32),
@@ -373,8 +375,8 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, room), -1, np.int32),
         free_tables=np.zeros((threads, 1 + room.tables), np.int32),
-        heard=aligned((threads, Heard.COUNTER + 1, _heard_room(params)), np.int32),
-        tiles=np.zeros((threads if params.in_space_order else 0, _tile_count(params.robots.grid)), np.int32),
+        heard=aligned((threads, Heard.COUNTER + 1, heard_room), np.int32),
+        tiles=np.zeros((threads if params.in_space_order else 0, tiles), np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
         pending=np.zeros((Pending.MARK + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
@@ -387,15 +389,9 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
         tables=tables._replace(class_of=tables.class_of.copy()) if params.changes else tables,
-        clock=_clock(room),
+        clock=np.where(np.arange(len(Clock)) == Clock.TABLE_SLOTS, room.slots, 0),
         account=np.zeros(len(ACCOUNT), np.int64),
     )
-
-
-def _clock(room: Room) -> Int64s:
-    clock = np.zeros(len(Clock), np.int64)
-    clock[Clock.TABLE_SLOTS] = room.slots
-    return clock
 
 
 class Room(NamedTuple):
@@ -431,14 +427,6 @@ def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:
 def _pool_shape(params: Params, threads: int) -> tuple[int, int, int]:
     pooled = params.robots.count <= POOLED
     return (params.robots.count, len(Pool), POOL) if pooled else (threads, len(Pool), BATCH)
-
-
-def _heard_room(params: Params) -> int:
-    return HEARD_ROOM + max(params.robots.count, params.tasks.count) + WORD  # so much one robot may add
-
-
-def _tile_count(grid: Grid) -> int:
-    return -(-grid.columns // TILE) * -(-grid.rows // TILE)
 
 
 def copy_length(params: Params) -> int:

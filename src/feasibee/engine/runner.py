@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from dataclasses import fields
 from functools import cache
@@ -58,8 +58,6 @@ class RunError(Exception):
         self.error = error
 
 
-NUMBERS = ("bits", "declare", "judge", "gap")
-"""Functions of knowledge that return a whole number; the others return nothing."""
 POLL = 0.1  # seconds between two looks at the progress
 
 
@@ -110,8 +108,9 @@ def _for_update(strategy: Strategy, name: str) -> Callable[..., Any]:
     except NumbaError as error:
         raise FeasibeeError(_explained(strategy, name, error)) from None
     (returned,) = (each.return_type for each in compiled.nopython_signatures)
-    if not (returned == signature.return_type or (name in NUMBERS and isinstance(returned, types.Integer))):
-        must = "a whole number" if name in NUMBERS else "nothing"
+    number = isinstance(signature.return_type, types.Integer)
+    if not (returned == signature.return_type or (number and isinstance(returned, types.Integer))):
+        must = "a whole number" if number else "nothing"
         line = own.__code__.co_firstlineno
         rule = f"{name} doesn't compile: it must return {must}, whatever it is given"
         raise FeasibeeError(f"{strategy.name}, line {line}: {rule}")
@@ -205,7 +204,8 @@ def simulate(
     """
     engine = engine_functions(*lowered.form)
     team = team_size(lowered.params, record.runs, threads)
-    parts = list(_parts(record, chunk or _chunk_length(lowered.params, record.runs, threads)))
+    length = chunk or _chunk_length(lowered.params, record.runs, threads)
+    parts = [record.part(k, min(k + length, record.runs)) for k in range(0, record.runs, length)]
     cancelled, rooms = np.zeros(1, np.bool_), [first_room(lowered.params)]
     controls = [Control(np.zeros(1, np.int64), cancelled) for _ in parts]
     with ThreadPoolExecutor(threads // team) as pool:
@@ -256,11 +256,6 @@ def _watch(
                 for part, future, control in zip(parts, futures, controls, strict=True)
             ]
             progress(min(1.0, sum(shares) / runs))
-
-
-def _parts(record: Record, chunk: int) -> Iterator[Record]:
-    for start in range(0, record.runs, chunk):
-        yield record.part(start, min(start + chunk, record.runs))
 
 
 def _chunk_length(params: Params, runs: int, threads: int) -> int:

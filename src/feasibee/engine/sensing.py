@@ -293,38 +293,34 @@ def count_all_false_sightings(params, state, functions, part):
     for w in range(part.first, part.last):
         left = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while left:
-            count_false_sightings(params, state, functions, lowest_member(w, left))
+            i = lowest_member(w, left)
+            mean, robots = params.sensing.false_robots, params.robots.at_start
+            count_false(params, state, functions, i, mean, int64(purposes.FALSE_ROBOT), 0, robots)
+            mean, first, tasks = params.sensing.false_tasks, params.robots.count, params.tasks.at_start
+            count_false(params, state, functions, i, mean, int64(purposes.FALSE_TASK), first, tasks)
             left = without_lowest(left)
 
 
 @called
-def count_false_sightings(params, state, functions, i):
-    """Count false sightings, each of the class of a robot or task drawn at random, with a hash of its own."""
+def count_false(params, state, functions, i, mean, purpose, first, count):
+    """Count false sightings, each with a hash of its own and the class of one drawn of ``count`` things.
+
+    These are the robots or tasks of the start, numbered from ``first`` on.
+    """
+    if mean == 0.0:
+        return
     run, now, own = (
         state.clock[Clock.RUN],
         state.clock[Clock.STEP] + 1,
         number_of(state.robots[Robot.LABEL, i]),
     )
-    if params.sensing.false_robots > 0.0:
-        for k in range(
-            poisson(draw_now(params, state, own, purposes.FALSE_ROBOT), params.sensing.false_robots)
-        ):
-            words = draw_words(params, run, own, now, purposes.FALSE_ROBOT_CLASS + purposes.PAIR * k)
-            kind = int64(state.tables.class_of[choose(words[0], params.robots.at_start)])
-            mark_next(state, words[1])
-            count_sighting(params, state, functions, i, int64(-1), kind, True)
-    if params.sensing.false_tasks > 0.0:
-        for k in range(
-            poisson(draw_now(params, state, own, purposes.FALSE_TASK), params.sensing.false_tasks)
-        ):
-            words = draw_words(params, run, own, now, purposes.FALSE_TASK_CLASS + purposes.PAIR * k)
-            kind = int64(0)
-            if params.tasks.at_start > 0:
-                kind = int64(
-                    state.tables.class_of[params.robots.count + choose(words[0], params.tasks.at_start)]
-                )
-            mark_next(state, words[1])
-            count_sighting(params, state, functions, i, int64(-1), kind, False)
+    # Purposes of classes follow those of numbers in the same order.
+    of_class = purpose + purposes.FALSE_ROBOT_CLASS - purposes.FALSE_ROBOT
+    for k in range(poisson(draw_now(params, state, own, purpose), mean)):
+        words = draw_words(params, run, own, now, of_class + purposes.PAIR * k)
+        kind = int64(state.tables.class_of[first + choose(words[0], count)]) if count > 0 else int64(0)
+        mark_next(state, words[1])
+        count_sighting(params, state, functions, i, int64(-1), kind, purpose == purposes.FALSE_ROBOT)
 
 
 @inlined

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from feasibee.scenario.supported import takes_fast_path
 from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting, Strategy
 
+Numbers = TypeVar("Numbers")
 TURN = 2**32
 NUMBERED = 128
 """Tasks that a few robots look through by number; among more, cells find those in sight sooner."""
@@ -71,9 +73,10 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
     )
 
 
-def _filled(kind: Any, section: Any, **given: Any) -> Any:
+def _filled(kind: Callable[..., Numbers], section: Any, **given: Any) -> Numbers:
     """Return numbers of a kind: those given, and those that a section of the scenario has by their names."""
-    own = {name: getattr(section, name) for name in kind._fields if name not in given}
+    names: tuple[str, ...] = getattr(kind, "_fields")  # noqa: B009  # mypy knows no fields of a callable
+    own = {name: getattr(section, name) for name in names if name not in given}
     return kind(**own, **given)
 
 
