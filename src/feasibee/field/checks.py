@@ -1,4 +1,4 @@
-"""Forms of what packets and logs hold: what lacks its form is dropped or refused, whoever signed it."""
+"""Forms of what packets and logs hold: what lacks its form is dropped or rejected, whoever signed it."""
 
 from __future__ import annotations
 

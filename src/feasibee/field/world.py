@@ -94,7 +94,7 @@ class World:
             self._write_head()
 
     def _write_head(self) -> None:
-        """Write which field this is; random digits tell two fields in one folder apart."""
+        """Write which field this is; random digits distinguish two fields in one folder."""
         plan, scenario = self.plan, self.plan.scenario
         recipe = {"scenario": scenario.to_toml(), "source": scenario.manifest.source}
         which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep, "hz": plan.hz}

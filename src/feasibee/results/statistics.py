@@ -150,7 +150,7 @@ def _ordered(steps: NDArray[np.generic]) -> NDArray[np.int64]:
 
 
 def _at_rank(ordered: NDArray[np.int64], rank: int) -> int | None:
-    """Return the step of a rank from 1 on; None if never, or above all ranks; 0 below rank 1."""
+    """Return the step of a rank from 1 on; 0 below rank 1, and None if never or above all ranks."""
     step = 0 if rank < 1 else NEVER if rank > ordered.size else int(ordered[rank - 1])
     return None if step == NEVER else step
 

@@ -234,7 +234,7 @@ class Manifest:
     """``NEEDS_IDS``: whether ids of robots must never be mistaken; or a parameter, above 0 if so."""
     needs_names: bool | str = False
     """``NEEDS_NAMES``: whether all robots must have the same name for a task, such as its position in a
-    frame that they share; or the name of a parameter, as for ``needs_ids``."""
+    shared frame; or a parameter, as for ``needs_ids``."""
     one_class: bool = False
     """``ONE_CLASS``: whether robots and tasks can't have classes."""
     functions: frozenset[str] = frozenset()

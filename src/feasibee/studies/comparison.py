@@ -305,7 +305,7 @@ def as_dict(outcomes: Sequence[Outcome], runs: int, seed: int) -> dict[str, Any]
 
 
 def origin(seed: int, scenario: Scenario | None = None) -> dict[str, Any]:
-    """Return what tells how an answer was computed, as a part of plain tables."""
+    """Return how an answer was computed, as a part of plain tables."""
     scenario_hash = {} if scenario is None else {"scenario_hash": scenario.hash}
     versions = {"version": version("feasibee"), "model_version": MODEL_VERSION}
     return {"seed": seed, **scenario_hash, **versions}
