@@ -76,12 +76,7 @@ def test_events_are_typed_as_toml_and_problems_are_told_at_them(port):
         assert page.problems(type="open", changes={"events": "[{ step = 3, tasks = 30000 }]"}) == ["events"]
 
 
-def test_a_robot_that_has_left_is_told_as_such():
-    swarm = Swarm(SCENARIO, seed=5, run=2)
-    swarm.advance(41)
-    gone = int(np.flatnonzero(~swarm.present)[0])
-    said = reasons_of(swarm, gone)
-    assert said == GONE
+def test_robots_that_joined_say_what_they_know():
     joined = Swarm(SCENARIO, seed=5, run=2)
     joined.advance(75)
     for robot in np.flatnonzero(joined.present).tolist():
