@@ -233,8 +233,8 @@ class Manifest:
     needs_ids: bool | str = False
     """``NEEDS_IDS``: whether ids of robots must never be mistaken; or a parameter, above 0 if so."""
     needs_names: bool | str = False
-    """``NEEDS_NAMES``: whether all robots must name a task alike, such as by its position in a shared frame; or
-    a parameter, above 0 if so."""
+    """``NEEDS_NAMES``: whether all robots must name a task alike, such as by its position in a shared frame;
+    or a parameter, above 0 if so."""
     one_class: bool = False
     """``ONE_CLASS``: whether robots and tasks can't have classes."""
     functions: frozenset[str] = frozenset()
