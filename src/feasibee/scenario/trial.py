@@ -175,17 +175,15 @@ def _try_knowledge(strategy: Strategy, file: str) -> None:
             kind, memory = setting.robot_classes - 1, [0.0] * strategy.memory
             me = Me(number, kind, 2**32 - 1 - number, 0, memory, setting)
             robot, messages = _said_by(strategy, me)
-            for each in (functions.declare, functions.judge):
-                if each is not None:
-                    each(robot.words, me)
+            for each in filter(None, (functions.declare, functions.judge)):
+                each(robot.words, me)
             for message in messages:
                 robot.bits(message)
                 functions.merge(robot.words, message, 0, me._replace(step=1000))
                 _try_bytes(strategy, message, me, file)
             robots, tasks = robot.counted()
-            for each in (functions.gap, functions.describe):
-                if each is not None:
-                    each(tuple(robot.words), me)
+            for each in filter(None, (functions.gap, functions.describe)):
+                each(tuple(robot.words), me)
             strategy.quality(sum(robots), sum(tasks))
 
 
@@ -215,9 +213,8 @@ def _said_by(strategy: Strategy, me: Me) -> tuple[Knowledge, list[tuple[int, ...
     """Return a robot that has seen everything, and its messages, true and false."""
     robot, setting = Knowledge(strategy, me), me.setting
     functions: Any = strategy
-    for each in (functions.declare, functions.judge):
-        if each is not None:
-            each(Words(robot.words), me._replace(step=1000))
+    for each in filter(None, (functions.declare, functions.judge)):
+        each(Words(robot.words), me._replace(step=1000))
     robot.observe(_things(setting, false=not strategy.by_name))
     messages = [robot.message()]
     if functions.lie is not None and setting.robot_ids > setting.robots:
