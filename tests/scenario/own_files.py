@@ -12,7 +12,10 @@ import pytest
 from following import SIGHTINGS
 
 from feasibee import FeasibeeError, reference
+from feasibee.robot.controller import Controller, Settings
+from feasibee.scenario.plugins import load
 from feasibee.scenario.runs import Runs
+from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 
 MINE = '''\
@@ -216,3 +219,9 @@ def why_not(scenario):
         simulate_record(scenario, Runs(1, 0))
     assert len(str(caught.value).splitlines()) == 1
     return str(caught.value)
+
+
+def controller(path, parameter, **settings):
+    """Return the controller of robot 2 of 5 that knows of 9 tasks; its phases last 3 steps."""
+    settings |= {"me": (2, 0, 77), "setting": setting_from((5, 9), (0, 0), False, None, [parameter])}
+    return Controller(load(str(path)), 1, lambda mean: 3, lambda: (0.5, 0.5), Settings(**settings))

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from own_files import HEAD, QUIET, SURE, assert_same, played, replaced
+from own_files import HEAD, QUIET, SURE, assert_same, controller, played, replaced
 
 from feasibee import Scenario, Swarm, reference
-from feasibee.robot.controller import Controller, Message, Settings
-from feasibee.scenario.plugins import load
+from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.runs import Runs
-from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies.contract import Thing
 
@@ -330,14 +328,7 @@ def test_colluders_with_classes_invent_as_many_as_other_byzantine_robots():
 
 def test_a_controller_declares_and_knows_its_place(write):
     text = replaced(QUIET, SURE, "    return 0 if me.x == 3.5 and me.y == 4.25 else -1")
-    setting = setting_from((5, 9), (0, 0), False, None, [100.0])
-    robot = Controller(
-        load(str(write(text))),
-        opinion=1,
-        draw_duration=lambda mean: 3,
-        draw_choice=lambda: (0.5, 0.5),
-        settings=Settings(me=(2, 0, 77), place=(1.0, 2.0), setting=setting),
-    )
+    robot = controller(write(text), 100.0, place=(1.0, 2.0))
     assert (robot.knowledge.me.x, robot.knowledge.me.y, robot.knowledge.me.explores) == (1.0, 2.0, True)
     robot.recognise([Thing(False, 4, 0, 1, 1.0, 1.5)])
     robot.end_step()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numba import types
-from own_files import FADING, assert_same, played, replaced
+from own_files import FADING, assert_same, controller, played, replaced
 
 from feasibee import Scenario, Swarm, reference
 from feasibee.engine.compile import entry
@@ -13,9 +13,6 @@ from feasibee.engine.knowledge import update_pending
 from feasibee.engine.layout import Clock, Pending
 from feasibee.engine.params import Action
 from feasibee.engine.signatures import FUNCTIONS, PARAMS, STATE
-from feasibee.robot.controller import Controller, Settings
-from feasibee.scenario.plugins import load
-from feasibee.scenario.setting import setting_from
 from feasibee.strategies.contract import Thing
 
 SMALL = {"arena.side": 8.0, "run.steps": 60, "robots.know_count": True, "decision.gain": 5.0}
@@ -104,13 +101,7 @@ def gaps_of(swarm, numbers):
 
 
 def test_a_controller_follows_what_it_knows(write):
-    robot = Controller(
-        load(str(write(FADING))),
-        opinion=1,
-        draw_duration=lambda mean: 3,
-        draw_choice=lambda: (0.5, 0.5),
-        settings=Settings(me=(2, 0, 77), setting=setting_from((5, 9), (0, 0), False, None, [3.0])),
-    )
+    robot = controller(write(FADING), 3.0)
     robot.recognise([Thing(False, 4 + k, 0, 1, 1.0, 1.5) for k in range(3)])
     assert robot.knowledge.gap() == -1  # three tasks in sight, and the one that it knows at the start
     robot.end_step()
