@@ -197,17 +197,14 @@ def _serving(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> dict[tu
 
 def _path(room: Mapping[Node, Mapping[Node, int]]) -> list[Node]:
     """Return a shortest path with free capacity through the flow network; empty if none exists."""
-    reached = {SOURCE}
-    paths = deque([[SOURCE]])
-    while paths:
-        path = paths.popleft()
-        if path[-1] == SINK:
-            return path
-        for node, free in room[path[-1]].items():
-            if free and node not in reached:
-                reached.add(node)
-                paths.append([*path, node])
-    return []
+    paths = {SOURCE: [SOURCE]}
+    queue = deque([SOURCE])
+    while queue and SINK not in paths:
+        node = queue.popleft()
+        found = [end for end, free in room[node].items() if free and end not in paths]
+        paths.update((end, [*paths[node], end]) for end in found)
+        queue.extend(found)
+    return paths.get(SINK, [])
 
 
 def _assignment(
