@@ -91,9 +91,8 @@ class Field:
             if event["event"] == "result":
                 self._tell_robots("end", [])
                 seconds = time.monotonic() - self._joined_at
-                del event["event"]
                 took = {"seconds": round(seconds, 3), "achieved_hz": round(event["steps"] / seconds, 3)}
-                return {**event, **took}
+                return {name: value for name, value in event.items() if name != "event"} | took
             if event["event"] == "error":
                 raise FeasibeeError(str(event["why"]))
         raise FeasibeeError("the world's process ended without a result; run the field again")
