@@ -249,7 +249,7 @@ class Part(Struct):
     shared: Annotated[Int64s, "thread", "Share"]
 
 
-Alone = namedtuple("Alone", fields_of(Part))
+Alone = namedtuple("Alone", fields_of(Part))  # type: ignore[misc]  # mypy reads only lists written out
 """The part of one thread with up to 32 robots: compiled code knows all of it but the array."""
 
 

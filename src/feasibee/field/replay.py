@@ -208,8 +208,8 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
         disseminating = node.status.disseminating
         decisions += bool(explores) and not disseminating
         explores = disseminating
-    opinion = DECISIONS[node.status.opinion]
-    return Replay(head["settings"]["coordinates"][2], len(lines) - 1, opinion, decisions, bool(rest))
+    robot, opinion = head["settings"]["coordinates"][2], DECISIONS[node.status.opinion]
+    return Replay(robot, len(lines) - 1, opinion, decisions, bool(rest))
 
 
 def _node(

@@ -42,6 +42,7 @@ from feasibee.results.statistics import (
 )
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import check_integer
+from feasibee.scenario.scenario import Scenario
 
 SHADE: Final = 0.87
 """Grey of steps at which the tasks are infeasible; feasible ones are white."""
@@ -75,17 +76,11 @@ def plot_opinions(
     named: dict[str, Any] = {"": results}
     if isinstance(results, Mapping) and not isinstance(results, xr.Dataset):  # a Dataset is a Mapping too
         named = dict(results)
-    scenarios = {name: scenario_of(dataset) for name, dataset in named.items()}
     if not named or any("feasible_count" not in dataset for dataset in named.values()):
         raise FeasibeeError("the results have no curves; simulate with curves=True")
     until = None if until is None else check_integer("until", until, 1, 2**31)
-    bands = {
-        str(name): opinion_quartiles(
-            dataset["feasible_count"],
-            dataset["robots_present"] if scenarios[name].dynamic else scenarios[name].robots.count,
-        )
-        for name, dataset in named.items()
-    }
+    scenarios = {name: scenario_of(dataset) for name, dataset in named.items()}
+    bands = {str(name): _quartiles(dataset, scenarios[name]) for name, dataset in named.items()}
     truths = [dataset["truth"].values for name, dataset in named.items() if scenarios[name].dynamic]
     lengths = {scenario.units.seconds for scenario in scenarios.values()}
     found = looks(dict.fromkeys(bands, 0.0))
@@ -101,6 +96,11 @@ def plot_opinions(
             axes.set_ylim(LIMITS)
         also_in_seconds(axes, lengths.pop() if len(lengths) == 1 else None)
         return axes
+
+
+def _quartiles(dataset: xr.Dataset, scenario: Scenario) -> NDArray[np.float64]:
+    robots = dataset["robots_present"] if scenario.dynamic else scenario.robots.count
+    return opinion_quartiles(dataset["feasible_count"], robots)
 
 
 def draw_opinion_panels(
@@ -228,7 +228,7 @@ def _check_rates(ratios: Sequence[float], rates: Mapping[str, Sequence[Interval]
 def _floats(values: object) -> NDArray[np.float64]:
     """Return values as an array of floats; without dimensions if they can't be one."""
     try:
-        return np.asarray(values, np.float64)  # type: ignore[arg-type]
+        return np.asarray(values, np.float64)
     except (OverflowError, TypeError, ValueError):
         return np.array(np.nan)
 

@@ -51,9 +51,8 @@ def draw_lines(
     positions = [value for line in lines.values() for value in line]
     numeric = all(isinstance(value, int | float) for value in positions)
     means = {_text(name): _mean(line, show) for name, line in lines.items()}
-    found = looks(means)
+    found, ends = looks(means), {}
     with figure(5.6 if hue else 4.8, 3.0) as (drawn, ax):
-        ends = {}
         for name, line in zip(found, lines.values(), strict=True):
             values = sorted(line) if numeric else list(line)
             share = scale * np.array([line[value] for value in values])
@@ -61,8 +60,7 @@ def draw_lines(
             ax.plot(values, middle, marker=look.marker, markersize=4, **look.line)
             if look.highlighted:
                 fill_band(ax, values, low, high, look.colour)
-            known = np.flatnonzero(np.isfinite(middle))
-            if known.size:
+            if (known := np.flatnonzero(np.isfinite(middle))).size:
                 ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(middle[known[-1]]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
@@ -71,7 +69,7 @@ def draw_lines(
         _say_never(ax, lines, show)
         if hue:
             label_ends(ax, ends, found, means, title=hue)
-    return drawn
+        return drawn
 
 
 def _mean(line: Mapping[Any, Interval], show: str) -> float:

@@ -166,13 +166,11 @@ def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
     if not replays:
         which = "runs" if pick == "all" else f"runs that are {pick}"
         raise FeasibeeError(f"{folder}: has no {which}; use another --pick: {', '.join(PICKS)}")
-    first = replays[0]
     used = {each.point for each in replays}
     shown = {point: row for point, row in points.items() if point in used}
-    scenario = points[first.point].scenario
-    return Catalogue(
-        scenario, points[first.point].seed, first.run, str(folder), shown, tuple(replays), found, pick
-    )
+    first = points[replays[0].point]
+    run = replays[0].run
+    return Catalogue(first.scenario, first.seed, run, str(folder), shown, tuple(replays), found, pick)
 
 
 def _picked(row: StoredPoint, results: Any, pick: str) -> NDArray[np.int64]:
