@@ -118,14 +118,15 @@ def read_log(path: Path, what: str, first: Mapping[str, Any], wrong: str) -> tup
     return lines, rest
 
 
-def parsed(path: Path, at: int, text: str) -> dict[str, Any]:
-    """Return a line of a log, which must be a JSON object."""
+def parsed(path: Path, at: int, text: str, forms: Mapping[str, Form] | None = None) -> dict[str, Any]:
+    """Return a line of a log, which must be a JSON object whose values have these forms."""
     try:
         line = json.loads(text)
     except (ValueError, RecursionError):
         raise damaged(path, at, "isn't JSON") from None
     if not isinstance(line, dict):
         raise damaged(path, at, "isn't a JSON object")
+    check_line(path, at, line, forms or {})
     return line
 
 

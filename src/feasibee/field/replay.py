@@ -11,7 +11,7 @@ from pydantic import Field, Strict, ValidationError
 
 from feasibee.errors import FeasibeeError, one_line, quoted
 from feasibee.field.checks import FARTHEST, INSIGHT, MESSAGE, PLACE, SIGHTING, STATUS, TIME, many, row, whole
-from feasibee.field.logs import check_line, damaged, parsed, read_log
+from feasibee.field.logs import damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node, Words
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
@@ -188,15 +188,13 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
         {"feasibee": "robot", "version": VERSION},
         f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl",
     )
-    head = parsed(path, 1, lines[0])
-    check_line(path, 1, head, _DRAWS)
+    head = parsed(path, 1, lines[0], _DRAWS)
     draws = deque(_draws(head))
     node, written = _node(path, head, draws, strategy)
     _compare(path, 1, head, written.pop(), draws)
     decisions = explores = 0
     for at, text in enumerate(lines[1:], 2):
-        line = parsed(path, at, text)
-        check_line(path, at, line, _STEP)
+        line = parsed(path, at, text, _STEP)
         draws.extend(_draws(line))
         try:
             node.speak(line["step"], tuple(line["place"]), line.get("insight"))

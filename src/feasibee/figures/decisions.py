@@ -86,9 +86,8 @@ def plot_opinions(
     found = looks(dict.fromkeys(bands, 0.0))
     with axes_for(ax, 3.6, 2.7) as axes:
         for name, (low, median, high) in bands.items():
-            steps = np.arange(median.size)
-            fill_band(axes, steps, low, high, found[name].colour)
-            axes.plot(steps, median, label=name, **found[name].line)
+            fill_band(axes, np.arange(median.size), low, high, found[name].colour)
+            axes.plot(median, label=name, **found[name].line)
         last = until or max(median.size - 1 for _, median, _ in bands.values())
         over_time(axes, "opinion feasible (% of robots)", last)
         if truths and len({each.shape[1] for each in truths}) == 1:

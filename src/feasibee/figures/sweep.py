@@ -53,10 +53,9 @@ def draw_lines(
     means = {_text(name): _mean(line, show) for name, line in lines.items()}
     found, ends = looks(means), {}
     with figure(5.6 if hue else 4.8, 3.0) as (drawn, ax):
-        for name, line in zip(found, lines.values(), strict=True):
+        for (name, look), line in zip(found.items(), lines.values(), strict=True):
             values = sorted(line) if numeric else list(line)
-            share = scale * np.array([line[value] for value in values])
-            look, (middle, low, high) = found[name], share.T
+            middle, low, high = scale * np.array([line[value] for value in values]).T
             ax.plot(values, middle, marker=look.marker, markersize=4, **look.line)
             if look.highlighted:
                 fill_band(ax, values, low, high, look.colour)
