@@ -76,10 +76,10 @@ def plot_opinions(
     named: dict[str, Any] = {"": results}
     if isinstance(results, Mapping) and not isinstance(results, xr.Dataset):  # a Dataset is a Mapping too
         named = dict(results)
+    scenarios = {name: scenario_of(dataset) for name, dataset in named.items()}
     if not named or any("feasible_count" not in dataset for dataset in named.values()):
         raise FeasibeeError("the results have no curves; simulate with curves=True")
     until = None if until is None else check_integer("until", until, 1, 2**31)
-    scenarios = {name: scenario_of(dataset) for name, dataset in named.items()}
     bands = {str(name): _quartiles(dataset, scenarios[name]) for name, dataset in named.items()}
     truths = [dataset["truth"].values for name, dataset in named.items() if scenarios[name].dynamic]
     lengths = {scenario.units.seconds for scenario in scenarios.values()}
