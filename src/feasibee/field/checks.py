@@ -75,7 +75,7 @@ MESSAGE: Final = row(NAME, is_text)
 STATUS: Final = row(OPINION, OPINION, FLAG, TIME, TIME, maybe(whole(-(2**32), 2**32)))
 """The form of `node.Status`."""
 INSIGHT: Final = maybe(record({"truth": BIT, "invented": row(many(SIGHTING), many(SIGHTING))}))
-"""What Byzantine robots know, in the form of `node.known_from`."""
+"""What Byzantine robots know: the truth, and tasks and robots to invent; None for others."""
 _SEEN: Final = {"place": PLACE, "see": many(SIGHTING), "insight": INSIGHT}
 _TICK: Final = {"t": TIME, "said": maybe(is_text), "was": STATUS}
 _OBJECT: Final = record({})

@@ -63,18 +63,6 @@ class Status(NamedTuple):
     """By how many the tasks exceed the robots, as it believes; None unless the operator asks."""
 
 
-class Known(NamedTuple):
-    """What a Byzantine robot knows; others are given nothing."""
-
-    truth: int
-    invented: tuple[list[Thing], list[Thing]]
-    """Invented tasks, which speak for *infeasible*, and invented robots, which speak for *feasible*."""
-
-    def inventions(self, feasible: int) -> list[Thing]:
-        """Return the robots (feasible) or tasks that it invents."""
-        return self.invented[feasible]
-
-
 class Node:
     """The mind of one robot, with its messages as bytes.
 
@@ -104,7 +92,7 @@ class Node:
         self._write = write
         self._draws: list[Words] = []
         self._drawn = draw or (lambda counter, purpose: philox(*settings.coordinates, counter, purpose))
-        self._insight = known_from(orders["insight"])
+        self._insight = orders["insight"] or {"truth": 0, "invented": ((), ())}
         self._asks_gap = orders["asks_gap"]
         self._mind = _DrawingMind(strategy, settings, self._draw)
         self._id = settings.me[0]
@@ -132,18 +120,22 @@ class Node:
     def speak(self, step: int, place: tuple[float, float], insight: Any = None) -> str | None:
         """Begin a step at a place; return the robot's message as hexadecimal digits, if it has one.
 
-        ``insight`` is what Byzantine robots know, once it has changed, in the form of `known_from`.
+        ``insight`` is what Byzantine robots know, once it has changed, in the form of `checks.INSIGHT`.
         """
         self.step = step
         if insight is not None:
-            self._insight = known_from(insight)
+            self._insight = insight
         self._mind.move_to(*place)
-        message = self._mind.says(step, self._insight)
+        message = self._mind.says(step, self._insight["truth"], self._inventions)
         said = None if message is None else self._encoded(message)
         self._line = {"step": step, "place": list(place), "said": said, "see": [], "heard": []}
         if insight is not None:
             self._line["insight"] = insight
         return said
+
+    def _inventions(self, feasible: int) -> list[Thing]:
+        """Return what a Byzantine robot invents: tasks, which speak for *infeasible*, or robots."""
+        return [sighting_from(each)[0] for each in self._insight["invented"][feasible]]
 
     def _encoded(self, message: Message) -> str | None:
         try:
@@ -218,11 +210,3 @@ def sighting_from(plain: Sequence[Any]) -> tuple[Thing, int]:
     """Return a robot or task in sight, and its number, from a list of `sighting_of`."""
     is_robot, name, kind, mark, x, y, number = plain
     return Thing(bool(is_robot), name, kind, mark, x, y), number
-
-
-def known_from(plain: Any) -> Known:
-    """Return what a Byzantine robot knows, from its plain form."""
-    if plain is None:
-        return Known(0, ([], []))
-    invented = [[sighting_from(each)[0] for each in things] for things in plain["invented"]]
-    return Known(plain["truth"], (invented[0], invented[1]))

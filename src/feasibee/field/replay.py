@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, Final, NamedTuple, get_args
+from typing import Annotated, Any, Final, Literal, NamedTuple
 
 from pydantic import Field, Strict, ValidationError
 
@@ -15,8 +15,7 @@ from feasibee.field.logs import damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node, Words
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
-from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
-from feasibee.scenario.fields import Duration, Faults, Length, ManyTasks, Million, Section, Share, Some, Speed
+from feasibee.scenario.fields import Duration, Length, Lie, ManyTasks, Million, Section, Share, Some, Speed
 from feasibee.scenario.setting import WORDS_LIMIT, excess
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting, Strategy
@@ -104,8 +103,8 @@ class _Settings(Section):
     place: Annotated[tuple[Ordinate, Ordinate], Strict(False)]
     setting: _Setting
     step: Steps
-    fault: str
-    byzantine_says: str
+    fault: Literal["honest", "stopped", "byzantine", "stubborn"]
+    byzantine_says: Lie
     repeated: bool
 
 
@@ -123,9 +122,6 @@ def _problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
     fits = {
         "insight": INSIGHT(orders.get("insight")),
         "asks_gap": orders.get("asks_gap") in (False, strategy.knows_gap),
-        "settings.fault": settings.fault in (HONEST, STOPPED, BYZANTINE, STUBBORN),
-        "settings.byzantine_says": settings.byzantine_says
-        in get_args(Faults.model_fields["byzantine_says"].annotation),
         "settings.parameters": settings.parameters == setting.parameters
         and len(setting.parameters) == len(strategy.parameters),
         "settings.sets": all((len(robots), len(tasks)) == kinds for robots, tasks in settings.sets),

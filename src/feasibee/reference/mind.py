@@ -5,10 +5,10 @@ It needs no scenario, only plain settings, so that a swarm's minds can live in p
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE
 from feasibee.reference.draws import TURN, duration, happens, philox
@@ -17,17 +17,6 @@ from feasibee.robot.controller import Controller, Declare, Message
 from feasibee.strategies.contract import Setting, Strategy, Thing
 
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
-
-
-class Insight(Protocol):
-    """What Byzantine robots know (model.md 6.12, 6.16)."""
-
-    @property
-    def truth(self) -> int:
-        """Whether the tasks are feasible: 1 or 0."""
-
-    def inventions(self, feasible: int) -> list[Thing]:
-        """Return the robots (feasible) or tasks that they invent."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,8 +66,11 @@ class Mind(Controller):
             stubborn=settings.fault == STUBBORN,
         )
 
-    def says(self, step: int, insight: Insight) -> Message | None:
-        """Return the message that the robot broadcasts in a step, if any; a Byzantine robot lies."""
+    def says(self, step: int, truth: int, inventions: Callable[[int], Iterable[Thing]]) -> Message | None:
+        """Return the message that the robot broadcasts in a step, if any; a Byzantine robot lies.
+
+        It knows the truth, and invents robots (for 1, feasible) or tasks (model.md 6.12, 6.16).
+        """
         message = self.message()
         if self.settings.fault != BYZANTINE:
             return message
@@ -92,13 +84,13 @@ class Mind(Controller):
             "feasible": 1,
             "infeasible": 0,
             "random": self._words(step, LIE)[0] >> 31,
-            "colluding": 1 - insight.truth,
+            "colluding": 1 - truth,
         }
         told = lies[says]
         value = 2**self.strategy.value_bits - 1 if told else 0
         knowledge: tuple[int, ...] = ()
         if self.knowledge:
-            knowledge = self.knowledge.lie(message.knowledge, told, insight.inventions(told))
+            knowledge = self.knowledge.lie(message.knowledge, told, inventions(told))
         return message._replace(opinion=told, value=value, knowledge=knowledge)
 
     def see(self, sightings: Iterable[tuple[Thing, int]]) -> None:

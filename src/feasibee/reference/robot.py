@@ -78,7 +78,7 @@ class Robot:
 
     def says(self, step: int) -> Message | None:
         """Return the message that the robot broadcasts in a step, if any; a Byzantine robot lies."""
-        return self.mind.says(step, self._names)
+        return self.mind.says(step, self._names.truth, self._names.inventions)
 
     def move_to(self, place: Place) -> None:
         """Move to a place."""

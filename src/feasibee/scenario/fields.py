@@ -130,6 +130,7 @@ Lifetime = Annotated[float, Field(gt=0, le=1e9), TIME]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), SPEED]
 Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
 Quorum = Annotated[Share, AfterValidator(_few_decimals)]
+Lie = Literal["opposite", "feasible", "infeasible", "random", "colluding"]
 StrategyName = Annotated[str, AfterValidator(_known_strategy)]
 Point = tuple[float, float]
 Side = Annotated[
@@ -438,7 +439,7 @@ class Faults(Section):
         0.0,
         description="Share of robots that broadcast false opinions, or {count = 1} for one robot.",
     )
-    byzantine_says: Literal["opposite", "feasible", "infeasible", "random", "colluding"] = Field(
+    byzantine_says: Lie = Field(
         "opposite",
         description="Opinion that Byzantine robots broadcast: the opposite of their own, always the same, "
         "random, or, colluding, all the opposite of the truth in every step.",
