@@ -224,7 +224,11 @@ def test_get_finds_sections_classes_and_tables():
     [
         ("tasks.cuont", "did you mean tasks.count?"),
         ("hash", "the sections are arena, "),
-        ("tasks.model_fields", "did you mean tasks."),
+        ("tasks.model_fields", "the fields of [tasks] are placement, "),
+        ("robots.k0", "the fields of [robots] are placement, "),
+        ("robots.range", "did you mean sensing.range or radio.range?"),
+        ("strategy", "did you mean decision.strategy?"),
+        ("robotss.count", "did you mean robots.count?"),
         ("robots.classes.0.count", "did you mean robots.classes?"),
         ("robots.count.real", "did you mean robots.count?"),
         ("", "the sections are arena, "),

@@ -131,20 +131,24 @@ def _remedy(path: str) -> str:
 
 
 def suggestion(path: str) -> str:
-    """Return a remedy that names the most similar field or, if none is similar, those of the section."""
-    known = fields()
+    """Return a remedy that names the field meant or, if none is similar, those of the section."""
     if path in REMOVED:
         return REMOVED[path]
-    if path.startswith("events."):
+    written, _, rest = path.partition(".")
+    section = next(iter(difflib.get_close_matches(written, ["preset", *SECTIONS, "events"], 1)), "")
+    key = rest.partition(".")[0] or written
+    own = SECTIONS[section].model_fields if section in SECTIONS else {}
+    alike = [f"{section}.{key}"] if key in own else [name for name in fields() if name.endswith(f".{key}")]
+    if not alike and rest:
+        alike = [f"{section}.{name}" for name in difflib.get_close_matches(key, own, 1)]
+    elif not alike and section:
+        alike = [section]
+    if rest and section == "events":
         return f"the fields of an event are {', '.join(Event.model_fields)}, such as {EVENT}"
-    names = known if "." in path else ["preset", *SECTIONS, "events"]
-    close = difflib.get_close_matches(path, names, 1, 0.6)
-    section = path.split(".", maxsplit=1)[0]
-    siblings = [name.split(".")[1] for name in known if name.startswith(f"{section}.")]
-    if close:
-        return f"did you mean {close[0]}?"
-    if "." in path and siblings:
-        return f"the fields of [{section}] are {', '.join(siblings)}"
+    if alike:
+        return f"did you mean {' or '.join(alike)}?"
+    if own:
+        return f"the fields of [{section}] are {', '.join(own)}"
     return f"the sections are {', '.join(SECTIONS)}, and events"
 
 
