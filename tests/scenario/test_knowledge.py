@@ -37,7 +37,7 @@ def observe(known, thing, me):
 
 
 def encode(message, known, me):
-    message[0] = me.id
+    message[0] = known[1]
     tasks = me.setting.task_ids
     for k in range(1, len(message)):
         message[k] = -1
@@ -71,7 +71,7 @@ def count(known, counts, me):
 
 
 def bits(message, me):
-    return me.setting.id_bits + 33 * (len(message) - 1) + me.step % 3
+    return me.setting.id_bits + 33 * (len(message) - 1) + me.step % 3 + message[0] % 7
 """
 )
 SMALL = {"arena.side": 8.0, "run.steps": 60, "tasks.count": 12}
@@ -126,8 +126,10 @@ def test_all_that_the_contract_offers_is_equal_in_engine_and_reference(write, wo
     assert (few.feasible_count < few.feasible_count.max()).any()
 
 
-def test_false_sightings_are_things_without_an_id(write):
-    changes = {"sensing.false_robots": 0.5, "sensing.false_tasks": 0.7, "sensing.miss": 0.1}
+@pytest.mark.quick(1)
+@pytest.mark.parametrize("changes", [{}, {"tasks.count": 0}, {"robots.count": 40}])
+def test_false_sightings_are_things_without_an_id_and_with_hashes_of_their_own(write, changes):
+    changes = {**changes, "sensing.false_robots": 0.5, "sensing.false_tasks": 0.7, "sensing.miss": 0.1}
     assert_same(*2 * [scenario_of(write(TURNS), **changes)])
     with pytest.raises(ScenarioError, match=r"sensing\.false_robots = 0\.5: .*counts things by name"):
         scenario_of(write(SET, "set.py"), **changes)
@@ -242,47 +244,6 @@ def test_knowledge_that_does_not_fit_is_told_when_it_runs(write):
     changes = {"robots.count": 1000, "arena.side": 100.0}
     text = why_not(scenario_of(write(text), **changes))
     assert "what 1000 robots know would take 7 GiB, over 4; take fewer robots" in text
-
-
-FALSE_NAMES = (
-    OPINIONS.replace("BY_NAME = True", "")
-    + """
-
-def words(setting):
-    return 2
-
-
-def observe(known, thing, me):
-    if thing.id < 0:
-        known[0] += 1
-        known[1] = (known[1] + thing.hash) % 10007
-
-
-def merge(known, message, sender, me):
-    pass
-
-
-def count(known, counts, me):
-    counts[0] = known[0]
-
-
-def bits(message, me):
-    return message[1]
-"""
-)
-
-
-@pytest.mark.quick(1)
-@pytest.mark.parametrize("changes", [{}, {"tasks.count": 0}, {"robots.count": 40}])
-def test_a_false_sighting_has_a_hash_of_its_own(write, changes):
-    """The bits sum up hashes: they differ between the implementations if any hash does."""
-    scenario = Scenario(
-        decision={"strategy": str(write(FALSE_NAMES))},
-        sensing={"false_robots": 0.3, "false_tasks": 0.2},
-        run={"steps": 50},
-    ).replace(changes)
-    record = assert_same(scenario, scenario)
-    assert (record.bits_sent > 1000 * scenario.robots.count).all()
 
 
 def test_the_compiled_code_of_each_strategy_has_a_name_of_its_own():
