@@ -8,6 +8,7 @@ import math
 import pickle
 import re
 import tomllib
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -115,17 +116,6 @@ def test_toml_brings_back_an_equal_scenario(side, share, others):
     assert {path: at(scenario.to_dict(), path) for path in changes} == changes
 
 
-def test_json_and_pickle_and_copies_bring_back_an_equal_scenario():
-    scenario = Scenario(sensing={"range": 3.0}, tasks={"count": 7})
-    again = [
-        Scenario.model_validate_json(scenario.model_dump_json()),
-        pickle.loads(pickle.dumps(scenario)),
-        copy.deepcopy(scenario),
-        Scenario.model_validate(scenario),
-    ]
-    assert all(other == scenario and other.hash == scenario.hash for other in again)
-
-
 def test_a_scenario_is_read_from_its_file(tmp_path):
     path = tmp_path / "écho.toml"
     path.write_text('[tasks]\ncount = 7  # sept "tâches"\n', encoding="utf-8")
@@ -182,19 +172,25 @@ def test_a_computed_hash_is_no_part_of_the_scenario():
     assert before == (hashed.model_dump(), dict(hashed), repr(hashed), pickle.dumps(hashed))
 
 
-def test_copies_of_a_hashed_scenario_have_the_right_hash():
-    scenario, other = Scenario(), Scenario(tasks={"count": 7})
-    same = [
-        copy.copy(scenario),
-        copy.deepcopy(scenario),
-        scenario.model_copy(),
-        scenario.with_trust(),
-        pickle.loads(pickle.dumps(scenario)),
-        scenario.replace({}),
-    ]
+def test_copies_are_equal_and_have_the_right_hash_also_those_of_a_hashed_scenario():
+    scenario, other = Scenario(sensing={"range": 3.0}), Scenario(sensing={"range": 3.0}, tasks={"count": 7})
+
+    def copies():
+        return [
+            Scenario.model_validate_json(scenario.model_dump_json()),
+            Scenario.model_validate(scenario),
+            copy.copy(scenario),
+            copy.deepcopy(scenario),
+            scenario.model_copy(),
+            scenario.with_trust(),
+            pickle.loads(pickle.dumps(scenario)),
+            scenario.replace({}),
+        ]
+
+    same = copies()
     assert scenario.hash != other.hash
-    same += [copy.copy(scenario), copy.deepcopy(scenario), scenario.model_copy(), scenario.with_trust()]
-    assert {each.hash for each in same} == {scenario.hash}
+    same += copies()
+    assert all(each == scenario and each.hash == scenario.hash for each in same)
     assert scenario.model_copy(update={"tasks": other.tasks}).hash == other.hash
     assert scenario.replace({"tasks.count": 7}).hash == other.hash
 
@@ -245,23 +241,16 @@ def test_get_names_a_field_that_there_is(path, remedy):
 # --- Defaults that depend, and changes ---
 
 
-def test_the_radio_reaches_as_far_as_the_sensor_by_default():
-    assert Scenario(sensing={"range": 3.0}).radio.range == 3.0
+def test_an_unset_radio_reaches_as_far_as_the_sensor_and_one_that_was_set_stays():
+    for unset in (Scenario(tasks={"count": 4}), Scenario(radio=Radio()), Scenario.from_toml("[radio]\n")):
+        first = unset.replace({"sensing.range": 3.0})
+        second = first.replace({"sensing.range": 4.0})
+        assert (first.radio.range, second.radio.range, second.tasks) == (3.0, 4.0, unset.tasks)
     assert Scenario(sensing=Sensing(range=3.0), radio=Radio()).radio.range == 3.0
     assert Scenario.from_toml("[sensing]\nrange = 3.0\n[radio]\n").radio.range == 3.0
-    assert Scenario(radio={"range": 5.0}).sensing.range == 2.0
-
-
-def test_an_unset_radio_goes_along_with_the_sensor_through_replace():
-    first = Scenario(tasks={"count": 4}).replace({"sensing.range": 3.0})
-    second = first.replace({"sensing.range": 4.0})
-    assert (first.radio.range, second.radio.range, second.tasks.count) == (3.0, 4.0, 4)
-    assert Scenario.from_toml("[radio]\n").replace({"sensing.range": 3.0}).radio.range == 3.0
-
-
-def test_a_radio_that_was_set_stays_through_replace():
-    assert Scenario(radio={"range": 2.0}).replace({"sensing.range": 3.0}).radio.range == 2.0
-    assert Scenario().replace({"radio.range": 5.0}).replace({"sensing.range": 3.0}).radio.range == 5.0
+    for there in (Scenario(radio={"range": 2.0}), Scenario().replace({"radio.range": 5.0})):
+        assert there.sensing.range == 2.0
+        assert there.replace({"sensing.range": 3.0}).radio == there.radio
 
 
 @pytest.mark.parametrize(("path", "value"), ALONE.items())
@@ -423,29 +412,6 @@ def test_the_edge_of_what_is_possible_is_possible(path, value):
     assert at(Scenario(**table_of(path, value)).to_dict(), path) == value
 
 
-def test_a_field_without_a_default_that_is_missing_is_told():
-    with pytest.raises(
-        ScenarioError, match=r"^tasks\.classes\.0\.needs = .*: is missing; add needs to this table"
-    ):
-        Scenario(tasks={"classes": [{"name": "lift", "count": 3}]})
-
-
-def test_an_unknown_section_is_told_with_a_suggestion():
-    (problem,) = problems_of({"taks": {"count": 5}})
-    assert (problem.path, problem.value) == ("taks", {"count": 5})
-    assert "did you mean tasks?" in problem.remedy
-    (problem,) = problems_of({"zzz": 1})
-    assert all(section in problem.remedy for section in PAPER)
-
-
-@pytest.mark.parametrize("value", [5, "five", None, [1], True])
-def test_a_section_that_is_no_table_is_told(value):
-    (problem,) = problems_of({"tasks": value})
-    assert (problem.path, problem.value) == ("tasks", value)
-    assert "table" in problem.rule
-    assert "[tasks]" in problem.remedy
-
-
 @pytest.mark.parametrize("given_", [[1], "text", 5, None])
 def test_what_is_no_scenario_at_all_is_told(given_):
     with pytest.raises(ScenarioError, match="table of sections"):
@@ -474,9 +440,12 @@ gain = inf
 """
 
 
-def test_all_problems_are_told_at_once():
+def test_all_problems_are_told_at_once_with_their_file(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(EVERYTHING_WRONG)
     with pytest.raises(ScenarioError) as caught:
-        Scenario.from_toml(EVERYTHING_WRONG, "mine.toml")
+        Scenario.read(path)
+    assert caught.value.source == str(path)
     problems = caught.value.problems
     assert sorted(problem.path for problem in problems) == [
         "arena.side",
@@ -493,19 +462,7 @@ def test_all_problems_are_told_at_once():
     ]
     assert all(problem.rule and problem.remedy for problem in problems)
     lines = str(caught.value).splitlines()
-    assert lines == [f"mine.toml: {problem}" for problem in problems]
-
-
-def test_a_range_that_only_the_default_radio_shares_is_told_once():
-    assert [problem.path for problem in problems_of({"sensing": {"range": 11.0}})] == ["sensing.range"]
-    both = problems_of({"sensing": {"range": 11.0}, "radio": {"range": 12.0}})
-    assert [problem.path for problem in both] == ["sensing.range", "radio.range"]
-
-
-def test_a_small_arena_makes_the_default_ranges_too_long():
-    (problem,) = problems_of({"arena": {"side": 3.0}})
-    assert (problem.path, problem.value) == ("sensing.range", 2.0)
-    assert "1.5" in problem.rule
+    assert lines == [f"{path}: {problem}" for problem in problems]
 
 
 @given(
@@ -552,6 +509,16 @@ def told(tables):
 
 
 BEYOND_WRONG = [
+    ({"taks": {"count": 5}}, ["taks = {'count': 5}: unknown key; did you mean tasks?"]),
+    ({"zzz": 1}, ["zzz = 1: unknown key; the sections are " + ", ".join([*PAPER, "and events"])]),
+    *(
+        ({"tasks": value}, [f"tasks = {value!r}: must be a table; write [tasks] and its fields below"])
+        for value in (5, "five", None, [1], True)
+    ),
+    # a range that only the default radio shares is one problem
+    ({"sensing": {"range": 11.0}}, ["sensing.range = 11.0: must be at most half"]),
+    ({"sensing": {"range": 11.0}, "radio": {"range": 12.0}}, ["sensing.range = 11.0", "radio.range = 12.0"]),
+    ({"arena": {"side": 3.0}}, ["sensing.range = 2.0: must be at most half the side of the torus, 1.5"]),
     ({"decision": {"declare": {"quorum": 1.5}}}, ["decision.declare.quorum = 1.5: must be ≤ 1"]),
     ({"decision": {"declare": {"quorum": 0.1234567891}}}, ["decision.declare.quorum = 0.12345"]),
     ({"decision": {"declare": {"rounds": 0}}}, ["decision.declare.rounds = 0: must be ≥ 1"]),
@@ -565,7 +532,13 @@ BEYOND_WRONG = [
         ["tasks.classes.0.needs.lift = 0: must be ≥ 1"],
     ),
     ({"tasks": {"classes": [{**HEAPS, "needs": {}}]}}, ["tasks.classes.0.needs = {}: "]),
-    ({"tasks": {"classes": [{}]}}, [f"tasks.classes.0.{key} = " for key in ("name", "count", "needs")]),
+    (
+        {"tasks": {"classes": [{}]}},
+        [
+            f"tasks.classes.0.{key} = {{}}: is missing; add {key} to this table"
+            for key in ("name", "count", "needs")
+        ],
+    ),
     ({"tasks": {"classes": 5}}, ["tasks.classes = 5: "]),
     ({"robots": {"classes": [5]}}, ["robots.classes.0 = 5: must be a table"]),
     (
@@ -637,28 +610,24 @@ def test_points_are_read_from_the_scenarios_folder(tmp_path, monkeypatch):
     assert Scenario.from_toml(scenario.to_toml()) == scenario
 
 
-def test_bad_lines_of_a_csv_are_all_told_by_number(tmp_path):
-    path = tmp_path / "sites.csv"
-    path.write_text("x,y\n1,2\n1\n1,2,3\nnan,1\na,b\n4,5\n")
-    problems = problems_of({"tasks": {"placement": "points", "points": str(path)}})
-    assert [re.search(r"line (\d+)", problem.rule)[1] for problem in problems] == ["3", "4", "5", "6"]
-    assert {problem.path for problem in problems} == {"tasks.points"}
-    assert {problem.value for problem in problems} == {str(path)}
-
-
-def test_a_point_of_a_csv_outside_the_arena_is_told_by_its_line(tmp_path):
-    path = tmp_path / "sites.csv"
-    path.write_text("x,y\n1,2\n\n30,4\n")
-    text = told({"tasks": {"placement": "points", "points": str(path)}})
-    assert "line 4" in text
-    assert "30" in text
-    assert str(path) in text
-
-
-def test_a_missing_csv_is_told(tmp_path):
-    (problem,) = problems_of({"tasks": {"placement": "points", "points": str(tmp_path / "none.csv")}})
-    assert problem.path == "tasks.points"
-    assert "can't be read: No such file" in problem.rule
+@pytest.mark.parametrize(
+    ("text", "lines"),
+    [
+        (
+            "x,y\n1,2\n1\n1,2,3\nnan,1\na,b\n4,5\n",
+            [f"tasks.points = 'sites.csv': line {number} must be two numbers" for number in (3, 4, 5, 6)],
+        ),
+        ("x,y\n1,2\n\n30,4\n", ["tasks.points = (30.0, 4.0): sites.csv, line 4: must be inside the arena"]),
+        (None, ["tasks.points = 'sites.csv': can't be read: No such file"]),
+    ],
+)
+def test_what_is_wrong_with_a_csv_is_all_told_by_line(tmp_path, monkeypatch, text, lines):
+    monkeypatch.chdir(tmp_path)
+    if text is not None:
+        Path("sites.csv").write_text(text)
+    found = told({"tasks": {"placement": "points", "points": "sites.csv"}}).splitlines()
+    assert len(found) == len(lines)
+    assert all(line.startswith(start) for line, start in zip(found, lines, strict=True)), found
 
 
 # --- Strategies, their parameters, commitment, and the field's presets ---
@@ -822,15 +791,6 @@ def test_what_is_no_scenario_is_told_in_a_line_with_its_source(text, words):
 def test_a_missing_file_is_told(tmp_path):
     with pytest.raises(FeasibeeError, match=r"missing\.toml: can't be read: .*No such file"):
         Scenario.read(tmp_path / "missing.toml")
-
-
-def test_problems_of_a_file_name_the_file(tmp_path):
-    path = tmp_path / "mine.toml"
-    path.write_text("[tasks]\ncount = -1\n[robots]\ncount = -1\n")
-    with pytest.raises(ScenarioError) as caught:
-        Scenario.read(path)
-    assert caught.value.source == str(path)
-    assert [line.startswith(f"{path}: ") for line in str(caught.value).splitlines()] == [True, True]
 
 
 # --- The JSON Schema ---
