@@ -1,6 +1,8 @@
-"""Commands as a user types them, for tests."""
+"""Commands as a user types them, and the tables that they write, for tests."""
 
 from __future__ import annotations
+
+import csv
 
 from click.testing import CliRunner
 
@@ -23,3 +25,9 @@ def refused_in_a_line(*arguments):
     """Return the only line on standard error of a command that must be refused."""
     (line,) = refused(*arguments)
     return line
+
+
+def rows_of(path):
+    """Return the rows of a table in CSV."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))

@@ -42,7 +42,10 @@ SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
 
 @pytest.fixture(scope="module")
 def assessment():
-    return assess(SHORT, runs=30, seed=2)
+    """An assessment whose searches are short."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("feasibee.studies.assess.LEAST_RUNS", 60)
+        return assess(SHORT, runs=30, seed=2)
 
 
 def text_of(assessment):
@@ -142,14 +145,21 @@ def test_how_long_to_wait_is_until_the_last_lapse(assessment):
         assert wait_for(SimpleNamespace(right_at=np.array([54, right]), runs=100), 0.55) == step
 
 
-def test_words_json_and_page(assessment, tmp_path):
+def test_words_json_and_a_page_that_begin_with_the_verdict(assessment, tmp_path):
+    title, lines = next(iter(sections(assessment).items()))
+    assert title == "Verdict"
+    assert lines[0].startswith("■ Not ready: ")
+    assert assessment.to_dict()["verdict"]["colour"] == "red"
     text = text_of(assessment)
     assert assessment.to_dict()["declared"] is None
     assert "own word" not in text
     assert "The tasks are feasible: each place has a robot of its own, and 12 robots are left over." in text
     assert json.loads(json.dumps(assessment.to_dict()))["runs"] == 30
-    write_report(assessment, tmp_path / "page.html")
+    write_report(assessment, tmp_path / "page.html", "feasibee assess mine.toml")
     page = (tmp_path / "page.html").read_text()
+    assert '<section class="verdict red">' in page
+    assert page.index("Not ready") < page.index("<h2>")
+    assert "<code>feasibee assess mine.toml</code>" in page
     assert page.count("data:image/png;base64,") == 3
     assert page.count('<th scope="col">right with 50 tasks</th>') == 1
     assert page.count("<img ") == page.count('<img alt="Share of right swarms')
@@ -327,18 +337,6 @@ def judged(assessment, here, there, target):
 def test_the_verdict_is_on_the_worse_of_two_worlds(assessment, here, there, level, tasks):
     verdict = judged(assessment, here, there, 0.95)
     assert (verdict.level, verdict.tasks) == (level, tasks)
-
-
-def test_the_verdict_comes_first_in_shape_colour_and_words(assessment, tmp_path):
-    title, lines = next(iter(sections(assessment).items()))
-    assert title == "Verdict"
-    assert lines[0].startswith("■ Not ready: ")
-    assert assessment.to_dict()["verdict"]["colour"] == "red"
-    write_report(assessment, tmp_path / "page.html", "feasibee assess mine.toml")
-    page = (tmp_path / "page.html").read_text()
-    assert '<section class="verdict red">' in page
-    assert page.index("Not ready") < page.index("<h2>")
-    assert "<code>feasibee assess mine.toml</code>" in page
 
 
 def test_robots_are_among_the_changes(assessment):

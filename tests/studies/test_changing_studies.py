@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 
 import numpy as np
 import pytest
 from changing import TOML
-from commands import invoke, refused_in_a_line
+from commands import invoke, refused_in_a_line, rows_of
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.model.record import Record
@@ -73,9 +72,7 @@ def test_a_comparison_writes_its_measures_and_figures(outcomes, tmp_path):
         "compare_bits.png",
         "compare_delay.png",
     }
-    with (tmp_path / "compare.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    for row, outcome in zip(rows, outcomes, strict=True):
+    for row, outcome in zip(rows_of(tmp_path / "compare.csv"), outcomes, strict=True):
         found = outcome.tracking
         assert float(row["right_share"]) == found.right_share.estimate
         median = found.detection_delay.median

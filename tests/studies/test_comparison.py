@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import csv
 import json
 
 import numpy as np
 import pytest
-from commands import invoke
+from commands import invoke, rows_of
 from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario
@@ -122,24 +121,6 @@ def test_sums_are_over_all_runs(outcomes):
     assert mean_bits(groups["census"]) > 20 * mean_bits(groups["dmmd"])
 
 
-def test_figures_and_table_are_written(outcomes, tmp_path):
-    write_comparison(tmp_path, outcomes)
-    names = {f"compare_{name}.{suffix}" for name in ("ratio", "time", "bits") for suffix in ("png", "pdf")}
-    assert {path.name for path in tmp_path.iterdir()} == {*names, "compare.csv"}
-    with (tmp_path / "compare.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["contender"], row["tasks"]) for row in rows[:3]] == [
-        ("dmmd", "10"),
-        ("dmmd", "30"),
-        ("census", "10"),
-    ]
-    assert float(rows[0]["difference_from_dmmd"]) == 0
-    assert (
-        float(rows[2]["accuracy"])
-        == next(each for each in outcomes if each.contender == "census").accuracy.estimate
-    )
-
-
 @pytest.fixture(scope="module")
 def with_quiet(tmp_path_factory):
     """Outcomes of dmmd and of a strategy whose robots declare, at 10 and 30 tasks."""
@@ -160,11 +141,19 @@ def test_declarations_are_those_of_the_runs(with_quiet):
     assert plain["outcomes"][1]["right_at_end"] == with_quiet[1].accuracy._asdict()
 
 
-def test_declarations_have_a_figure_and_columns(with_quiet, tmp_path):
+def test_figures_and_a_table_are_written_that_have_declarations(with_quiet, tmp_path):
     write_comparison(tmp_path, with_quiet)
-    assert (tmp_path / "compare_declared.png").exists()
-    with (tmp_path / "compare.csv").open() as file:
-        rows = list(csv.DictReader(file))
+    names = ("ratio", "time", "bits", "declared")
+    figures = {f"compare_{name}.{suffix}" for name in names for suffix in ("png", "pdf")}
+    assert {path.name for path in tmp_path.iterdir()} == {*figures, "compare.csv"}
+    rows = rows_of(tmp_path / "compare.csv")
+    assert [(row["contender"], row["tasks"]) for row in rows[:3]] == [
+        ("dmmd", "10"),
+        ("dmmd", "30"),
+        ("quiet", "10"),
+    ]
+    assert float(rows[0]["difference_from_dmmd"]) == 0
+    assert float(rows[2]["accuracy"]) == with_quiet[2].accuracy.estimate
     assert {rows[0][name] for name in rows[0] if name.startswith("declare")} == {""}
     for row, each in zip(rows[2:], with_quiet[2:], strict=True):
         *robots, ok, wrong, steps = each.declared
@@ -218,9 +207,7 @@ def test_a_comparison_of_swarms_that_call_says_how_they_are_served(tmp_path):
     outcomes = compare(contenders_of(scenario, ["dmmd", "voter"]), runs=3)
     write_comparison(tmp_path, outcomes)
     assert (tmp_path / "compare_asking.png").exists()
-    with (tmp_path / "compare.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    for row, outcome in zip(rows, outcomes, strict=True):
+    for row, outcome in zip(rows_of(tmp_path / "compare.csv"), outcomes, strict=True):
         judged = outcome.judgement
         assert float(row["feasible_share"]) == judged.own.feasible_share.estimate
         assert float(row["fixed_idle"]) == judged.as_often.idle.estimate

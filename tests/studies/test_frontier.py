@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import csv
-
 import numpy as np
 import pytest
-from commands import invoke, refused_in_a_line
+from commands import invoke, refused_in_a_line, rows_of
 from declaring import declaring
 from matplotlib.colors import to_hex
 
@@ -22,7 +20,6 @@ from feasibee.studies.limits import (
     speakers,
     spoken,
     tasks_near,
-    write_frontier,
 )
 
 SHORT = Scenario(arena={"side": 10.0}, robots={"count": 10}, run={"steps": 300})
@@ -92,23 +89,6 @@ def test_contenders_by_name(own):
         speakers(SHORT, ["dc", "dc"])
 
 
-def test_the_figure_and_its_data_are_written(found, tmp_path):
-    bounds = {number: limits(SHORT.replace({"tasks.count": number}), 20, 2) for number in TASKS}
-    write_frontier(tmp_path, found, bounds)
-    assert sorted(path.name for path in tmp_path.iterdir()) == [
-        "frontier.csv",
-        "frontier.pdf",
-        "frontier.png",
-        "limits.csv",
-    ]
-    with (tmp_path / "frontier.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [float(row["ok"]) for row in rows] == [each.declared.ok.estimate for each in found]
-    with (tmp_path / "limits.csv").open() as file:
-        rows = {(row["tasks"], row["limit"]): row for row in csv.DictReader(file)}
-    assert int(rows["11", "flooding"]["step_median"]) == bounds[11].times["flooding"].median
-
-
 def test_a_panel_has_a_row_for_each_contender_and_a_band_for_each_limit():
     words = [
         Word("dear", 400.0, 1.0, 80, 120),
@@ -133,17 +113,24 @@ def test_a_panel_has_a_row_for_each_contender_and_a_band_for_each_limit():
     ]
 
 
-def test_the_command_prints_writes_and_resumes(own, tmp_path):
-    arguments = ["compare", "--limits", "--strategies", f"{own},tally", "--tasks", "10,11", "--runs", 5]
-    for change in ("arena.side=10.0", "robots.count=10", "run.steps=100"):
+def test_the_command_prints_writes_and_resumes(found, own, tmp_path):
+    """The figure and its data are of the same runs as those of the functions."""
+    arguments = ["compare", "--limits", "--strategies", f"{own},census", "--tasks", "10,11", "--runs", 30]
+    for change in ("arena.side=10.0", "robots.count=10", "run.steps=300"):
         arguments += ["--set", change]
-    done = invoke(*arguments, "--out", tmp_path / "out")
+    arguments += ["--seed", 2, "--out", tmp_path]
+    done = invoke(*arguments)
     assert done.exit_code == 0, done.output
     assert "quiet.py" in done.stdout
     assert "m = 11" in done.stdout
-    assert (tmp_path / "out" / "frontier.png").stat().st_size > 10_000
-    again = invoke(*arguments, "--out", tmp_path / "out")
-    assert again.stdout == done.stdout
+    assert {"frontier.csv", "frontier.pdf", "limits.csv"} < {path.name for path in tmp_path.iterdir()}
+    assert (tmp_path / "frontier.png").stat().st_size > 10_000
+    rows = rows_of(tmp_path / "frontier.csv")
+    assert [float(row["ok"]) for row in rows] == [each.declared.ok.estimate for each in found]
+    rows = {(row["tasks"], row["limit"]): row for row in rows_of(tmp_path / "limits.csv")}
+    flooding = limits(SHORT.replace({"tasks.count": 11}), 30, 2).times["flooding"]
+    assert int(rows["11", "flooding"]["step_median"]) == flooding.median
+    assert invoke(*arguments).stdout == done.stdout
 
 
 def test_the_command_refuses_before_it_makes_a_folder(tmp_path):

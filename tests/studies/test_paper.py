@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 import json
 import math
 from dataclasses import asdict
 
 import numpy as np
 import pytest
+from commands import rows_of
 from matplotlib.image import imread
 
 from feasibee import Scenario, Swarm, decision_counts, decision_rates, decision_times, simulate, truth
@@ -32,11 +32,6 @@ from feasibee.sweeps.sweep import Execution
 
 RUNS, SEED = 8, 1
 FIGURES = ("fig1_arena", "fig2a_converging", "fig2b_diverging", "fig3_decisions", "beyond")
-
-
-def rows(path):
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +62,7 @@ def apart(scenario, number):
 
 
 def tasks_of(study):
-    return [int(row["tasks"]) for row in rows(study[0] / "fig3_decisions.csv")]
+    return [int(row["tasks"]) for row in rows_of(study[0] / "fig3_decisions.csv")]
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -108,14 +103,14 @@ def check_row(row, dataset, number):
 
 
 def test_fig_3_has_the_rates_with_intervals_and_the_times_of_the_simulation(study, simulated):
-    for row in rows(study[0] / "fig3_decisions.csv"):
+    for row in rows_of(study[0] / "fig3_decisions.csv"):
         check_row(row, simulated[int(row["tasks"])], int(row["tasks"]))
 
 
 @pytest.mark.quick(1)
 @pytest.mark.parametrize("panel", WORLDS)
 def test_a_row_of_another_world_is_what_runs_simulated_apart_say(panels, panel):
-    lines = [line for line in rows(panels[0] / "beyond.csv") if line["panel"] == panel]
+    lines = [line for line in rows_of(panels[0] / "beyond.csv") if line["panel"] == panel]
     assert [int(line["places"]) for line in lines] == list(PLACES)
     for line in lines[::4]:
         places = int(line["places"])
@@ -128,7 +123,7 @@ def test_a_row_of_another_world_is_what_runs_simulated_apart_say(panels, panel):
 
 @pytest.mark.parametrize("name", ["fig2a_converging", "fig2b_diverging"])
 def test_fig_2_has_the_quartiles_of_the_simulation(study, simulated, name):
-    written = rows(study[0] / f"{name}.csv")
+    written = rows_of(study[0] / f"{name}.csv")
     by_tasks = {}
     for row in written:
         by_tasks.setdefault(int(row["tasks"]), []).append(row)
@@ -144,7 +139,7 @@ def test_fig_2_has_the_quartiles_of_the_simulation(study, simulated, name):
 
 def test_fig_2a_converges_and_fig_2b_is_near_ratio_1(study):
     far, near = (
-        {float(row["ratio"]) for row in rows(study[0] / f"{name}.csv")}
+        {float(row["ratio"]) for row in rows_of(study[0] / f"{name}.csv")}
         for name in ("fig2a_converging", "fig2b_diverging")
     )
     assert {0.1, 0.5, 2.0, 10.0} <= far
@@ -155,7 +150,7 @@ def test_fig_2a_converges_and_fig_2b_is_near_ratio_1(study):
 
 def test_fig_1_has_the_places_of_the_swarm(study):
     swarm = Swarm(Scenario(), SEED)
-    written = rows(study[0] / "fig1_arena.csv")
+    written = rows_of(study[0] / "fig1_arena.csv")
     for kind, places in (("robot", swarm.positions), ("task", swarm.tasks)):
         of_kind = [row for row in written if row["kind"] == kind]
         assert [int(row["number"]) for row in of_kind] == list(range(1, 21))
