@@ -118,32 +118,68 @@ def test_intervals_hold_their_estimate_and_verdicts_follow_from_them(shares, und
         assert claim.verdict == (HOLDS if inside else FAILS if outside else CANNOT_TELL)
 
 
-# --- More than 75 % right beyond ratio 2 ---
+def leaning(above, below):
+    """Return shares that are right above and below ratio one."""
+    return lambda ratio: above if ratio > 1 else 1 - below
 
 
-@pytest.mark.quick(2)
-@pytest.mark.parametrize(("name", "ratio", "right"), [("feasible", 5.0, 1), ("infeasible", 0.2, 0)])
-@pytest.mark.parametrize(
-    ("share", "verdict"), [(0.9, HOLDS), (0.76, CANNOT_TELL), (0.74, CANNOT_TELL), (0.6, FAILS)]
-)
-def test_the_worst_ratio_decides_whether_the_swarm_is_right(name, ratio, right, share, verdict):
-    claim = check(shares=with_share(ratio, share if right else 1 - share))[name]
-    assert claim.estimate == pytest.approx(share)
+FIVE = (2, 10, 20, 40, 200)
+CASES = [
+    *[
+        (name, {"shares": with_share(ratio, share if ratio > 1 else 1 - share)}, share, verdict)
+        for name, ratio in (("feasible", 5.0), ("infeasible", 0.2))
+        for share, verdict in ((0.9, HOLDS), (0.76, CANNOT_TELL), (0.74, CANNOT_TELL), (0.6, FAILS))
+    ],
+    # An undecided run is not a right one.
+    *[(name, {"undecided": 0.4}, 0.95 * 0.6, FAILS) for name in ("feasible", "infeasible")],
+    *[
+        ("symmetrical", {"shares": leaning(above, below), "runs": runs}, above - below, verdict)
+        for above, below, runs, verdict in (
+            (0.9, 0.7, 400, FAILS),
+            (0.7, 0.9, 400, FAILS),
+            (0.9, 0.85, 400, HOLDS),
+            (0.9, 0.8, 400, CANNOT_TELL),
+            (0.9, 0.9, 10, CANNOT_TELL),
+        )
+    ],
+    *[
+        ("diverging", {"shares": with_share(1.0, share)}, min(share, 1 - share), verdict)
+        for share, verdict in (
+            (0.5, HOLDS),
+            (0.35, HOLDS),
+            (0.65, HOLDS),
+            (0.27, CANNOT_TELL),
+            (0.05, FAILS),
+            (0.95, FAILS),
+        )
+    ],
+    ("earlier", {"steps": lambda ratio, runs: np.arange(runs) % 50}, 0, CANNOT_TELL),
+    ("earlier", {"tasks": FIVE, "steps": lambda ratio, runs: np.full(runs, 100 - 5 * ratio)}, -1, HOLDS),
+    ("earlier", {"tasks": FIVE, "steps": lambda ratio, runs: np.full(runs, 100 + 5 * ratio)}, 1, FAILS),
+]
+
+
+@pytest.mark.parametrize(("name", "changes", "estimate", "verdict"), CASES)
+def test_a_claim_has_its_estimate_its_interval_and_its_verdict(monkeypatch, name, changes, estimate, verdict):
+    """Of several ratios the worst decides, and a claim is open if its bar is within the interval."""
+    monkeypatch.setattr("feasibee.studies.paper.RESAMPLES", 20)  # none of these claims resamples
+    claim = check(**changes)[name]
+    assert claim.estimate == pytest.approx(estimate, abs=1e-9)
+    assert -1 <= claim.low <= claim.high <= 1
     assert claim.verdict == verdict
-    assert f"at {ratio:g})" in claim.statistic
+    if name == "diverging":
+        assert (claim.low, claim.high) == wilson(round(estimate * 400), 400)[1:]
+
+
+# --- More than 75 % right beyond ratio 2 ---
 
 
 def test_the_interval_of_several_ratios_shares_the_error_among_them():
     for name, ratio, share in (("feasible", 5.0, 0.8), ("infeasible", 0.2, 0.2)):
         claim = check(shares=with_share(ratio, share))[name]
         assert "3 ratios" in claim.statistic  # 10, 5, 2.5, and their mirror images
+        assert f"at {ratio:g})" in claim.statistic
         assert (claim.estimate, claim.low, claim.high) == wilson(320, 400, 1 - 0.05 / 3)
-
-
-def test_an_undecided_run_is_not_a_right_one():
-    claims = check(undecided=0.4)
-    assert claims["feasible"].estimate == pytest.approx(0.95 * 0.6)
-    assert (claims["feasible"].verdict, claims["infeasible"].verdict) == (FAILS, FAILS)
 
 
 # --- Symmetrical ---
@@ -160,23 +196,6 @@ def test_mirrored_data_are_symmetrical():
     assert "4 pairs" in claim.statistic
 
 
-@pytest.mark.quick(2)
-@pytest.mark.parametrize(
-    ("above", "below", "runs", "verdict"),
-    [
-        (0.9, 0.7, 400, FAILS),
-        (0.7, 0.9, 400, FAILS),
-        (0.9, 0.85, 400, HOLDS),
-        (0.9, 0.8, 400, CANNOT_TELL),
-        (0.9, 0.9, 10, CANNOT_TELL),
-    ],
-)
-def test_a_lean_to_one_side_is_not_symmetrical(above, below, runs, verdict):
-    claim = check(shares=lambda ratio: above if ratio > 1 else 1 - below, runs=runs)["symmetrical"]
-    assert claim.estimate == pytest.approx(above - below)
-    assert claim.verdict == verdict
-
-
 def test_the_interval_of_the_symmetry_is_that_of_a_mean_of_differences():
     """4 pairs, each a difference of two shares, of variance p (1 - p) / n each."""
     claim = check(shares=lambda ratio: 0.8 if ratio > 1 else 0.3)["symmetrical"]
@@ -185,28 +204,7 @@ def test_the_interval_of_the_symmetry_is_that_of_a_mean_of_differences():
     assert claim.estimate - claim.low == pytest.approx(half, rel=0.02)
 
 
-# --- Diverging at ratio 1 ---
-
-
-@pytest.mark.quick(2)
-@pytest.mark.parametrize(
-    ("share", "verdict"),
-    [(0.5, HOLDS), (0.35, HOLDS), (0.65, HOLDS), (0.27, CANNOT_TELL), (0.05, FAILS), (0.95, FAILS)],
-)
-def test_opinions_diverge_when_both_decisions_are_frequent(share, verdict):
-    claim = check(shares=with_share(1.0, share))["diverging"]
-    assert claim.estimate == pytest.approx(min(share, 1 - share))
-    assert (claim.low, claim.high) == wilson(round(claim.estimate * 400), 400)[1:]
-    assert claim.verdict == verdict
-
-
 # --- Earlier with a larger ratio ---
-
-
-def test_the_same_times_at_all_ratios_cannot_tell():
-    claim = check(steps=lambda ratio, runs: np.arange(runs) % 50)["earlier"]
-    assert claim.estimate == pytest.approx(0, abs=1e-9)
-    assert claim.verdict == CANNOT_TELL
 
 
 def test_only_ratios_from_2_up_are_in_the_claim():
@@ -227,21 +225,11 @@ def test_an_undecided_run_is_later_than_any():
 
 def test_the_rank_correlation_by_hand():
     """Ratio ranks 1.5 1.5 3.5 3.5, step ranks 2.5 4 1 2.5: r = -3 / sqrt(4 * 4.5)."""
-    tasks = (2, 10, 20, 40, 200)
-    claim = check(tasks=tasks, runs=2, steps=lambda ratio, _: [1, 3] if ratio == 10 else [3, 5])["earlier"]
+    claim = check(tasks=FIVE, runs=2, steps=lambda ratio, _: [1, 3] if ratio == 10 else [3, 5])["earlier"]
     assert claim.estimate == pytest.approx(-1 / math.sqrt(2))
     half = NormalDist().inv_cdf(0.975) * math.sqrt((1 + 0.5 / 2) / (4 - 3))
     ends = (math.tanh(math.atanh(claim.estimate) + side * half) for side in (-1, 1))
     assert (claim.low, claim.high) == pytest.approx(tuple(ends))
-
-
-@pytest.mark.parametrize(("sign", "verdict"), [(-1, HOLDS), (1, FAILS)])
-def test_a_perfect_order_is_told(sign, verdict):
-    tasks = (2, 10, 20, 40, 200)
-    claim = check(tasks=tasks, steps=lambda ratio, runs: np.full(runs, 100 + sign * 5 * ratio))["earlier"]
-    assert claim.estimate == pytest.approx(sign)
-    assert -1 <= claim.low <= claim.high <= 1
-    assert claim.verdict == verdict
 
 
 def test_a_swarm_that_never_decides_cannot_tell():
