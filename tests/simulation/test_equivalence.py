@@ -359,13 +359,10 @@ def assert_same_swarms(scenario, seed, run, steps):
         plain.step()
 
 
-@pytest.mark.parametrize("count", [20, 40])
-def test_a_swarm_step_by_step_is_the_references_swarm(count):
-    scenario = Scenario(robots={"count": count}, arena={"side": 6.0}, decision={"gain": 40.0})
-    assert_same_swarms(scenario, seed=5, run=3, steps=60)
-
-
+CROWDED = {"arena.side": 6.0, "decision.gain": 40.0}
 BEYOND = {
+    "the paper's": CROWDED,
+    "the paper's, of forty": {**CROWDED, "robots.count": 40},
     "walls and collisions": {
         "arena.side": [8.0, 12.0],
         "arena.boundary": "walls",
@@ -428,9 +425,9 @@ BEYOND = {
 }
 
 
-@pytest.mark.quick(4)
+@pytest.mark.quick(5)
 @pytest.mark.parametrize("name", BEYOND)
-def test_a_swarm_beyond_the_paper_step_by_step_is_the_references_swarm(name):
+def test_a_swarm_step_by_step_is_the_references_swarm(name):
     scenario = Scenario().replace({"decision.exploration": 4.0, **BEYOND[name]})
     assert_same_swarms(scenario, seed=6, run=4, steps=25)
 
@@ -500,10 +497,6 @@ def small_scenario(name, changes):
     known = {"robots.know_count": True} if STRATEGIES[name].needs_count else {}
     with suppress(ScenarioError):
         return Scenario().replace({**QUICK, "decision.strategy": name, **known, **changes})
-
-
-SHORT = ("dmmd", "average", "census", "quiet-census", "roster", "fading")
-"""A strategy of each kind: opinions, values, names, with a word of its own, and for worlds that change."""
 
 
 @pytest.mark.quick(8)

@@ -34,7 +34,23 @@ def find_tasks(params, state):
     sort_tasks(params, state)
 
 
-class Engine:
+class World:
+    """What both minds have in common."""
+
+    def step(self, *ending):
+        """Take a step, with which some robots end their phase; their next one is long."""
+        for i in ending:
+            self.end_phase_of(i)
+        self.advance()
+        for i in ending:
+            self.end_phase_of(i, LONG)
+
+    @property
+    def bits_sent(self):
+        return self.swarm.bits_sent
+
+
+class Engine(World):
     """A swarm of standing robots in the engine, arranged by hand."""
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
@@ -81,7 +97,7 @@ class Engine:
     def end_phase_of(self, i, after=1):
         self.state.robots[layout.Robot.PHASE_LEFT, i] = after
 
-    def step(self):
+    def advance(self):
         self.swarm.advance()
 
     def seen(self, i):
@@ -100,15 +116,11 @@ class Engine:
         return self.state.memory[i, 1:].tolist()
 
     @property
-    def bits_sent(self):
-        return self.swarm.bits_sent
-
-    @property
     def ids(self):
         return self.state.robots[layout.Robot.IDENTITY]
 
 
-class Plain:
+class Plain(World):
     """The same in the reference."""
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
@@ -142,7 +154,7 @@ class Plain:
     def end_phase_of(self, i, after=1):
         self.minds[i].phase_left = after
 
-    def step(self):
+    def advance(self):
         self.swarm.step()
 
     def seen(self, i):
@@ -159,10 +171,6 @@ class Plain:
 
     def memory(self, i):
         return self.minds[i]._memory
-
-    @property
-    def bits_sent(self):
-        return self.swarm.bits_sent
 
     @property
     def ids(self):
@@ -194,38 +202,28 @@ def world(request):
     return build
 
 
-def test_a_robot_exactly_at_range_is_seen_and_one_beyond_is_not(world):
-    beyond = 1 / UNIT
-    swarm = world([(4, 4), (6, 4), (4, 2 - beyond), (4 - 2, 4)])
-    swarm.step()
-    assert swarm.seen(0) == (2, 0)
+BEYOND = 1 / UNIT
+SEEN = {  # places of robots and tasks, who disseminates, changes; what robot 0 has seen after each step
+    "a robot at range, not one beyond": ([(4, 4), (6, 4), (4, 2 - BEYOND), (4 - 2, 4)], [], [], {}, (2, 0)),
+    "round both edges of the torus": (
+        [(0.5, 0.5), (15.5, 15.5), (0.5, 15), (2.5, 15.5)],
+        [(15, 1), (14, 14), (0.5, 15.5)],
+        *([], {}, (2, 2)),
+    ),
+    "tasks at range, in every step": ([(4, 4)], [(6, 4), (4, 6 + BEYOND), (5, 5)], [], {}, (0, 2)),
+    "who explores sees the others": ([(4, 4), (5, 4)], [(4, 4)], [0, 1], {}, (1, 1)),
+    "who disseminates sees nothing": ([(4, 4), (5, 4)], [(4, 4)], [1, 0], {}, (0, 0)),
+    "oneself": ([(4, 4), (5, 4)], [], [], {"sensing.count_self": True}, (2, 0)),
+}
 
 
-def test_a_range_goes_round_both_edges_of_the_torus(world):
-    swarm = world([(0.5, 0.5), (15.5, 15.5), (0.5, 15), (2.5, 15.5)], tasks=[(15, 1), (14, 14), (0.5, 15.5)])
-    swarm.step()
-    assert swarm.seen(0) == (2, 2)
-
-
-def test_tasks_exactly_at_range_count_and_repeat_in_every_step(world):
-    swarm = world([(4, 4)], tasks=[(6, 4), (4, 6 + 1 / UNIT), (5, 5)])
-    swarm.step()
-    swarm.step()
-    assert swarm.seen(0) == (0, 4)
-
-
-def test_a_disseminating_robot_does_not_count(world):
-    swarm = world([(4, 4), (5, 4)], tasks=[(4, 4)], disseminating=[1, 0])
-    swarm.step()
-    assert swarm.seen(0) == (0, 0)
-    assert swarm.seen(1) == (1, 1)
-
-
-def test_counting_oneself_adds_one_a_step(world):
-    swarm = world([(4, 4), (5, 4)], changes={"sensing.count_self": True})
-    swarm.step()
-    swarm.step()
-    assert swarm.seen(0) == (4, 0)
+@pytest.mark.parametrize("case", SEEN)
+def test_a_robot_sees_in_each_step_what_is_at_range(world, case):
+    places, tasks, disseminating, changes, (robots, things) = SEEN[case]
+    swarm = world(places, tasks, None, disseminating, changes)
+    for step in (1, 2):
+        swarm.step()
+        assert swarm.seen(0) == (step * robots, step * things)
 
 
 @pytest.mark.parametrize(("inbox", "opinion"), [("latest-per-robot", 1), ("every-message", 0)])
@@ -245,12 +243,10 @@ def test_the_latest_opinion_of_a_robot_counts(world):
         disseminating=[1, 1, 1, 1],
         changes={"decision.own_vote": False},
     )
-    swarm.end_phase_of(1)
-    swarm.step()
+    swarm.step(1)
     assert swarm.opinion(1) == 1
     assert not swarm.speaks(1)
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0)
     assert swarm.opinion(0) == 0
 
 
@@ -259,9 +255,7 @@ def test_opinions_heard_are_those_held_when_the_step_began(world):
     swarm = world(
         [(4, 4), (5, 4)], opinions=[0, 1], disseminating=[1, 1], changes={"decision.own_vote": False}
     )
-    swarm.end_phase_of(0)
-    swarm.end_phase_of(1)
-    swarm.step()
+    swarm.step(0, 1)
     assert (swarm.opinion(0), swarm.opinion(1)) == (1, 0)
 
 
@@ -273,36 +267,27 @@ def test_what_is_heard_while_exploring_counts_only_if_it_listens_always(world, l
         disseminating=[0, 1],
         changes={"decision.own_vote": False, "decision.listen": listen},
     )
-    swarm.end_phase_of(0)
-    swarm.end_phase_of(1)
-    swarm.step()  # robot 0 hears robot 1's last message while exploring, then disseminates
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0, 1)  # robot 0 hears robot 1's last message while exploring, then disseminates
+    swarm.step(0)
     assert swarm.opinion(0) == opinion
 
 
 def test_the_radio_has_a_range_of_its_own(world):
     changes = {"radio.range": 3.0, "decision.own_vote": False}
     swarm = world([(4, 4), (7, 4)], opinions=[1, 0], disseminating=[1, 1], changes=changes)
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0)
     assert swarm.opinion(0) == 0
     assert swarm.seen(1) == (0, 0)
 
 
 def test_counts_and_inbox_are_empty_after_a_decision(world):
     swarm = world([(4, 4), (5, 4), (5, 5)], opinions=[1, 0, 0], disseminating=[1, 1, 1])
-    swarm.end_phase_of(0)
-    swarm.end_phase_of(1)
-    swarm.end_phase_of(2)
-    swarm.step()
+    swarm.step(0, 1, 2)
     assert swarm.opinion(0) == 0
     assert swarm.seen(0) == (0, 0)
-    swarm.end_phase_of(0)
-    swarm.step()  # exploration over
+    swarm.step(0)  # exploration over
     assert swarm.speaks(0)
-    swarm.end_phase_of(0)
-    swarm.step()  # nothing heard since
+    swarm.step(0)  # nothing heard since
     assert swarm.opinion(0) == 0
 
 
@@ -341,9 +326,9 @@ def crowd(world, own, votes, strategy, disseminating=True, **changes):
     return world(places, opinions=[own, *votes], disseminating=speaking, changes=changes)
 
 
-def next_opinion(swarm):
-    swarm.end_phase_of(0)
-    swarm.step()
+def next_opinion(swarm, *ending):
+    """Let robot 0 decide, while some others end their phases, too."""
+    swarm.step(0, *ending)
     assert not swarm.speaks(0)
     return swarm.opinion(0)
 
@@ -412,19 +397,6 @@ def test_dc_switches_to_a_heard_opinion_of_higher_quality(world, own, quality, h
     assert next_opinion(swarm) == outcome
 
 
-def test_dc_sends_the_quality_of_feasible_in_16_bits(world):
-    """Robot 0 sees two robots and a task: 2/3, and a robot that heard this compares it with its own."""
-    swarm = world(
-        [(4, 4), (5, 4), (4, 5)],
-        tasks=[(4.5, 4)],
-        opinions=[1, 0, 0],
-        changes={"decision.strategy": "dc", "sensing.range": 1.0},
-    )
-    swarm.end_phase_of(0)
-    swarm.step()
-    assert swarm.told(0) == 43690  # 65535 * 2 / 3
-
-
 def test_a_robot_without_an_opinion_is_silent_and_sends_no_bits(world):
     swarm = crowd(world, 1, [-1], "cross-inhibition")
     assert next_opinion(swarm) == 1
@@ -438,30 +410,25 @@ def numbers_of(swarm):
     return swarm.params.robots.count, swarm.params.decision.declare.enabled
 
 
-def bits_of(swarm, messages, extra=0):
+def bits_of(swarm, messages, extra=0, id_bits=None):
     """Return the bits of messages of id, opinion, a flag if robots declare, and more."""
     robots, declares = numbers_of(swarm)
-    return messages * (math.ceil(math.log2(robots)) + 1 + int(declares) + extra)
+    return messages * ((id_bits or math.ceil(math.log2(robots))) + 1 + int(declares) + extra)
 
 
+@pytest.mark.parametrize("id_bits", [None, 32])
 @pytest.mark.parametrize(("strategy", "extra"), [("dmmd", 0), ("voter", 0), ("dc", 16), ("average", 16)])
-def test_bits_are_id_opinion_and_value_of_each_speaker_and_step(world, strategy, extra):
+def test_bits_are_id_opinion_and_value_of_each_speaker_and_step(world, strategy, extra, id_bits):
     """Robot 0 listens, three others speak for two steps; nobody need be in range to hear it."""
     swarm = world(
         [(4, 4), (4, 5), (4, 6), (4, 14)],
         opinions=[1, 1, 0, 1],
         disseminating=[0, 1, 1, 1],
-        changes={"decision.strategy": strategy},
+        changes={"decision.strategy": strategy, "radio.id_bits": id_bits},
     )
     swarm.step()
     swarm.step()
-    assert swarm.bits_sent == bits_of(swarm, 6, extra)
-
-
-def test_ids_of_so_many_bits_are_counted_in_messages(world):
-    swarm = crowd(world, 1, [0, 0], "dmmd", **{"radio.id_bits": 32})
-    swarm.step()
-    assert swarm.bits_sent == 3 * (32 + 1 + int(numbers_of(swarm)[1]))
+    assert swarm.bits_sent == bits_of(swarm, 6, extra, id_bits)
 
 
 # --- Bayes Bots ---
@@ -506,21 +473,16 @@ def test_bayes_tells_its_opinion_or_what_it_observes(world, feedback, said):
             "radio.range": 3.0,
         },
     )
-    swarm.end_phase_of(0)
-    swarm.step()
-    swarm.end_phase_of(0, LONG)
-    swarm.end_phase_of(1)
-    swarm.step()
-    swarm.end_phase_of(1)
-    swarm.step()
+    swarm.step(0)
+    swarm.step(1)
+    swarm.step(1)
     assert swarm.memory(1) == [float(said), float(not said)]
 
 
 def test_a_bayes_bot_that_saw_as_many_robots_as_tasks_is_silent(world):
     changes = {"decision.strategy": "bayes", "sensing.range": 1.0}
     swarm = world([(4, 4), (5, 4)], tasks=[(4, 4.5)], opinions=[-1, -1], changes=changes)
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0)
     assert swarm.speaks(0)
     swarm.step()
     assert swarm.bits_sent == 0
@@ -535,11 +497,8 @@ def test_a_bayes_bot_that_saw_as_many_robots_as_tasks_is_silent(world):
 def test_evidence_is_kept_over_explorations_or_thrown_away(world, strategy, seen):
     swarm = world([(4, 4)], tasks=[(4, 4.5)], opinions=[1], changes={"decision.strategy": strategy})
     swarm.step()
-    swarm.end_phase_of(0)
-    swarm.step()  # exploration over: two sightings
-    swarm.end_phase_of(0)
-    swarm.step()  # back to exploration
-    swarm.end_phase_of(0, LONG)
+    swarm.step(0)  # exploration over: two sightings
+    swarm.step(0)  # back to exploration
     swarm.step()
     assert swarm.seen(0) == seen
 
@@ -567,11 +526,9 @@ def test_average_tells_its_log_ratio_first_and_then_x(world):
         opinions=[1, 0, 0],
         changes={"decision.strategy": "average", "sensing.range": 1.0},
     )
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0)
     assert swarm.told(0) == int((np.log(2.5 / 1.5) / 32 + 0.5) * 65535 + 0.5)
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0)
     assert swarm.memory(0) == [pytest.approx(np.log(2.5 / 1.5), rel=1e-12), 1.0]
 
 
@@ -595,12 +552,8 @@ def known(swarm, i):
 
 def speak_from_now(swarm, *robots):
     """Let robots end their exploration with this step, and disseminate for long."""
-    for i in robots:
-        swarm.end_phase_of(i)
-    swarm.step()
-    for i in robots:
-        assert swarm.speaks(i)
-        swarm.end_phase_of(i, LONG)
+    swarm.step(*robots)
+    assert all(swarm.speaks(i) for i in robots)
 
 
 def test_a_tally_keeps_the_newest_row_of_each_robot(world):
@@ -609,10 +562,8 @@ def test_a_tally_keeps_the_newest_row_of_each_robot(world):
     assert [known(swarm, i) for i in range(3)] == [(0, 1), (0, 0), (0, 1)]
     speak_from_now(swarm, 1)  # and robot 1 has heard of the first's
     assert [known(swarm, i) for i in range(3)] == [(0, 1), (0, 1), (0, 2)]
-    swarm.end_phase_of(0)
-    swarm.step()  # robot 2 hears it from robot 1
+    swarm.step(0)  # robot 2 hears it from robot 1
     assert [known(swarm, i) for i in range(3)] == [(0, 1), (0, 1), (0, 4)]
-    swarm.end_phase_of(0, LONG)
     swarm.step()  # robot 0 explores again, and hears its own old row
     assert [known(swarm, i) for i in range(3)] == [(0, 2), (0, 1), (0, 5)]
 
@@ -636,10 +587,8 @@ def test_a_census_is_a_union_and_exact(world):
     swarm.step()
     swarm.step()  # nothing is counted twice
     assert [known(swarm, i) for i in range(3)] == [(2, 1), (2, 1), (3, 2)]
-    swarm.end_phase_of(2)
-    swarm.step()
-    swarm.end_phase_of(2)
-    swarm.step()
+    swarm.step(2)
+    swarm.step(2)
     assert swarm.opinion(2) == 1
 
 
@@ -662,8 +611,7 @@ def test_a_census_of_as_many_robots_as_tasks_is_feasible(world, tasks, opinion):
     spots = [(4, 4.1), (4, 4.2), (4, 4.3)][:tasks]
     swarm = passing_on(world, "census", robots=2, tasks=spots)
     speak_from_now(swarm, 0, 1)
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0)
     assert known(swarm, 0) == (2, tasks)
     assert swarm.opinion(0) == opinion
 
@@ -700,9 +648,7 @@ def test_an_inbox_keeps_the_newest_of_so_many_senders(world, size, order, own, o
     changes = {"decision.inbox_size": size, "decision.own_vote": False}
     swarm = crowd(world, own, [0, 0, 1], "dmmd", **changes)
     for silent in order:
-        swarm.end_phase_of(silent)
-        swarm.step()
-        swarm.end_phase_of(silent, LONG)
+        swarm.step(silent)
     assert next_opinion(swarm) == opinion
 
 
@@ -726,10 +672,7 @@ def test_listening_to_the_last_steps_of_dissemination_only(world, last, spoken, 
 def test_who_listens_to_the_last_steps_of_dissemination_hears_nothing_while_exploring(world):
     changes = {"decision.listen": {"last": 3}, "decision.own_vote": False}
     swarm = crowd(world, 1, [0], "dmmd", disseminating=False, **changes)
-    swarm.end_phase_of(1)
-    swarm.end_phase_of(0)
-    swarm.step()
-    swarm.end_phase_of(1, LONG)
+    swarm.step(1, 0)
     assert next_opinion(swarm) == 1
 
 
@@ -748,15 +691,14 @@ def test_the_floor_is_added_to_each_dissemination(world, floor):
 
 
 @pytest.mark.parametrize(("floor", "value"), [(0, 43690), (1, 43690), (2, 32768), (4, 32768)])
-def test_counts_are_taken_for_at_least_the_floor(world, floor, value):
-    """Two robots and a task: with a floor of 2, 2 / (2 + 2)."""
+def test_dc_sends_the_quality_of_feasible_in_16_bits_of_counts_of_at_least_the_floor(world, floor, value):
+    """Two robots and a task: 2 / (2 + 1); with a floor of 2, 2 / (2 + 2)."""
     swarm = world(
         [(4, 4), (5, 4), (4, 5)],
         tasks=[(4.5, 4)],
         changes={"decision.strategy": "dc", "sensing.range": 1.0, "decision.quality_floor": floor},
     )
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0)
     assert swarm.told(0) == value
 
 
@@ -810,9 +752,7 @@ def test_liars_that_pass_on_knowledge_invent_robots_or_tasks(world, strategy, sa
         | {"faults.byzantine_says": says, "sensing.count_self": True},
     )
     swarm.let_all_lie()
-    swarm.end_phase_of(1)
-    swarm.step()
-    swarm.end_phase_of(1, LONG)
+    swarm.step(1)
     speak_from_now(swarm, 0)
     before = known(swarm, 1)
     swarm.step()
@@ -832,8 +772,7 @@ def by_votes(world, own, votes, quorum=0.9, rounds=1, heard=1, strategy="dmmd"):
 
 def decide_again(swarm):
     """Let robot 0 end its exploration, hear once more while disseminating, and decide."""
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(0)
     return next_opinion(swarm)
 
 
@@ -860,24 +799,15 @@ def test_a_robot_declares_after_so_many_rounds_running(world):
     swarm = by_votes(world, 1, [1, 1, 1], rounds=2, heard=3)
     next_opinion(swarm)
     assert not swarm.declared(0)
-    for i in (1, 2, 3):
-        swarm.end_phase_of(i)
-    swarm.step()  # heard for the last time, and
-    for i in (1, 2, 3):
-        swarm.end_phase_of(i, LONG)
-    swarm.end_phase_of(0)
-    swarm.step()
+    swarm.step(1, 2, 3)  # heard for the last time, and
+    swarm.step(0)
     next_opinion(swarm)
     assert swarm.declared(0)
 
 
 def test_a_round_without_agreement_starts_the_count_again(world):
     swarm = by_votes(world, 1, [1, 1, 1], rounds=2, heard=3)
-    for i in (1, 2, 3):
-        swarm.end_phase_of(i)
-    next_opinion(swarm)  # the first
-    for i in (1, 2, 3):
-        swarm.end_phase_of(i, LONG)
+    next_opinion(swarm, 1, 2, 3)  # the first
     decide_again(swarm)  # in silence
     speak_from_now(swarm, 1, 2, 3)
     decide_again(swarm)  # the first again
@@ -898,10 +828,8 @@ def test_a_declared_robot_keeps_its_opinion(world, strategy):
             "decision.declare": {"quorum": 0.9, "rounds": 1, "heard": 1},
         },
     )
-    swarm.end_phase_of(1)
-    assert next_opinion(swarm) == 1
+    assert next_opinion(swarm, 1) == 1
     assert swarm.declared(0)
-    swarm.end_phase_of(1, LONG)
     speak_from_now(swarm, 2, 3, 4, 5, 6)
     assert decide_again(swarm) == 1
     assert swarm.declared(0)

@@ -52,35 +52,24 @@ def test_rates_and_times_are_those_of_section_5(tasks, share, quartiles):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("changes", "share"),
+    ("changes", "share", "slow"),
     [
-        ({"decision.own_vote": False}, 0.94),
-        ({"decision.inbox": "every-message"}, 0.95),
-        ({"decision.listen": "dissemination"}, 0.59),
-        ({"sensing.count_self": True}, 0.96),
-        ({"sensing.count_self": True, "tasks.count": 40}, 0.65),  # leans to feasible at ratio 1/2, too
-        ({"decision.exploration": 100.0, "decision.gain": 100.0, "run.steps": 5000}, 0.74),
+        ({"decision.own_vote": False}, 0.94, False),
+        ({"decision.inbox": "every-message"}, 0.95, False),
+        ({"decision.listen": "dissemination", "run.steps": 3000}, 0.59, True),
+        ({"sensing.count_self": True}, 0.96, False),
+        ({"sensing.count_self": True, "tasks.count": 40}, 0.65, False),  # leans at ratio 1/2, too
+        ({"decision.exploration": 100.0, "decision.gain": 100.0, "run.steps": 5000}, 0.74, True),
     ],
 )
-def test_choices_matter_as_section_5_says(changes, share):
-    """Catches a choice that has no effect, or another: shares off by 0.05 to 0.1."""
-    found, _ = feasible_share({"tasks.count": 10, **changes})
+def test_choices_matter_as_section_5_says(changes, share, slow):
+    """Catches a choice that has no effect, or another: shares off by 0.05 to 0.1; slow is three times."""
+    found, record = feasible_share({"tasks.count": 10, **changes})
     assert abs(found - share) < bound(share, other_runs=1000)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("changes", "times"),
-    [
-        ({"decision.listen": "dissemination", "run.steps": 3000}, 3),
-        ({"decision.exploration": 100.0, "decision.gain": 100.0, "run.steps": 5000}, 3),
-    ],
-)
-def test_slow_choices_are_about_three_times_as_slow(changes, times):
-    _, usual = feasible_share({"tasks.count": 10})
-    _, slow = feasible_share({"tasks.count": 10, **changes})
-    ratio = decision_times(slow.decision_step).median / decision_times(usual.decision_step).median
-    assert times - 0.6 < ratio < times + 0.9
+    if slow:
+        usual = feasible_share({"tasks.count": 10})[1]
+        ratio = decision_times(record.decision_step).median / decision_times(usual.decision_step).median
+        assert 2.4 < ratio < 3.9
 
 
 @pytest.mark.slow
