@@ -132,33 +132,30 @@ def unfinished(matrix):
     return after[:, 1:-1].sum(axis=1)
 
 
-@pytest.mark.quick(2)
-@pytest.mark.parametrize("count", [3, 4, 5, 6])
-@pytest.mark.parametrize("loss", [0.0, 0.4])
-def test_voters_follow_their_chain(count, loss):
-    """Catches a transition's probability off by 0.04, an end's by 0.07: the own opinion among those drawn.
+CHAINS = [
+    *(("voter", loss, True) for loss in (0.0, 0.4)),
+    ("dmvd", 0.0, True),
+    *(("majority", loss, own_vote) for loss in (0.3, 0.6) for own_vote in (True, False)),
+]
 
-    The middle states are left more than 5,000 times, and are the start of some 2,000 runs.
+
+@pytest.mark.quick(8)
+@pytest.mark.parametrize("count", [3, 4, 5, 6])
+@pytest.mark.parametrize(("strategy", "loss", "own_vote"), CHAINS)
+def test_swarms_follow_their_chain(count, strategy, loss, own_vote):
+    """Catches a transition's probability off by 0.04, an end's by 0.07.
+
+    Such as by the own opinion among those drawn, or another rule for ties. The middle states are left more
+    than 5,000 times, and are the start of some 2,000 runs.
     """
-    matrix = transitions(voters(count, loss))
-    rounds = rounds_of(count, "voter", loss)
+    majority = strategy == "majority"
+    matrix = transitions(majorities(count, loss, own_vote) if majority else voters(count, loss))
+    rounds = rounds_of(count, strategy, loss, own_vote)
     chances = absorption(matrix)
-    if loss == 0:  # each is copied as often as the others: the share of opinion 1 is a martingale
+    if majority:  # neither opinion is favoured
+        np.testing.assert_allclose(chances + chances[::-1], 1)
+    elif loss == 0:  # each is copied as often as the others: the share of opinion 1 is a martingale
         np.testing.assert_allclose(chances, np.arange(count + 1) / count)
-    assert_follows(rounds, matrix)
-    assert_ends(rounds, chances, unfinished(matrix))
-
-
-@pytest.mark.quick(3)
-@pytest.mark.parametrize("count", [3, 4, 5, 6])
-@pytest.mark.parametrize("own_vote", [True, False])
-@pytest.mark.parametrize("loss", [0.3, 0.6])
-def test_majorities_follow_their_chain(count, own_vote, loss):
-    """Catches a transition's probability off by 0.04, an end's by 0.07: another rule for ties or the own."""
-    matrix = transitions(majorities(count, loss, own_vote))
-    rounds = rounds_of(count, "majority", loss, own_vote)
-    chances = absorption(matrix)
-    np.testing.assert_allclose(chances + chances[::-1], 1)  # neither opinion is favoured
     assert_follows(rounds, matrix)
     assert_ends(rounds, chances, unfinished(matrix))
 
@@ -184,16 +181,3 @@ def test_the_step_of_absorption_has_its_distribution(count):
         absorbed = (start @ np.linalg.matrix_power(matrix, rounds))[[0, -1]].sum()
         by_then = (record.decision_step >= 0) & (record.decision_step <= 2 * rounds)
         assert_rate(by_then.sum(), RUNS, absorbed, rounds)
-
-
-@pytest.mark.parametrize("strategy", ["voter", "dmvd"])
-def test_a_random_voter_is_any_of_those_heard(strategy):
-    """Of six, one with opinion 1 gives it up, and each other takes it with probability 1/5, by itself.
-
-    Catches a probability off by 0.1: this start comes some 750 times.
-    """
-    rounds = rounds_of(6, strategy)
-    after = rounds[rounds[:, 0] == 1, 1]
-    for holders in range(6):
-        chance = comb(5, holders) * 0.2**holders * 0.8 ** (5 - holders)
-        assert_rate((after == holders).sum(), after.size, chance, holders)
