@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import csv
+import json
+import subprocess
+import sys
 
 from click.testing import CliRunner
 
@@ -11,6 +14,24 @@ from feasibee.cli import main
 
 def invoke(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
+
+
+def output_of(*arguments):
+    """Return the standard output of a command that must succeed."""
+    result = invoke(*arguments)
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def json_of(*arguments):
+    """Return what a command prints for programs."""
+    return json.loads(output_of(*arguments, "--json"))
+
+
+def python(*words, **options):
+    """Run Python in a process of its own; return what it said."""
+    command = [sys.executable, *map(str, words)]
+    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=900, **options)
 
 
 def refused(*arguments):

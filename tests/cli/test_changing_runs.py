@@ -8,7 +8,7 @@ import json
 import changing
 import numpy as np
 import pytest
-from commands import invoke, refused_in_a_line
+from commands import invoke, json_of, refused_in_a_line
 
 from feasibee import Scenario, open_results
 from feasibee.results.measures import decided_right, mean_bits, measures_of_runs, tracking
@@ -31,7 +31,7 @@ def record():
 
 
 def test_a_run_has_its_measures_with_intervals_and_the_truth_that_runs_share(file, record):
-    said = json.loads(invoke("run", file, "--runs", 30, "--seed", 4, "--json").stdout)
+    said = json_of("run", file, "--runs", 30, "--seed", 4)
     scenario = Scenario.from_toml(TOML)
     found = tracking(record, scenario).to_dict()
     assert {name: said[name] for name in found} == json.loads(json.dumps(found))
@@ -69,12 +69,12 @@ def test_a_run_says_when_the_truth_changes_and_how_it_is_followed(file, record):
 def test_what_is_unlike_is_told(file, changes, words):
     options = [word for change in changes for word in ("--set", change)]
     assert words in invoke("run", file, *options, "--runs", 30).stdout
-    said = json.loads(invoke("run", file, *options, "--runs", 5, "--json").stdout)
+    said = json_of("run", file, *options, "--runs", 5)
     assert (said["truth_intervals"] is None) == ("at other steps" in words)
 
 
 def test_a_run_in_a_world_that_stays_has_none_of_this():
-    said = json.loads(invoke("run", "--runs", 2, "--steps", 5, "--json").stdout)
+    said = json_of("run", "--runs", 2, "--steps", 5)
     assert not said.keys() & {"right_share", "detection_delay", "missed", "false_alarms", "truth_intervals"}
 
 

@@ -2,23 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import os
-import subprocess
-import sys
 
-import commands
 import pytest
+from commands import json_of, output_of, python
 
 from feasibee.engine.compile import cache_folder, processor
 from feasibee.simulation import loading
 from feasibee.simulation.loading import Prepared
-
-
-def invoke(*arguments):
-    result = commands.invoke("compile", *arguments)
-    assert result.exit_code == 0, result.output
-    return result.stdout
 
 
 def prepared(monkeypatch, *cached):
@@ -29,18 +20,18 @@ def prepared(monkeypatch, *cached):
 
 def test_it_says_how_long_each_took_and_where_it_is(monkeypatch):
     prepared(monkeypatch, False, True)
-    assert invoke().splitlines() == [
+    assert output_of("compile").splitlines() == [
         "fast-path engine: compiled in 12.3 s",
         "general engine: loaded from disk in 12.3 s",
         f"The compiled code is in {cache_folder()}",
     ]
     prepared(monkeypatch, True, True)
-    assert invoke().splitlines()[-1] == "There was nothing to compile."
+    assert output_of("compile").splitlines()[-1] == "There was nothing to compile."
 
 
 def test_json(monkeypatch):
     prepared(monkeypatch, False, True)
-    assert json.loads(invoke("--json")) == {
+    assert json_of("compile") == {
         "cache": str(cache_folder()),
         "out": None,
         "processor": processor(),
@@ -78,7 +69,7 @@ def test_a_moved_folder_serves_a_fresh_process_that_compiles_nothing(tmp_path):
     scenario = tmp_path / "scenario.toml"
     scenario.write_text("[decision]\nstrategy = 'dmmd'\n")
     files = [str(mine), str(scenario)]
-    answer = json.loads(invoke(*files, "--out", str(tmp_path / "out"), "--json"))
+    answer = json_of("compile", *files, "--out", tmp_path / "out")
     assert [each["name"] for each in answer["parts"]] == files
     assert answer["out"].startswith(str(tmp_path / "out"))
     there = (tmp_path / "out").rename(tmp_path / "there")
@@ -89,13 +80,7 @@ def test_a_moved_folder_serves_a_fresh_process_that_compiles_nothing(tmp_path):
         each.chmod(each.stat().st_mode & 0o555)
     environment = {**os.environ, "FEASIBEE_CACHE": str(there)}
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", USE, str(moved), "dmmd"],
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
+        done = python("-c", USE, moved, "dmmd", env=environment)
     finally:
         for each in (there, *filter(type(there).is_dir, before)):
             each.chmod(0o755)

@@ -14,6 +14,7 @@ from pathlib import Path
 from threading import Timer
 
 import pytest
+from commands import python
 
 from feasibee import Scenario, simulate
 from feasibee.sweeps.journal import Journal
@@ -74,12 +75,6 @@ def start(folder, *arguments, study=STUDY):
     assert process.stdout.readline() == "ready\n"
     alarm.cancel()
     return process
-
-
-def said(code, *arguments, **options):
-    """Run some code with arguments; return what it said."""
-    command = [sys.executable, "-c", code, *arguments]
-    return subprocess.run(command, capture_output=True, text=True, check=False, **options)
 
 
 def interrupt(process):
@@ -237,7 +232,7 @@ click.Group.invoke = invoke
 signal.signal(signal.SIGINT, signal.default_int_handler)
 main(prog_name="feasibee")
 """
-    told = said(code, "truth")
+    told = python("-c", code, "truth")
     assert (told.returncode, told.stdout) == (130, "")
     assert told.stderr == "feasibee: interrupted; no file was left half-written\n"
 
@@ -265,7 +260,7 @@ finally:
 
 def interrupted_in(module, *arguments):
     """Return the status and the errors of a command that gets Ctrl-C when it imports a module."""
-    done = said(IMPORTED, module, *arguments)
+    done = python("-c", IMPORTED, module, *arguments)
     return done.returncode, done.stderr
 
 
@@ -303,7 +298,7 @@ def invoke(*arguments):
 click.Group.invoke = invoke
 main(prog_name="feasibee")
 """
-    told = said(code, "truth", cwd=tmp_path)
+    told = python("-c", code, "truth", cwd=tmp_path)
     line = f"feasibee: ended by {name}; no file was left half-written\n"
     assert (told.returncode, told.stdout, told.stderr) == (status, "", line)
     assert list(tmp_path.iterdir()) == []

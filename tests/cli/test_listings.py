@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import pytest
-from commands import invoke
+from commands import invoke, json_of
 
 from feasibee import Scenario, simulate
 from feasibee.scenario.messages import message_bits
@@ -14,15 +13,11 @@ from feasibee.scenario.tables import ABOUT, PRESETS
 from feasibee.strategies import STRATEGIES
 
 
-def listed(*words):
-    return json.loads(invoke(*words, "--json").stdout)
-
-
 def test_each_strategy_has_a_line_with_what_its_file_declares():
     head, *lines = invoke("strategies").stdout.splitlines()
     assert head.split() == ["strategy", "needs", "declares", "bits", "rule"]
     assert [line.split()[0] for line in lines] == list(STRATEGIES)
-    for row in listed("strategies"):
+    for row in json_of("strategies"):
         manifest = STRATEGIES[row["strategy"]]
         assert ("names" in row["needs"], "n" in row["needs"]) == (
             manifest.needs_names is True,
@@ -35,7 +30,7 @@ def test_each_strategy_has_a_line_with_what_its_file_declares():
 def test_needs_follow_the_scenarios_own_parameters():
     options = ["--set", "decision.strategy=turns", "--set", "robots.know_count=true"]
     plain, tolerant = (
-        {row["strategy"]: row["needs"] for row in listed("strategies", *options, *more)}
+        {row["strategy"]: row["needs"] for row in json_of("strategies", *options, *more)}
         for more in ((), ("--set", "decision.parameters.tolerates=1.0"))
     )
     assert plain["turns"] == ["names", "n"]
@@ -44,9 +39,9 @@ def test_needs_follow_the_scenarios_own_parameters():
 
 
 def test_bits_are_those_of_the_scenario():
-    of_twenty = {row["strategy"]: row["bits"] for row in listed("strategies")}
+    of_twenty = {row["strategy"]: row["bits"] for row in json_of("strategies")}
     assert (of_twenty["dmmd"], of_twenty["dc"], of_twenty["sketch"]) == ([6, 6], [22, 22], [1024, 1024])
-    of_hundred = {row["strategy"]: row["bits"] for row in listed("strategies", "--set", "robots.count=100")}
+    of_hundred = {row["strategy"]: row["bits"] for row in json_of("strategies", "--set", "robots.count=100")}
     assert of_hundred["dmmd"] == [8, 8]
     by_votes = Scenario(decision={"declare": {}})
     assert message_bits(by_votes).full == 7
@@ -71,7 +66,7 @@ def test_the_longest_message_of_a_census_is_that_of_a_simulation():
 def test_a_scenario_that_a_strategy_does_not_support_leaves_its_bits_open(tmp_path):
     words = ("--set", 'robots.classes=[{name="a",count=3,skills=["x"]}]', "--set",
              'tasks.classes=[{name="t",count=2,needs={x=1}}]')  # fmt: skip
-    rows = {row["strategy"]: row for row in listed("strategies", *words)}
+    rows = {row["strategy"]: row for row in json_of("strategies", *words)}
     assert rows["map"]["bits"] is None
     assert (rows["map"]["needs"], rows["map"]["one_class"]) == (["names", "n"], True)
     assert rows["census"]["bits"] is not None
@@ -82,7 +77,7 @@ def test_a_file_of_ones_own_is_listed_with_its_rule(tmp_path):
     file = tmp_path / "own.py"
     source = Path(__file__).parents[2] / "src/feasibee/strategies/dc.py"
     file.write_text(source.read_text())
-    row = listed("strategies", "--set", f"decision.strategy={file}")[-1]
+    row = json_of("strategies", "--set", f"decision.strategy={file}")[-1]
     assert row["strategy"] == str(file)
     assert row["rule"] == "DC, direct comparison of qualities."
 
@@ -90,7 +85,7 @@ def test_a_file_of_ones_own_is_listed_with_its_rule(tmp_path):
 def test_each_preset_has_a_line():
     _, *lines = invoke("presets").stdout.splitlines()
     assert [line.split()[0] for line in lines] == list(PRESETS) == list(ABOUT)
-    rows = {row["preset"]: row for row in listed("presets")}
+    rows = {row["preset"]: row for row in json_of("presets")}
     assert rows["subcdm-2025"]["bits"] == 9
     assert rows["subcdm-2025"]["steps"] == 10_000
     assert rows["valentini-2016"]["values"]["decision"]["inbox_size"] == 2

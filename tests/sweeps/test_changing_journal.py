@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from commands import invoke
+from commands import json_of
 
 from feasibee import FeasibeeError, Scenario, wilson
 from feasibee.model.outcomes import OUTCOMES, TRACES
@@ -77,7 +77,7 @@ def test_runs_without_their_traces_are_missing(folder):
         assert "12 undamaged runs" in journal.rescued or "24 undamaged runs" in journal.rescued
         assert journal.missing(2, 0, 12, False, True) == [(0, 12)]
         assert journal.missing(1, 0, 12, False) == []
-    (still, changing) = json.loads(invoke("results", "status", folder, "--json").stdout)
+    (still, changing) = json_of("results", "status", folder)
     assert (still["runs"], changing["runs"]) == (12, 0)
     assert changing["right_share"] is None
 
@@ -99,7 +99,7 @@ def test_runs_that_have_kept_their_traces_are_still_read(records, tmp_path, tabl
 
 
 def test_status_has_the_measures_of_each_point(folder, records):
-    still, changing = json.loads(invoke("results", "status", folder, "--json").stdout)
+    still, changing = json_of("results", "status", folder)
     assert {still[name] for name in ("right_share", "missed", "false_alarms", "detection_delay")} == {None}
     found = tracking(records[1], CHANGING).to_dict()
     assert {name: changing[name] for name in found} == json.loads(json.dumps(found))

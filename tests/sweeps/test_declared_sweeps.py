@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-
 import numpy as np
 import pytest
-from commands import invoke
+from commands import invoke, json_of
 from declaring import declaring
 
 from feasibee.results.measures import MEASURES, TRACKED, declarations, ended_right, together
@@ -40,10 +38,7 @@ def folder(scenarios, tmp_path_factory):
 
 
 def test_status_has_the_declarations_of_each_point(folder, scenarios):
-    told = {
-        each["values"]["name"]: each
-        for each in json.loads(invoke("results", "status", folder, "--json").stdout)
-    }
+    told = {each["values"]["name"]: each for each in json_of("results", "status", folder)}
     assert told["dmmd"]["declared"] is None
     for name, scenario in scenarios.items():
         record = simulate_record(scenario, Runs(30, 5))

@@ -6,18 +6,15 @@ import json
 import os
 import re
 import sqlite3
-import subprocess
-import sys
 import zlib
 from contextlib import closing
 from hashlib import sha256
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from commands import output_of, python, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario, truth
-from feasibee.cli import main
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -243,16 +240,13 @@ def test_a_run_that_differs_is_named_and_nothing_is_merged(filled, tmp_path, cha
         other_journal(tmp_path / "bad", f"UPDATE runs SET {changed} WHERE run = 25"),
     )
     before = state(filled)
-    told = CliRunner().invoke(main, ["results", "merge", str(filled), str(good), str(bad)])
-    assert told.exit_code == 2
-    (line,) = told.stderr.splitlines()
+    line = refused_in_a_line("results", "merge", filled, good, bad)
     assert line.startswith("feasibee: point 1, seed 7, run 25: ")
     here, there = re.search(named.format(filled, bad), line).groups()
     assert int(here) == int(Journal(filled).columns(1)[25, PLACES[changed.split()[0]]])
     assert here != there
     assert state(filled) == before
-    told = CliRunner().invoke(main, ["results", "merge", str(filled), str(good)])
-    assert f"{filled}/ has 40 runs" in told.stdout
+    assert f"{filled}/ has 40 runs" in output_of("results", "merge", filled, good)
 
 
 def test_a_truth_that_differs_is_named(filled, tmp_path):
@@ -322,12 +316,10 @@ def test_a_missing_point_without_runs_is_damage(tmp_path):
 def test_a_writer_of_another_process_is_refused(filled):
     code = "import sys; from feasibee.sweeps.journal import Journal; Journal(sys.argv[1], write=True)"
     with Journal(filled, write=True):
-        other = subprocess.run(
-            [sys.executable, "-c", code, filled], capture_output=True, text=True, check=False
-        )
+        other = python("-c", code, filled)
     assert other.returncode == 1
     assert f"process {os.getpid()} writes here" in other.stderr
-    subprocess.run([sys.executable, "-c", code, filled], check=True)
+    assert python("-c", code, filled).returncode == 0
 
 
 def test_a_journal_that_was_refused_lets_go(tmp_path):

@@ -8,7 +8,6 @@ import math
 import os
 import re
 import sqlite3
-import subprocess
 import sys
 from collections import Counter
 from concurrent.futures import Executor, Future
@@ -19,8 +18,10 @@ from threading import Timer
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
-from commands import invoke, refused_in_a_line
+import xarray as xr
+from commands import json_of, output_of, python, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario, wilson
 from feasibee.files import RESULTS
@@ -69,22 +70,10 @@ def counts(folder):
         return list(journal.counts().values())
 
 
-def output_of(*arguments):
-    result = invoke(*arguments)
-    assert result.exit_code == 0, result.output
-    return result.stdout
-
-
 def study_file(folder):
     """Write the study as a file."""
     (folder / "study.toml").write_text(TOML)
     return folder / "study.toml"
-
-
-def python(folder, *arguments):
-    """Run Python in a folder; return what it said."""
-    command = [sys.executable, *map(str, arguments)]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=900, check=False)
 
 
 class Here(Executor):
@@ -350,7 +339,7 @@ def test_a_cluster_that_doesnt_answer_is_told(tmp_path, address):
     """In a process of its own: what Dask leaves open there would be another test's warning, later."""
     more = "from feasibee.sweeps import executors\nexecutors.PATIENCE = 1.0\n"
     code = f"{more}from feasibee.cli import main\nmain()"
-    told = python(tmp_path, "-c", code, "sweep", study_file(tmp_path), "--dask", address)
+    told = python("-c", code, "sweep", study_file(tmp_path), "--dask", address, cwd=tmp_path)
     assert told.returncode == 2
     (line,) = told.stderr.splitlines()
     assert f"--dask {address}: doesn't answer: " in line
@@ -397,7 +386,7 @@ if __name__ == "__main__":
 """
     script = tmp_path / "script.py"
     script.write_text(code)
-    told = python(tmp_path, script, Path(__file__).parent, tmp_path)
+    told = python(script, Path(__file__).parent, tmp_path)
     assert told.returncode == 0, told.stderr
     new, done, killed, left = map(int, told.stdout.split())
     assert (new, done, killed) == (144, 144, 1)
@@ -568,7 +557,7 @@ print(killed, place, done.runs_new)
 @pytest.mark.slow
 def test_a_sweep_that_is_killed_thirty_times_goes_on(tmp_path):
     """At random moments; the same call goes on to the same journal."""
-    told = python(tmp_path, "-W", "ignore", "-c", KILLING, Path(__file__).parent, tmp_path, 30)
+    told = python("-W", "ignore", "-c", KILLING, Path(__file__).parent, tmp_path, 30)
     assert told.returncode == 0, told.stderr
 
 
@@ -585,11 +574,10 @@ main(prog_name="feasibee")
 
 def test_a_log_that_ends_within_a_line_goes_on_in_the_next(tmp_path):
     """As a sweep leaves it that is killed."""
-    (tmp_path / "study.toml").write_text(TOML)
     log = tmp_path / "log"
     for before in ("", '{"time": 17', '{"time": 17}\n'):
         log.write_text(before)
-        output_of("sweep", tmp_path / "study.toml", "--out", tmp_path / "out", "--log", log)
+        output_of("sweep", study_file(tmp_path), "--out", tmp_path / "out", "--log", log)
         lines = log.read_text().removeprefix(before.rstrip("\n")).strip().splitlines()
         told = list(map(json.loads, lines))
         assert {entry["runs"] for entry in told} == {144}
@@ -604,7 +592,7 @@ def test_a_real_shortage_of_memory_is_told(tmp_path, crew):
     code = f"import resource\nresource.setrlimit(resource.RLIMIT_AS, (2 * 10**9, 2 * 10**9))\n{CHUNKED}"
     sizes = "[scenario]\nrun.steps = 20\narena.side = 3000\ndecision.strategy = 'census'\n"
     (tmp_path / "study.toml").write_text(f"runs = 9\n{sizes}[sweep]\n'robots.count' = [20, 100000]\n")
-    told = python(tmp_path, "-c", code, "sweep", "study.toml", "--out", "out", "--workers", 1, *crew)
+    told = python("-c", code, "sweep", "study.toml", "--out", "out", "--workers", 1, *crew, cwd=tmp_path)
     assert told.returncode == 2, told.stderr
     assert (
         "robots.count = 100000: a worker has not enough memory for such a swarm"
@@ -619,7 +607,8 @@ def test_a_real_shortage_of_memory_is_told(tmp_path, crew):
 def test_a_full_disk_is_told_and_the_sweep_goes_on(whole, tmp_path):
     """No file may grow beyond a megabyte here; the journal would have several."""
     code = f"import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))\n{CHUNKED}"
-    told = python(tmp_path, "-c", code, "sweep", study_file(tmp_path), "--out", "out", "--runs", 2000)
+    words = ("sweep", study_file(tmp_path), "--out", "out", "--runs", 2000)
+    told = python("-c", code, *words, cwd=tmp_path)
     assert told.returncode == 2, told.stderr
     (line,) = told.stderr.splitlines()
     assert "free some room, and run the same command again: the runs in the journal are kept" in line
@@ -643,9 +632,7 @@ def test_two_sweeps_at_once_into_one_folder(whole, tmp_path, small_chunks):
             told = f"process {os.getpid()} writes here"
             assert told in refused_in_a_line("sweep", tmp_path / "study.toml", "--out", out)
             assert told in refused_in_a_line("results", "merge", out, whole)
-            seen.append(
-                sum(each["runs"] for each in json.loads(output_of("results", "status", out, "--json")))
-            )
+            seen.append(sum(each["runs"] for each in json_of("results", "status", out)))
 
     sweep(study(curves=True), out, WorkerPool(Here, 1), progress=tell)
     assert seen == [0, 50, 100]
@@ -659,15 +646,14 @@ def test_two_sweeps_at_once_into_one_folder(whole, tmp_path, small_chunks):
 def results(tmp_path_factory):
     """A folder with a study, swept."""
     folder = tmp_path_factory.mktemp("results")
-    (folder / "study.toml").write_text(TOML)
-    told = output_of("sweep", folder / "study.toml", "--out", folder / "out", "--workers", 1)
+    told = output_of("sweep", study_file(folder), "--out", folder / "out", "--workers", 1)
     assert "144 runs in" in told
     assert f"the study's 144 runs of 6 points are in {folder / 'out'}/" in told
     return folder / "out"
 
 
 def test_status_in_numbers_says_what_the_journal_holds(results, whole):
-    told = json.loads(output_of("results", "status", results, "--json"))
+    told = json_of("results", "status", results)
     expected = everything(whole)
     assert len(told) == 6
     for each in told:
@@ -737,7 +723,7 @@ def test_a_strategy_that_was_edited_is_another(tmp_path):
 def test_an_unbegun_point_has_a_status(tmp_path):
     with Journal(tmp_path, write=True) as journal:
         journal.add(study().points, 5)
-    assert {each["runs"] for each in json.loads(output_of("results", "status", tmp_path, "--json"))} == {0}
+    assert {each["runs"] for each in json_of("results", "status", tmp_path)} == {0}
     assert "0 runs of 6 points" in " ".join(output_of("results", "status", tmp_path).split())
     assert "has no runs yet; run feasibee sweep first" in refused_in_a_line(
         "results", "plot", tmp_path, "--x", "tasks.count"
@@ -748,7 +734,7 @@ def test_a_point_that_ran_until_sure_has_an_interval_that_holds_however_often_on
     """Wilson's would be narrower than the truth allows."""
     plan = replace(study(), until=StoppingRule(0.4, None, 200))
     assert [sweep(plan, tmp_path, executors.threads(1)).runs_new > 0 for _ in "12"] == [True, False]
-    told = json.loads(output_of("results", "status", tmp_path, "--json"))
+    told = json_of("results", "status", tmp_path)
     assert [each["runs"] for each in told] == [54, 36, 36, 36, 81, 36]  # looks are at 24, 36, 54, 81, ...
     for each in told:
         right = each[each["truth"]]
@@ -782,22 +768,12 @@ def test_status_breaks_no_word(results, tmp_path, monkeypatch, columns):
         wide = set(re.split(r"[\s,;()=]+|(?<=[.])(?=\w)", output_of("results", "status", folder)))
         rules = {word for word in words | wide if "─" in word}
         assert words - wide - rules <= {
-            "by",
-            "half",
-            "step",
-            "%",
-            "tasks.count",
-            "runs",
-            "right",
-            "undecided",
+            *["by", "half", "step", "%", "tasks.count", "runs", "right", "undecided"]
         }
         assert {"voter", "infeasible"} <= words
 
 
 def exported(path):
-    import pandas as pd
-    import xarray as xr
-
     if path.suffix == ".csv":
         return pd.read_csv(path)
     with xr.open_dataset(path, engine="h5netcdf") as dataset:
@@ -841,11 +817,9 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, suffix):
     path = tmp_path / f"runs{suffix}"
     output_of("results", "export", tmp_path, "--out", path)
     if suffix == ".nc":
-        import xarray as xr
-
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            assert dict(dataset.sizes) == {"point": 5, "run": 2}
-            frame = dataset.load().to_dataframe()
+        dataset = opened(tmp_path)
+        assert dict(dataset.sizes) == {"point": 5, "run": 2}
+        frame = dataset.to_dataframe()
     else:
         frame = exported(path)
     assert frame["tasks.count"].tolist() == [3, 3, 4, 4, *[20] * 6]
@@ -857,8 +831,6 @@ def test_several_studies_in_one_journal_are_exported_together(tmp_path, suffix):
 
 def opened(folder):
     """Export a journal as NetCDF, and read it."""
-    import xarray as xr
-
     output_of("results", "export", folder, "--out", folder / "runs.nc")
     with xr.open_dataset(folder / "runs.nc", engine="h5netcdf") as dataset:
         return dataset.load()
@@ -872,7 +844,7 @@ def test_a_netcdf_file_has_a_dimension_per_field(results):
     assert dataset["tasks.count"].values.tolist() == sorted(VARIED["tasks.count"])
     assert all("long_name" in variable.attrs for variable in dataset.data_vars.values())
     shares = dataset["right"].mean("run")
-    for each in json.loads(output_of("results", "status", results, "--json")):
+    for each in json_of("results", "status", results):
         assert float(shares.sel(each["values"])) == pytest.approx(each["accuracy"]["estimate"])
 
 
