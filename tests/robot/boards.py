@@ -83,29 +83,23 @@ def cases_of(strategy):
 def in_c(cases):
     """Return the function that writes settings in C."""
     lines = [
-        f"#define CASES {len(cases)}",
-        "static void settings_of(int each, struct feasibee_settings *settings)",
-        "{",
+        f"    if (each == {number})\n        settings->{name} = {written(name, value)};"
+        for number, case in enumerate(cases)
+        for name, value in case.items()
     ]
-    for number, case in enumerate(cases):
-        lines.append(f"    if (each == {number}) {{")
-        for name, value in case.items():
-            for field, text in assignments(name, value):
-                lines.append(f"        settings->{field} = {text};")
-        lines.append("    }")
-    return "\n".join([*lines, "    (void)settings;", "}", ""])
+    begin = "static void settings_of(int each, struct feasibee_settings *settings)\n{"
+    return "\n".join(
+        [f"#define CASES {len(cases)}", begin, *lines, "    (void)each, (void)settings;", "}", ""]
+    )
 
 
-def assignments(name, value):
-    """Yield the fields of C that a setting stands for, and their values."""
+def written(name, value):
+    """Return the value of a setting in C."""
     if name == "declare":
-        yield from zip(
-            ("declare.rounds", "declare.heard", "declare.quorum", "declare.quorum_of"), value, strict=True
-        )
-    elif name in ("gain", "exploration"):
-        yield name, f"(feasibee_steps)({value} * (FEASIBEE_STEP / 65536.0))"
-    else:
-        yield name, int(value)
+        return f"(struct feasibee_declare){{{', '.join(map(str, value))}}}"
+    if name in ("gain", "exploration"):
+        return f"(feasibee_steps)({value} * (FEASIBEE_STEP / 65536.0))"
+    return int(value)
 
 
 def build(board, strategy, folder, steps, *flags):
