@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
 from itertools import chain
 from typing import Any, Final, NamedTuple
 
 from feasibee.reference.draws import philox
-from feasibee.reference.mind import Mind, Settings, settings_from
+from feasibee.reference.mind import Draw, Mind, Words, settings_from
 from feasibee.robot.controller import Message
 from feasibee.robot.wire import Wire, WireError
 from feasibee.strategies import STRATEGIES, roster
@@ -45,9 +46,6 @@ VERSION: Final = 3
 """Version of a robot's log."""
 HEARD_LIMIT: Final = 4_096
 """Largest number of messages that a robot keeps for one step; more are dropped."""
-
-Words = tuple[int, int, int, int]
-Draw = Callable[[int, int], Words]
 
 
 class Status(NamedTuple):
@@ -91,10 +89,10 @@ class Node:
         self.dropped: Counter[str] = Counter()
         self._write = write
         self._draws: list[Words] = []
-        self._drawn = draw or (lambda counter, purpose: philox(*settings.coordinates, counter, purpose))
+        self._drawn = draw or partial(philox, *settings.coordinates)
         self._insight = orders["insight"] or {"truth": 0, "invented": ((), ())}
         self._asks_gap = orders["asks_gap"]
-        self._mind = _DrawingMind(strategy, settings, self._draw)
+        self._mind = Mind(strategy, settings, self._draw)
         self._id = settings.me[0]
         setting = settings.setting
         self._names = _TaskNames(setting) if strategy is STRATEGIES["roster"] else None
@@ -188,17 +186,6 @@ class Node:
         if self._write is not None:
             self._write({**self._line, "draws": self._draws, "status": list(self.status)})
             self._draws = []
-
-
-class _DrawingMind(Mind):
-    """A mind whose draws come from a function that it is given."""
-
-    def __init__(self, strategy: Strategy, settings: Settings, draw: Draw) -> None:
-        self._draw = draw
-        super().__init__(strategy, settings)
-
-    def _words(self, counter: int, purpose: int) -> Words:
-        return self._draw(counter, purpose)
 
 
 def sighting_of(thing: Thing, number: int) -> list[Any]:

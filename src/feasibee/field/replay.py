@@ -12,9 +12,10 @@ from pydantic import Field, Strict, ValidationError
 from feasibee.errors import FeasibeeError, one_line, quoted
 from feasibee.field.checks import FARTHEST, INSIGHT, MESSAGE, PLACE, SIGHTING, STATUS, TIME, many, row, whole
 from feasibee.field.logs import damaged, parsed, read_log
-from feasibee.field.node import VERSION, Node, Words
+from feasibee.field.node import VERSION, Node
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
+from feasibee.reference.mind import Words
 from feasibee.scenario.fields import Duration, Length, Lie, ManyTasks, Million, Section, Share, Some, Speed
 from feasibee.scenario.setting import WORDS_LIMIT, excess
 from feasibee.strategies import STRATEGIES

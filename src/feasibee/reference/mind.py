@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE
@@ -16,6 +17,8 @@ from feasibee.robot import controller
 from feasibee.robot.controller import Controller, Declare, Message
 from feasibee.strategies.contract import Setting, Strategy, Thing
 
+Words = tuple[int, int, int, int]
+Draw = Callable[[int, int], Words]
 HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubborn"
 
 
@@ -49,11 +52,14 @@ class Mind(Controller):
         How opinions are rated, broadcast and chosen.
     settings : Settings
         Its settings and those of the robot.
+    words : callable, optional
+        Returns the random words of a counter and a purpose; by default those of the robot's coordinates.
     """
 
-    def __init__(self, strategy: Strategy, settings: Settings) -> None:
+    def __init__(self, strategy: Strategy, settings: Settings, words: Draw | None = None) -> None:
         self.settings: Settings = settings
         self.phases = settings.phases
+        self._words = words or partial(philox, *settings.coordinates)
         self._remembered: set[tuple[bool, int]] = set()
         self._remembers_since = 0
         super().__init__(
@@ -131,10 +137,6 @@ class Mind(Controller):
         word = self._words(self.phases, PHASE)[0]
         self.phases += 1
         return duration(word, mean)
-
-    def _words(self, counter: int, purpose: int) -> tuple[int, int, int, int]:
-        """Return the random words of a coordinate of this robot; a replay takes them from a log instead."""
-        return philox(*self.settings.coordinates, counter, purpose)
 
 
 def plain_settings(settings: Settings) -> dict[str, Any]:
