@@ -25,6 +25,8 @@ from feasibee import (
     wilson,
 )
 from feasibee.cli import main
+from feasibee.results.measures import declarations
+from feasibee.results.statistics import plain
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
@@ -124,21 +126,10 @@ def test_json_has_declarations_only_if_robots_declare(tmp_path):
     summary = summary_of(tmp_path / "quiet.toml", "--runs", 40, "--seed", 1)
     assert set(summary) == KEYS | {"declared"}
     record = simulate_record(scenario, Runs(40, 1))
-    right = int(((record.declared_feasible >= 19) & (record.declared_infeasible == 0)).sum())
-    wrong = int((record.declared_infeasible > 0).sum())
-    assert 0 < wrong < 40
+    found = declarations(record, scenario)
+    assert 0 < found.wrong.estimate < 1
     assert summary["bits_per_robot_and_step"] == record.bits_sent.sum() / (40 * 20 * 150)
-    assert summary["declared"] == {
-        "feasible": record.declared_feasible.sum() / (40 * 20),
-        "infeasible": record.declared_infeasible.sum() / (40 * 20),
-        "ok": wilson(right, 40)._asdict(),
-        "wrong": wilson(wrong, 40)._asdict(),
-        "step_90": summary["declared"]["step_90"],
-    }
-    steps = sorted(record.declare_step)
-    times = summary["declared"]["step_90"]
-    assert (times["median"], times["p95"]) == (steps[19], steps[37])
-    assert times["median_interval"][0] <= times["median"] <= times["median_interval"][1]
+    assert summary["declared"] == plain(found)
     ended = int((record.feasible_at_end >= 19).sum())
     assert summary["right_at_end"] == wilson(ended, 40)._asdict()
     lines = invoke("run", tmp_path / "quiet.toml", "--runs", 5, "--steps", 10).stdout.splitlines()
@@ -182,11 +173,11 @@ def test_a_quartile_that_is_not_reached_is_null():
 
 
 def test_the_truth_is_that_of_a_step_if_the_world_changes():
-    events = ("truth", "--set", "events=[{step = 30, tasks = 5}]", "--json")
-    assert json.loads(invoke(*events, "--step", 29).stdout)["feasible"]
-    violator = json.loads(invoke(*events, "--step", 30).stdout)["violator"]
+    events = ("truth", "--set", "events=[{step = 30, tasks = 5}]")
+    assert json_of(*events, "--step", 29)["feasible"]
+    violator = json_of(*events, "--step", 30)["violator"]
     assert (violator["demand"], violator["robots"]) == (25, 20)
-    assert "robots left over" not in invoke(*events[:-1]).stdout
+    assert "robots left over" not in invoke(*events).stdout
     (line,) = refused(*events, "--step", 1001)
     assert "step = 1001: must be a whole number from 0 to 1000" in line
 

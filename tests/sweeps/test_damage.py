@@ -168,14 +168,6 @@ def test_every_reader_names_the_damaged_points_and_counts_the_others(folder):
     assert "own.py), point 7; 168 runs of 7 other points are undamaged" in line
 
 
-def test_only_the_damaged_chunk_is_computed_again(kept, folder):
-    """Chunks have 3 runs here."""
-    change(folder, *DAMAGES["a decision"])
-    new, told = swept(kept, folder)
-    assert new == 3
-    assert f"{RUNS - 3} undamaged runs are kept" in told
-
-
 def test_what_is_damaged_of_another_study_is_told(kept, folder, tmp_path):
     """The sweep that mends the journal doesn't compute it, and the damaged file is gone then."""
     change(folder, *DAMAGES["a decision"])
@@ -272,10 +264,13 @@ def test_what_is_no_database_any_more_is_lost_as_a_whole(kept, folder):
 
 
 def test_a_rescue_that_was_killed_is_begun_again(kept, table, folder):
+    """Only the damaged chunk is computed again, of 3 runs."""
     change(folder, *DAMAGES["a decision"])
     (folder / RESCUE).mkdir()
     (folder / RESCUE / NAME).write_text("half")
-    assert swept(kept, folder)[0] == 3
+    new, told = swept(kept, folder)
+    assert new == 3
+    assert f"{RUNS - 3} undamaged runs are kept" in told
     assert export(folder) == table
     assert not (folder / RESCUE).exists()
 

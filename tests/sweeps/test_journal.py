@@ -389,12 +389,6 @@ def test_any_other_database_or_an_empty_one_is_refused(tmp_path):
         assert journal.points == []
 
 
-def test_a_folder_without_one_is_told(tmp_path):
-    with pytest.raises(FeasibeeError, match=r"has no journal\.sqlite; name the folder of a sweep"):
-        Journal(tmp_path)
-    assert list(tmp_path.iterdir()) == []
-
-
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write everywhere")
 def test_a_read_only_folder_is_told(filled):
     filled.chmod(0o555)
