@@ -180,15 +180,19 @@ def test_all_problems_are_raised_at_once():
     }
 
 
-@pytest.mark.parametrize("strategy", ["census", str(EXAMPLE.parent / "witness.py")])
-def test_strategies_with_knowledge_and_files_of_users_cannot_be_exported(strategy):
-    (problem,) = problems(Scenario(decision={"strategy": strategy}))
-    assert (problem.path, problem.value) == ("decision.strategy", strategy)
-
-
-def test_a_world_with_events_cannot_be_exported():
-    scenario = Scenario(events=[{"step": 5, "tasks": 3}])
-    assert [problem.path for problem in problems(scenario)] == ["events"]
+@pytest.mark.parametrize(
+    ("tables", "path", "value"),
+    [
+        *(
+            ({"decision": {"strategy": each}}, "decision.strategy", each)
+            for each in ("census", str(EXAMPLE.parent / "witness.py"))
+        ),
+        ({"events": [{"step": 5, "tasks": 3}]}, "events", "1 events"),
+    ],
+)
+def test_knowledge_files_of_users_and_events_cannot_be_exported(tables, path, value):
+    (problem,) = problems(Scenario(**tables))
+    assert (problem.path, problem.value) == (path, value)
 
 
 def test_the_command_prints_the_experiment_or_only_errors():

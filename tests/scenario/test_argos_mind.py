@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import math
 import random
+import re
 import shutil
 import subprocess
 from fractions import Fraction
@@ -25,29 +26,19 @@ UNIFORM = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p)
 WORD = 2**32
 
 
-class MindSettings(ctypes.Structure):
-    """struct mind_settings of mind.h, in its order."""
+TYPES = {
+    "const char *": ctypes.c_char_p,
+    "double ": ctypes.c_double,
+    "int ": ctypes.c_int,
+    "bool ": ctypes.c_bool,
+}
+(FIELDS,) = re.findall(r"struct mind_settings \{(.*?)\n\};", (EXAMPLE / "mind.h").read_text(), re.DOTALL)
 
-    _fields_ = [
-        ("strategy", ctypes.c_char_p),
-        ("exploration", ctypes.c_double),
-        ("gain", ctypes.c_double),
-        ("id_bits", ctypes.c_int),
-        ("dissemination_floor", ctypes.c_int),
-        ("quality_floor", ctypes.c_int),
-        ("listens_for", ctypes.c_int),
-        ("inbox_size", ctypes.c_int),
-        ("every_message", ctypes.c_bool),
-        ("own_vote", ctypes.c_bool),
-        ("switching", ctypes.c_double),
-        ("declare_rounds", ctypes.c_int),
-        ("declare_heard", ctypes.c_int),
-        ("declare_quorum", ctypes.c_double),
-        ("k", ctypes.c_int),
-        ("voters", ctypes.c_double),
-        ("credence", ctypes.c_double),
-        ("positive_feedback", ctypes.c_bool),
-    ]
+
+class MindSettings(ctypes.Structure):
+    """The struct mind_settings of mind.h."""
+
+    _fields_ = [(name, TYPES[kind]) for kind, name in re.findall(r"\n    (.*?)(\w+);", FIELDS)]
 
 
 @pytest.fixture(scope="module")

@@ -71,11 +71,18 @@ def test_a_path_in_a_file_is_from_the_scenarios_folder(write, tmp_path, monkeypa
     assert Scenario.read(absolute).hash == scenario.hash
 
 
-def test_the_hash_depends_on_the_text_of_the_file_and_not_on_its_path(write):
-    first = scenario_of(write(MINE, "a.py"))
-    assert scenario_of(write(MINE, "b.py")).hash == first.hash
-    assert scenario_of(write(MINE + "\n# another\n", "c.py")).hash != first.hash
+def test_a_strategy_is_the_text_of_its_file_and_not_its_path(write):
+    path = write(MINE)
+    first = scenario_of(path)
     assert first.hash != Scenario().replace(SMALL).hash
+    assert scenario_of(write(MINE, "b.py")).hash == first.hash
+    stays = simulate_record(first, Runs(3, 1), curves=True)
+    path.write_text(MINE.replace("if lead > 0", "if lead < 0"))
+    other = scenario_of(path)
+    assert other.hash != first.hash
+    assert not np.array_equal(
+        simulate_record(other, Runs(3, 1), curves=True).feasible_count, stays.feasible_count
+    )
 
 
 LIARS = {"faults.byzantine": 0.2}
@@ -149,13 +156,6 @@ def test_a_strategy_for_one_class_is_refused_where_there_are_more(write, section
     assert scenario_of(path, **{f"{section}.count": 5}).strategy.one_class
 
 
-def without(name):
-    """Return the text without a function."""
-    head, _, rest = MINE.partition(f"def {name}(")
-    _, _, tail = rest.partition("\n\n\n")
-    return head + tail
-
-
 def test_a_missing_file_is_told(tmp_path):
     assert "can't be read: No such file or directory; name a file" in told(tmp_path / "none.py")
     (tmp_path / "folder.py").mkdir()
@@ -201,10 +201,6 @@ def test_a_package_registers_strategies_by_name(package, write):
     assert scenario.strategy.name == "fable"
     assert_same(scenario_of(write(MINE)), scenario)
     assert scenario.hash == scenario_of(write(MINE)).hash
-
-
-def test_the_registered_names_are_told_with_the_others(package):
-    package(["fable = fable_one"], fable_one=MINE)
     with pytest.raises(ScenarioError, match=r"or one of dmmd, .*, sketch, .*, fable"):
         Scenario(decision={"strategy": "fables"})
 
@@ -239,19 +235,6 @@ def test_a_module_within_a_package_is_found_and_the_package_is_not_imported(pack
     (tmp_path / "fable_deep" / "inner.py").write_text(MINE)
     package(["fable = fable_deep.inner"])
     assert scenario_of("fable").hash == scenario_of(write(MINE)).hash
-
-
-def test_a_file_that_changes_is_another_strategy(write):
-    path = write(MINE)
-    before = scenario_of(path)
-    old_hash = before.hash
-    stays = simulate_record(before, Runs(3, 1), curves=True)
-    path.write_text(MINE.replace("if lead > 0", "if lead < 0"))
-    after = scenario_of(path)
-    assert after.hash != old_hash
-    assert not np.array_equal(
-        simulate_record(after, Runs(3, 1), curves=True).feasible_count, stays.feasible_count
-    )
 
 
 def test_a_failure_in_a_large_swarm_is_told_with_the_command_that_says_where(write):
