@@ -9,7 +9,7 @@ import pytest
 
 from feasibee import Scenario, ScenarioError
 from feasibee.scenario.comments import commented_toml
-from feasibee.scenario.feasibility import explain_numbers
+from feasibee.scenario.feasibility import explain_kinds
 from feasibee.scenario.scenario import surely_above
 
 EVENT = {"step": 500, "tasks": 15}
@@ -96,7 +96,7 @@ def test_truth_follows_from_the_numbers_of_each_class():
         robots={"classes": [{"name": "arm", "count": 5, "skills": ["lift"]}]},
         tasks={"classes": [{"name": "carry", "count": 2, "needs": {"lift": 2}}]},
     )
-    assert explain_numbers(scenario, [4], [2]).feasible
-    assert explain_numbers(scenario, [3], [2]).violator == (("lift",), 4, 3)
-    assert explain_numbers(Scenario(), [0], [0]).feasible
-    assert not explain_numbers(Scenario(), [0], [1]).feasible
+    assert explain_kinds(scenario, [0] * 4, [0] * 2).feasible
+    assert explain_kinds(scenario, [0] * 3, [0] * 2).violator == (("lift",), 4, 3)
+    assert explain_kinds(Scenario(), [], []).feasible
+    assert not explain_kinds(Scenario(), [], [0]).feasible

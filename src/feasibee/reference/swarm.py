@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from feasibee.model import purposes
@@ -13,7 +12,7 @@ from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.reference.robot import Robot, steps_of
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot.controller import Message
-from feasibee.scenario.feasibility import explain_numbers
+from feasibee.scenario.feasibility import explain_kinds
 from feasibee.scenario.fields import Robots, Tasks
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -99,9 +98,9 @@ class Swarm:
 
     def _look_up_truth(self) -> None:
         """Store the truth of this step (model.md 6.17.3); Byzantine robots know it."""
-        robots = _by_kind((self.robot_kinds[robot.number] for robot in self.robots), self.scenario.robots)
-        tasks = _by_kind((self.task_kinds[number] for number in self.tasks), self.scenario.tasks)
-        self.truth = int(explain_numbers(self.scenario, robots, tasks).feasible)
+        robots = (self.robot_kinds[robot.number] for robot in self.robots)
+        tasks = (self.task_kinds[number] for number in self.tasks)
+        self.truth = int(explain_kinds(self.scenario, robots, tasks).feasible)
         self.names.inform(self.truth, len(self.robots), len(self.tasks))
 
     def step(self) -> None:
@@ -406,12 +405,6 @@ def _kinds(section: Robots | Tasks, most: int, purpose: int, world: World) -> li
 def _counts(section: Robots | Tasks) -> list[int]:
     """Return the numbers of the start by class, or all if there are no classes."""
     return [each.count for each in section.classes] or [section.count]
-
-
-def _by_kind(kinds: Iterable[int], section: Robots | Tasks) -> list[int]:
-    """Return how many there are of each class."""
-    number = Counter(kinds)
-    return [number[kind] for kind in range(max(1, len(section.classes)))]
 
 
 def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:

@@ -125,26 +125,16 @@ def _verdict(some_robots: Robots, some_tasks: Tasks) -> Verdict:
     return Verdict(_assignment(_serving(robots, demand), tasks), None)
 
 
-def explain_numbers(scenario: Scenario, robots: Sequence[int], tasks: Sequence[int]) -> Verdict:
-    """Return the truth if there are so many robots and tasks of each class, in a world that changes."""
-    return _verdict(_with_counts(scenario.robots, robots), _with_counts(scenario.tasks, tasks))
-
-
 def explain_kinds(scenario: Scenario, robots: Iterable[int], tasks: Iterable[int]) -> Verdict:
     """Return the truth if there are robots and tasks of these classes, each class by its number."""
-    counts = []
-    for kinds, section in ((robots, scenario.robots), (tasks, scenario.tasks)):
-        number = Counter(kinds)
-        counts.append([number[kind] for kind in range(max(1, len(section.classes)))])
-    return explain_numbers(scenario, *counts)
+    return _verdict(_of_kinds(scenario.robots, robots), _of_kinds(scenario.tasks, tasks))
 
 
-def _with_counts(section: Any, counts: Sequence[int]) -> Any:
+def _of_kinds(section: Any, kinds: Iterable[int]) -> Any:
     """Return a section with so many of each class, or so many in all if it has no classes."""
-    classes = [
-        each.model_copy(update={"count": count}) for each, count in zip(section.classes, counts, strict=False)
-    ]
-    return section.model_copy(update={"count": sum(counts), "classes": tuple(classes)})
+    counts = Counter(kinds)
+    classes = [each.model_copy(update={"count": counts[k]}) for k, each in enumerate(section.classes)]
+    return section.model_copy(update={"count": counts.total(), "classes": tuple(classes)})
 
 
 def _classes(some_robots: Robots, some_tasks: Tasks) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
