@@ -26,12 +26,10 @@ export class Comings {
         { x, y } = came ? now : old;
       this.rings.push({ x: x[i], y: y[i], came, since: time });
     }
-    const before = tasksOf(old),
-      after = tasksOf(now);
-    for (const [key, [x, y]] of after)
-      if (!before.has(key)) this.rings.push({ x, y, came: true, since: time });
-    for (const [key, [x, y]] of before)
-      if (!after.has(key)) this.rings.push({ x, y, came: false, since: time });
+    const tasks = [tasksOf(old), tasksOf(now)];
+    for (const came of [true, false])
+      for (const [key, [x, y]] of tasks[Number(came)])
+        if (!tasks[Number(!came)].has(key)) this.rings.push({ x, y, came, since: time });
   }
 
   /**

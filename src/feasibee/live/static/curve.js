@@ -142,7 +142,7 @@ function drawTruths(pen, { top, height }, truths, step, x, shades) {
     const left = x(from),
       width = x(Math.min(at, step)) - left,
       truth = truths[from] === 1;
-    drawTruth(pen, { x: left, y: top - BAND, width, height: BAND }, truth, shades, 1);
+    drawTruth(pen, { x: left, y: top - BAND, width, height: BAND }, truth, shades);
     pen.globalAlpha = 0.1;
     pen.fillStyle = truth ? shades.feasible : shades.infeasible;
     pen.fillRect(left, top, width, height);
@@ -170,9 +170,8 @@ export function truthsOf(world) {
  * @param {{x: number, y: number, width: number, height: number}} box
  * @param {boolean} truth
  * @param {Record<"feasible" | "infeasible", string>} colours
- * @param {number} grain Width of a line, in the pen's units.
  */
-export function drawTruth(pen, { x, y, width, height }, truth, colours, grain) {
+export function drawTruth(pen, { x, y, width, height }, truth, colours) {
   if (truth) {
     pen.fillStyle = colours.feasible;
     pen.fillRect(x, y, width, height);
@@ -183,10 +182,9 @@ export function drawTruth(pen, { x, y, width, height }, truth, colours, grain) {
   pen.rect(x, y, width, height);
   pen.clip();
   pen.strokeStyle = colours.infeasible;
-  pen.lineWidth = 1.6 * grain;
+  pen.lineWidth = 1.6;
   pen.beginPath();
-  const gap = 4 * grain;
-  for (let at = gap * Math.floor((x - height) / gap); at < x + width; at += gap) {
+  for (let at = 4 * Math.floor((x - height) / 4); at < x + width; at += 4) {
     pen.moveTo(at, y + height);
     pen.lineTo(at + height, y);
   }

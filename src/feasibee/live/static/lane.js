@@ -44,12 +44,13 @@ export class Lane {
   }
 
   /**
-   * Look for the changes of another robot.
-   * @param {number | null} robot
+   * Mark another robot, and look for its changes; -1 for none.
+   * @param {number} robot
    */
   follow(robot) {
+    this.arena.chosen = robot;
     const { world, decision, declaration } = this.outlook;
-    this.outlook = { ...nothing(robot), world, decision, declaration };
+    this.outlook = { ...nothing(robot < 0 ? null : robot), world, decision, declaration };
   }
 
   /**

@@ -97,7 +97,7 @@ function seek(to, lane = 0) {
   if (wanted) wanted.then = { to, lane };
   if (!world || wanted) return;
   inspector.words = [[], []]; // what is known at other steps
-  seeker.seek(to === "decision" ? to : Math.max(0, Math.min(to, world.last)), lane);
+  seeker.seek({ to: to === "decision" ? to : Math.max(0, Math.min(to, world.last)), lane });
 }
 
 // The step that is shown.
@@ -105,14 +105,11 @@ const shownStep = () => player.frames[0]?.step ?? 0;
 
 /** @param {number} robot */
 function inspect(robot) {
-  for (const each of lanes) {
-    each.arena.chosen = robot;
-    each.follow(robot < 0 ? null : robot);
-  }
+  for (const each of lanes) each.follow(robot);
   player.wake();
   mark();
   if (!world || wanted) return;
-  if (player.playing && !seeker.busy) sendInspected();
+  if (player.playing && !seeker.goal) sendInspected();
   else seeker.again(shownStep()); // it brings what the robot knows
   look();
 }
@@ -142,7 +139,7 @@ function lookSoon() {
 
 // Whether the server is on the way to a step: another message would make it stop there.
 function isOnTheWay() {
-  return !world || wanted !== null || seeker.busy;
+  return !world || wanted !== null || seeker.goal !== null;
 }
 
 function sendInspected() {
@@ -254,7 +251,7 @@ function receive(frame) {
     return;
   }
   if (world.swarms === 2 && beside?.step === frame.step) frame.beside = beside;
-  if (!seeker.busy) player.add(frame);
+  if (!seeker.goal) player.add(frame);
   else {
     player.arrive(frame);
     if (!seeker.arrive()) player.asked = true; // on to the next goal
@@ -269,10 +266,7 @@ function receive(frame) {
   if (startAfter) player.play(true);
   startAfter = false;
   if (!first) return;
-  for (const each of lanes) {
-    each.arena.chosen = inspector.robot;
-    each.follow(inspector.robot < 0 ? null : inspector.robot);
-  }
+  for (const each of lanes) each.follow(inspector.robot);
   if (inspector.robot >= 0) {
     if (player.playing) sendInspected();
     else seek(frame.step);
@@ -310,7 +304,7 @@ function draw({ now, next, between, calm }, time) {
   const right = now.beside && { now: now.beside, next: next?.beside ?? null, between, calm },
     moves = [lanes[0].draw({ now, next, between, calm }, time), right && lanes[1].draw(right, time)];
   readings.show(now, time, player.playing);
-  if (!seeker.busy) seekBar.show(now.step);
+  if (!seeker.goal) seekBar.show(now.step);
   inspector.show(
     now.step,
     shownLanes().map((each) => each.world?.strategy ?? ""),
@@ -368,7 +362,7 @@ const actions = {
     player.play(!player.playing);
   },
   step() {
-    if (seeker.busy) return stopAt(seeker.from(shownStep()) + 1); // a frame that comes later would undo it
+    if (seeker.goal) return stopAt(seeker.from(shownStep()) + 1); // a frame that comes later would undo it
     player.step();
   },
   back: () => stopAt(seeker.from(Math.ceil(player.head)) - 1),

@@ -96,7 +96,7 @@ export class SeekBar {
     for (const [k, [step, truth]] of truths.entries()) {
       const end = k + 1 < truths.length ? truths[k + 1][0] : known,
         box = { x: at(step), y: SIGNS, width: Math.max(0.5, at(end) - at(step)), height: BAND };
-      drawTruth(pen, box, truth === 1, colours, 1);
+      drawTruth(pen, box, truth === 1, colours);
     }
     pen.fillStyle = colours.muted;
     for (const [step] of world.slice(1)) pen.fillRect(Math.round(at(step)), SIGNS + BAND + 1, 1, TICKS);

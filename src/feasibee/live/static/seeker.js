@@ -1,6 +1,6 @@
 // Jumps to other steps of a run. One is on its way at a time; of those wanted meanwhile, the last one counts.
 
-/** @typedef {{to: number | "decision", lane: number}} Goal */
+/** @typedef {{to: number | "decision", lane: number}} Goal Where to go, or to the decision of which swarm. */
 
 export class Seeker {
   /** @param {(message: object) => void} send */
@@ -19,10 +19,6 @@ export class Seeker {
     this.goal = this.next = null;
   }
 
-  get busy() {
-    return this.goal !== null;
-  }
-
   /**
    * Return the step that is wanted, or the one that is shown.
    * @param {number} shown
@@ -32,18 +28,15 @@ export class Seeker {
     return to === "decision" ? shown : to;
   }
 
-  /**
-   * @param {number | "decision"} to
-   * @param {number} lane Swarm whose decision is meant.
-   */
-  seek(to, lane = 0) {
+  /** @param {Goal} goal */
+  seek(goal) {
     if (this.goal) {
-      this.next = { to, lane };
+      this.next = goal;
       return;
     }
-    this.goal = { to, lane };
+    this.goal = goal;
     this.jump = (this.jump + 1) % 256;
-    this.send({ type: "seek", to, lane, jump: this.jump });
+    this.send({ type: "seek", ...goal, jump: this.jump });
   }
 
   /**
@@ -51,15 +44,14 @@ export class Seeker {
    * @param {number} shown
    */
   again(shown) {
-    const { to, lane } = this.next ?? this.goal ?? { to: shown, lane: 0 };
-    this.seek(to, lane);
+    this.seek(this.next ?? this.goal ?? { to: shown, lane: 0 });
   }
 
   // The frame of a jump has come: go on to the next one, if any; return whether there is none.
   arrive() {
     const { next } = this;
     this.goal = this.next = null;
-    if (next) this.seek(next.to, next.lane);
+    if (next) this.seek(next);
     return !next;
   }
 }

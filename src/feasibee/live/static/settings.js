@@ -6,6 +6,8 @@ import { RUNS } from "./swarms.js";
 /** @import { Given, Settings } from "./world.js" */
 
 const PAUSE = 200; // milliseconds: browsers limit how often a page may write its address
+/** @type {("robots" | "tasks" | "seed" | "run")[]} */
+const FIELDS = ["robots", "tasks", "seed", "run"]; // each with a slider
 const SLIDER = 100; // most robots or tasks on a slider, unless the file has more
 
 /**
@@ -32,14 +34,9 @@ export class Controls {
       seed: [0, 2n ** 64n - 1n],
       run: [0, 2 ** 32 - 1],
     };
-    for (const [name, most] of /** @type {const} */ ([
-      ["robots", SLIDER],
-      ["tasks", SLIDER],
-      ["seed", RUNS - 1],
-      ["run", RUNS - 1],
-    ])) {
+    for (const name of FIELDS) {
       const slider = input(`${name}-slider`);
-      slider.max = String(Math.max(most, name === "seed" || name === "run" ? 0 : given.settings[name]));
+      slider.max = String(name in given.most ? Math.max(SLIDER, Number(given.settings[name])) : RUNS - 1);
       slider.addEventListener("input", () => this.set({ [name]: slider.value }));
       input(name).addEventListener("input", () => this.set({ [name]: input(name).value }, name));
       input(name).addEventListener("change", () => this.show());
@@ -82,7 +79,7 @@ export class Controls {
 
   /** @param {string} [typed] */
   show(typed) {
-    for (const name of /** @type {const} */ (["robots", "tasks", "seed", "run"])) {
+    for (const name of FIELDS) {
       const text = String(this.settings[name]);
       input(`${name}-slider`).value = text;
       if (name === typed) continue;
@@ -109,12 +106,8 @@ export class Controls {
   }
 
   writeAddress() {
-    const { robots, tasks, strategy, seed, run } = this.settings,
-      kept = { robots, tasks, strategy: this.given.strategies[strategy].name, seed, run };
-    history.replaceState(
-      null,
-      "",
-      `#${new URLSearchParams(Object.entries(kept).map(([key, value]) => [key, String(value)]))}`,
-    );
+    const strategy = this.given.strategies[this.settings.strategy].name,
+      kept = /** @type {Record<string, any>} */ ({ ...this.settings, strategy });
+    history.replaceState(null, "", `#${new URLSearchParams(kept)}`);
   }
 }

@@ -172,11 +172,6 @@ class Page {
     this.player.arrive(this.frameAt(step));
   }
 
-  /** @param {number} run */
-  chooseRun(run) {
-    this.controls.set({ run: String(run) });
-  }
-
   /** @type {Record<string, () => void>} */
   actions = {
     play: () => {
@@ -201,7 +196,7 @@ class Page {
       $("ranges").setAttribute("aria-pressed", String(this.arena.ranges));
       this.player.wake();
     },
-    another: () => this.chooseRun((this.recording.settings.run + 1) % RUNS),
+    another: () => this.controls.set({ run: String((this.recording.settings.run + 1) % RUNS) }),
   };
 
   listen() {
@@ -213,7 +208,7 @@ class Page {
     this.arena.followPointer($("arena"), () => this.player.wake());
     $("runs").addEventListener("click", (event) => {
       const run = runAt(canvasOf("runs"), event);
-      if (run >= 0) this.chooseRun(run);
+      if (run >= 0) this.controls.set({ run: String(run) });
     });
     new ResizeObserver(() => this.repaint()).observe($("frame"));
     startTheme(() => this.repaint());
