@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Any, Final
 
@@ -29,17 +29,13 @@ def form() -> list[dict[str, Any]]:
     field may be unset.
     """
     schema = Scenario.model_json_schema()
-    parts = schema["$defs"]
-    sections: list[dict[str, Any]] = [
-        {"name": "controller", "fields": [_field("preset", schema["properties"]["preset"])]}
-    ]
-    sections.append({"name": EVENTS, "fields": [_field(EVENTS, schema["properties"][EVENTS])]})
+    alone = {"controller": "preset", EVENTS: EVENTS}
+    sections = {name: [_field(path, schema["properties"][path])] for name, path in alone.items()}
     for name, each in schema["properties"].items():
-        found = _resolved(each, parts).get("properties")
-        if found:
-            fields = [_field(f"{name}.{key}", part) for key, part in found.items()]
-            sections.append({"name": name, "fields": fields})
-    return sections
+        part = schema["$defs"].get(each.get("$ref", "").rpartition("/")[2], {})
+        if found := part.get("properties"):
+            sections[name] = [_field(f"{name}.{key}", field) for key, field in found.items()]
+    return [{"name": name, "fields": fields} for name, fields in sections.items()]
 
 
 def typed(path: str, value: Any) -> Any:
@@ -53,12 +49,6 @@ def shown(value: Any) -> Any:
     return value if isinstance(value, str | int | float | None) else inline_toml(value)
 
 
-def _resolved(part: Mapping[str, Any], parts: Mapping[str, Any]) -> Mapping[str, Any]:
-    reference = part.get("$ref", "")
-    resolved: Mapping[str, Any] = parts[reference.rsplit("/", 1)[1]] if reference else part
-    return resolved
-
-
 def _field(path: str, part: Mapping[str, Any]) -> dict[str, Any]:
     """Return the control of a field by its part of the schema."""
     given = part.get("anyOf", [part])
@@ -70,14 +60,10 @@ def _field(path: str, part: Mapping[str, Any]) -> dict[str, Any]:
         "note": part.get("description", ""),
         "nullable": len(kinds) < len(given),
     }
-    return found | (dict(_control(kinds[0])) if len(kinds) == 1 else {"kind": "value"})
-
-
-def _control(part: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    if "enum" in part:
-        yield from {"kind": "choice", "choices": part["enum"]}.items()
-    elif part.get("type") in ("number", "integer", "boolean"):
-        yield "kind", part["type"]
-        yield from ((html, part[bound]) for bound, html in BOUNDS.items() if bound in part)
-    else:
-        yield "kind", "value"
+    only = kinds[0] if len(kinds) == 1 else {}
+    if "enum" in only:
+        return found | {"kind": "choice", "choices": only["enum"]}
+    if only.get("type") in ("number", "integer", "boolean"):
+        bounds = {html: only[bound] for bound, html in BOUNDS.items() if bound in only}
+        return found | {"kind": only["type"]} | bounds
+    return found | {"kind": "value"}

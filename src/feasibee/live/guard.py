@@ -16,7 +16,6 @@ import asyncio
 import logging
 import re
 import socket
-from collections.abc import Collection
 from ipaddress import ip_address
 from typing import Any, Final
 
@@ -65,7 +64,9 @@ class Guard:
     def __init__(self, app: ASGIApp, host: str) -> None:
         self._app = app
         self._addresses = not is_loopback(host)
-        self._names = {"localhost"} if is_loopback(host) else _names(host)
+        self._names = {"localhost"}
+        if self._addresses:
+            self._names |= {each.lower() for each in (host, socket.gethostname(), socket.getfqdn())}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Pass a request on, or answer with status 403 or close code 1008."""
@@ -129,10 +130,6 @@ def is_loopback(host: str) -> bool:
         return ip_address(host).is_loopback
     except ValueError:
         return host.lower() == "localhost"
-
-
-def _names(host: str) -> Collection[str]:
-    return {"localhost", host.lower(), socket.gethostname().lower(), socket.getfqdn().lower()}
 
 
 def _place(origin: str) -> str:

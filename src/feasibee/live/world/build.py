@@ -27,14 +27,8 @@ FLAGS: Final = (
 def limits() -> str:
     """Return the text of limits.h: sizes of arrays, and the table of strategies."""
     table = ", ".join(f"&feasibee_{name.replace('-', '_')}" for name in PAGE_STRATEGIES)
-    return "\n".join(
-        [
-            f"#define WORLD_ROBOTS {ROBOTS_LIMIT}",
-            f"#define WORLD_TASKS {TASKS_LIMIT}",
-            f"#define WORLD_STRATEGIES {table}",
-            "",
-        ]
-    )
+    values = {"ROBOTS": ROBOTS_LIMIT, "TASKS": TASKS_LIMIT, "STRATEGIES": table}
+    return "".join(f"#define WORLD_{name} {value}\n" for name, value in values.items())
 
 
 def compile_world(out: Path) -> None:
