@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from playing import looked, swarm_at, swept
 from serving import Page, serving_at
 
 from feasibee import Scenario, Swarm
@@ -13,9 +14,6 @@ from feasibee.live.catalogue import STREAM, Catalogue, read_catalogue
 from feasibee.live.reasons import reasons_of
 from feasibee.live.timeline import Outlook
 from feasibee.simulation.snapshot import FLAGS
-from feasibee.sweeps import executors
-from feasibee.sweeps.plan import study_of
-from feasibee.sweeps.sweep import sweep
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "changing.toml"
 EVENTS = [{"step": 20, "tasks": 6}, {"step": 40, "robots": -8}, {"step": 70, "tasks": -20, "robots": 3}]
@@ -77,15 +75,13 @@ def test_events_are_typed_as_toml_and_problems_are_told_at_them(port):
 
 
 def test_robots_that_joined_say_what_they_know():
-    joined = Swarm(SCENARIO, seed=5, run=2)
-    joined.advance(75)
+    joined = swarm_at(75, SCENARIO, seed=5, run=2)
     for robot in np.flatnonzero(joined.present).tolist():
         assert dict(reasons_of(joined, robot))["Knows"]
 
 
 def test_a_robot_is_inspected_while_it_is_there_and_after(port):
-    swarm = Swarm(SCENARIO, seed=5, run=2)
-    swarm.advance(41)
+    swarm = swarm_at(41, SCENARIO, seed=5, run=2)
     gone = int(np.flatnonzero(~swarm.present)[0])
     with Page(port) as page:
         page.open(step=30)
@@ -102,31 +98,22 @@ def test_a_robot_is_inspected_while_it_is_there_and_after(port):
 
 @pytest.mark.parametrize("robot", [None, 3])
 def test_the_outlook_finds_each_change_once(robot):
-    swarm = Swarm(SCENARIO, seed=5, run=2)
-    swarm.advance(120)
+    swarm = swarm_at(120, SCENARIO, seed=5, run=2)
     curves = np.stack([swarm.robot_counts, swarm.task_counts, swarm.truths], axis=1)
     at = [0, *(np.flatnonzero((np.diff(curves, axis=0) != 0).any(axis=1)) + 1)]
     outlook = Outlook(Swarm(SCENARIO, seed=5, run=2), 120)
     found = []
     while not outlook.look(0.0005):
         found += outlook.to_dict(0, len(found))["world"]
-    outlook.follow(robot)
-    while not outlook.look(1):
-        pass
-    found += outlook.to_dict(0, len(found))["world"]
+    found += looked(outlook, robot)["world"][len(found) :]
     assert found == [(step, *curves[step].tolist()) for step in map(int, at)]
     assert len({truth for *_, truth in found}) == 2
 
 
 def test_the_outlook_of_a_robot_says_when_it_is_there():
-    swarm = Swarm(SCENARIO, seed=5, run=2)
-    swarm.advance(41)
+    swarm = swarm_at(41, SCENARIO, seed=5, run=2)
     robot = int(np.flatnonzero(~swarm.present)[0])
-    outlook = Outlook(Swarm(SCENARIO, seed=5, run=2), 120)
-    outlook.follow(robot)
-    while not outlook.look(1):
-        pass
-    changes = outlook.to_dict(0)["changes"]
+    changes = looked(Outlook(Swarm(SCENARIO, seed=5, run=2), 120), robot)["changes"]
     again = Swarm(SCENARIO, seed=5, run=2)
     there = []
     for step in range(121):
@@ -163,8 +150,7 @@ def results(tmp_path_factory):
         "scenario": {"run": {"steps": 130}, "events": [{"step": 40, "tasks": 6}, {"step": 90, "tasks": -9}]},
         "sweep": {"tasks.count": [16, 20]},
     }
-    sweep(study_of(tables, folder), folder / "results", executors.threads(1))
-    return folder / "results"
+    return swept(tables, folder)
 
 
 def test_a_sweeps_runs_are_right_or_wrong_by_the_truth_of_their_decisions_step(results):

@@ -8,11 +8,22 @@ from io import BytesIO
 import numpy as np
 import pytest
 from PIL import Image
+from playing import swarm_at
 from serving import serving_at
-from visiting import at, change, colours_of, expect_picture, focus_nothing, picture_of, unfolded
+from visiting import (
+    at,
+    change,
+    colours_of,
+    expect_picture,
+    focus_nothing,
+    picture_of,
+    press,
+    seek,
+    unfolded,
+)
 from waiting import eventually
 
-from feasibee import Scenario, Swarm
+from feasibee import Scenario
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.reasons import reasons_of
 
@@ -35,12 +46,6 @@ def still():
         yield at
 
 
-def swarm_at(step):
-    swarm = Swarm(SCENARIO, 5)
-    swarm.advance(step)
-    return swarm
-
-
 @pytest.mark.slow
 def test_the_truth_of_each_step_is_said_and_gone_to_by_keys(visit, port):
     page = visit(port, reduced_motion="reduce")
@@ -55,13 +60,11 @@ def test_the_truth_of_each_step_is_said_and_gone_to_by_keys(visit, port):
         ("[", 20, "infeasible (20 robots, 26 tasks)"),
         (",", 19, "feasible (20 robots, 20 tasks)"),
     ):
-        page.keyboard.press(key)
-        at(page, step)
+        press(page, (key, step))
         expect(page.locator("#truth")).to_have_text(said)
-    page.locator("#seek").fill("45")
-    at(page, 45)
+    seek(page, 45)
     expect(page.locator("#truth")).to_have_text("infeasible (12 robots, 26 tasks)")
-    held = {1: "feasible", 0: "infeasible", -1: "undecided"}[swarm_at(45).decision]
+    held = {1: "feasible", 0: "infeasible", -1: "undecided"}[swarm_at(45, SCENARIO, 5).decision]
     expect(page.locator("#decision")).to_have_text(held)
     expect(page.locator("#arena")).to_have_attribute(
         "aria-label",
@@ -77,8 +80,7 @@ def test_robots_and_tasks_are_drawn_while_they_are_there(visit, port):
     page.mouse.move(1, 1)
     seen = {}
     for step in (19, 39, 41, 119, 71, 41, 39, 19):
-        page.locator("#seek").fill(str(step))
-        at(page, step)
+        seek(page, step)
         if step in seen:
             expect_picture(page, seen[step])
         else:
@@ -93,8 +95,7 @@ def test_robots_that_have_left_are_not_drawn(visit):
         page = visit(port, reduced_motion="reduce")
         shares = []
         for step in (9, 10):
-            page.locator("#seek").fill(str(step))
-            at(page, step)
+            seek(page, step)
             with Image.open(BytesIO(picture_of(page))) as picture:
                 pixels = np.asarray(picture.convert("RGB")).astype(int)
             shares.append((np.ptp(pixels, axis=2) > 40).sum())
@@ -112,8 +113,7 @@ def test_the_truth_is_a_band_on_the_seek_bar_and_behind_the_plot(visit, port):
     expect(page.locator("#legend-truth")).to_be_visible()
     expect(page.locator("#marks-text")).to_contain_text("the truth 2 times")
     eventually(page, lambda: expect_colours(page, "#marks", {"0,114,178", "98,103,109"}))  # truth, ticks
-    page.locator("#seek").fill("120")
-    at(page, 120)
+    seek(page, 120)
     focus_nothing(page)
     eventually(page, lambda: expect_stripes(page))
 
@@ -133,18 +133,16 @@ def expect_stripes(page):
 
 @pytest.mark.slow
 def test_a_robot_that_leaves_is_inspected_and_arrows_pass_over_it(visit, port):
-    before, after = swarm_at(39), swarm_at(41)
+    before, after = swarm_at(39, SCENARIO, 5), swarm_at(41, SCENARIO, 5)
     gone = int(np.flatnonzero(before.present & ~after.present)[0])
     page = visit(port)
-    page.locator("#seek").fill("39")
-    at(page, 39)
+    seek(page, 39)
     page.locator("#robot").fill(str(gone))
     page.keyboard.press("Tab")
     expected = dict(reasons_of(before, gone))["Phase"]
     expect(page.locator("#reasons-0 dd").first).to_have_text(expected)
     focus_nothing(page)
-    page.keyboard.press(".")
-    at(page, 40)
+    press(page, (".", 40))
     expect(page.locator("#reasons-0 dd").first).to_have_text("no robot has this number at this step")
     page.locator("#arena").focus()
     page.keyboard.press("PageDown")
@@ -201,8 +199,7 @@ def test_two_strategies_are_compared_in_one_changing_world(visit, port):
     page = visit(port, reduced_motion="reduce")
     page.locator("#against").select_option("dmmd")
     expect(page.locator("#caption-1")).to_contain_text("dmmd")
-    page.locator("#seek").fill("45")
-    at(page, 45)
+    seek(page, 45)
     expect(page.locator("#arena-1")).to_have_attribute(
         "aria-label",
         "The arena: 12 robots and 26 tasks, dmmd, at step 45. Arrow keys go from robot to robot.",

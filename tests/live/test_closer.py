@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from playing import swarm_at
 from serving import Page, serving_at
 
 from feasibee import Scenario, Swarm, simulate
@@ -92,8 +93,7 @@ def test_two_strategies_are_in_one_world_and_in_step(port):
             frames = frames if step == 40 else messages_until_frame(page)
             assert [each["lane"] for each in frames] == [1, 0]
             for frame in frames:
-                swarm = Swarm(Scenario(decision={"strategy": strategies[frame["lane"]]}), 5, 2)
-                swarm.advance(step)
+                swarm = swarm_at(step, Scenario(decision={"strategy": strategies[frame["lane"]]}), 5, 2)
                 assert frame["step"] == step
                 assert (frame["firstDecision"], frame["decisionStep"]) == swarm.first_decision
                 assert frame["flags"].tolist() == swarm.snapshot().flags.tolist()

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from playing import looked, swarm_at
 from visiting import (
     at,
     change,
@@ -19,6 +20,8 @@ from visiting import (
     picture_of,
     play_to_the_end,
     point_at,
+    press,
+    seek,
 )
 from waiting import eventually
 
@@ -31,42 +34,25 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 AXE = Path(__file__).parents[2] / "node_modules/axe-core/axe.min.js"
 
 
-def outlook_of(robot, scenario=None, seed=1):
-    outlook = Outlook(Swarm(scenario, seed), 1000)
-    outlook.follow(robot)
-    while not outlook.look(1.0):
-        pass
-    return outlook.to_dict(0)
-
-
 def test_the_seek_bar_goes_to_any_step_and_back(visit, port):
     page = visit(port, reduced_motion="reduce")
-    page.locator("#seek").fill("30")
-    at(page, 30)
+    seek(page, 30)
     focus_nothing(page)
     page.mouse.move(1, 1)
     seen = picture_of(page)
-    page.locator("#seek").fill("700")
-    at(page, 700)
+    seek(page, 700)
     expect(page.locator("#seek")).to_have_attribute("aria-valuetext", "step 700 of 1,000")
     page.locator("#seek").focus()
-    page.keyboard.press("ArrowLeft")
-    at(page, 699)
-    page.keyboard.press(".")
-    at(page, 700)
-    page.locator("#seek").fill("31")
-    at(page, 31)
+    press(page, ("ArrowLeft", 699), (".", 700))
+    seek(page, 31)
     page.get_by_role("button", name="Step back").click()
     at(page, 30)
     focus_nothing(page)
     page.mouse.move(1, 1)
     expect_picture(page, seen)
-    for key, step in ((",", 29), ("ArrowLeft", 28), (".", 29), ("ArrowRight", 30), ("r", 0), (",", 0)):
-        page.keyboard.press(key)
-        at(page, step)
+    press(page, (",", 29), ("ArrowLeft", 28), (".", 29), ("ArrowRight", 30), ("r", 0), (",", 0))
     play_to_the_end(page)
-    page.keyboard.press(",")
-    at(page, 999)
+    press(page, (",", 999))
     page.keyboard.press(" ")
     at(page, 1000)
 
@@ -107,21 +93,17 @@ def test_the_decision_is_one_key_away(visit, port):
     decided = int(simulate(Scenario(), 1, 1).decision_step[0])
     page = visit(port)
     expect(page.locator("#marks-text")).to_have_text(f"Decision at step {decided}.")
-    page.keyboard.press("d")
-    at(page, decided)
+    press(page, ("d", decided))
     expect(page.locator("#decision")).to_have_text(f"infeasible, since step {decided}")
-    page.keyboard.press(",")
-    at(page, decided - 1)
+    press(page, (",", decided - 1))
     expect(page.locator("#decision")).to_have_text("undecided")
     page.get_by_role("button", name="Go to the decision").click()
     at(page, decided)
-    page.keyboard.press("r")
-    at(page, 0)
+    press(page, ("r", 0))
     change(page, "run.steps", "40")
     expect(page.locator("#marks-text")).to_have_text("No decision.")
     focus_nothing(page)
-    page.keyboard.press(".")
-    at(page, 1)
+    press(page, (".", 1))
     page.keyboard.press("d")
     expect(page.locator("#announcer")).to_have_text("The swarm has not decided by step 40")
     at(page, 1)
@@ -174,8 +156,7 @@ def test_robots_are_inspected_by_keyboard_alone(visit, port):
     expect(page.locator("#robot")).to_have_value(str(robot))
     expect_reasons(page, swarm, robot)
     at(page, 3)  # arrows went from robot to robot, not from step to step
-    page.keyboard.press(".")
-    at(page, 4)
+    press(page, (".", 4))
     swarm.advance()
     expect_reasons(page, swarm, robot)
     page.keyboard.press("Escape")
@@ -188,16 +169,14 @@ def test_the_changes_of_a_robot_are_marked_and_gone_to(visit, port):
     page = visit(port)
     page.locator("#robot").fill("5")
     page.keyboard.press("Tab")
-    found = outlook_of(5)
+    found = looked(Outlook(Swarm(seed=1), 1000), 5)
     steps = [step for step, _ in found["changes"]]
     decided = found["decision"]
     expect(page.locator("#marks-text")).to_have_text(
         f"Decision at step {decided}, robot 5 changes {len(steps) - 1} times."
     )
     focus_nothing(page)
-    for key, step in (("]", steps[1]), ("]", steps[2]), ("[", steps[1]), ("[", 0), ("]", steps[1])):
-        page.keyboard.press(key)
-        at(page, step)
+    press(page, ("]", steps[1]), ("]", steps[2]), ("[", steps[1]), ("[", 0), ("]", steps[1]))
     assert colours_of(page, "#marks") >= {"0,114,178", "213,94,0"}  # both opinions
 
 
@@ -222,8 +201,7 @@ def test_a_robot_that_is_clicked_is_inspected_while_time_goes_on(visit, port):
 def expect_reasons_of_the_step_that_is_shown(page):
     def check():
         step, lines = lines_of(page)
-        swarm = Swarm(Scenario(), 1)
-        swarm.advance(step)
+        swarm = swarm_at(step, Scenario(), 1)
         assert lines == reasons_of(swarm, 11)
         assert step
 
@@ -242,12 +220,10 @@ def test_two_strategies_are_compared_on_one_clock(visit, port):
         caption = page.locator(f"#caption{'-1' if place else ''}")
         expect(caption.locator("strong")).to_have_text(strategy)
     focus_nothing(page)
-    page.keyboard.press("D")
-    at(page, steps[1])
+    press(page, ("D", steps[1]))
     expect(page.locator("#caption-1")).to_contain_text(f"feasible at step {steps[1]}: right")
     expect(page.locator("#caption")).to_contain_text("undecided")
-    page.keyboard.press("d")
-    at(page, steps[0])
+    press(page, ("d", steps[0]))
     expect(page.locator("#caption")).to_contain_text(f"infeasible at step {steps[0]}: wrong")
     play_to_the_end(page)
     for place, strategy in enumerate(("dmmd", "census")):

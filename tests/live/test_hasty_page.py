@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from playing import swarm_at
 from serving import serving_at
 from visiting import at, expect_reasons
 
-from feasibee import Scenario, Swarm
+from feasibee import Scenario
 from feasibee.live import server
 from feasibee.live.catalogue import STREAM, Catalogue
 
@@ -30,8 +31,7 @@ def test_a_robot_chosen_on_the_way_to_a_step_stops_nothing(visit, port, monkeypa
     monkeypatch.setattr(server, "PATIENCE", 0.0)  # it looks for other messages after each step
     at_once(page, ("#seek", "150", "input"), ("#robot", "7", "change"))
     at(page, 150)
-    swarm = Swarm(Scenario(), 1)
-    swarm.advance(150)
+    swarm = swarm_at(150, Scenario(), 1)
     expect_reasons(page, swarm, 7)
 
 
@@ -42,8 +42,7 @@ def test_a_robot_chosen_on_the_way_to_the_decision_does_not_undo_it(visit, port)
     decided = int(page.locator("#marks-text").inner_text().split()[-1].rstrip("."))
     key = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'd', bubbles: true }));"
     at_once(page, ("#robot", "7", "change"), before=key)
-    swarm = Swarm(Scenario(), 1)
-    swarm.advance(decided)
+    swarm = swarm_at(decided, Scenario(), 1)
     expect_reasons(page, swarm, 7)
     at(page, decided)
 

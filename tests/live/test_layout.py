@@ -10,6 +10,7 @@ import subprocess
 import numpy as np
 import pytest
 from declaring import declaring
+from playing import swarm_at
 
 from feasibee import Scenario, Swarm
 from feasibee.live.messages import PROTOCOL, encode_frame, encode_tasks
@@ -42,8 +43,7 @@ def test_the_page_knows_the_flags_and_the_version():
 
 @pytest.mark.skipif(NODE is None, reason="runs the page's code in Node")
 def test_the_page_reads_what_python_writes(tmp_path):
-    swarm = Swarm(Scenario(robots={"count": 33}, tasks={"count": 7}, faults={"stubborn": 0.2}), seed=3)
-    swarm.advance(40)
+    swarm = swarm_at(40, Scenario(robots={"count": 33}, tasks={"count": 7}, faults={"stubborn": 0.2}), seed=3)
     quiet = Swarm(declaring(tmp_path, quiet=20.0, faults={"byzantine": 0.2}), seed=3)
     while sum(quiet.declared_counts) < 9:
         quiet.advance()

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from declaring import declaring
+from playing import swarm_at, swept
 from serving import serving_at
 from visiting import (
     change,
@@ -17,16 +18,13 @@ from visiting import (
     picture_of,
     play_to_the_end,
     point_at,
+    press,
     step_of,
 )
 from waiting import eventually, expect_rest
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue
-from feasibee.sweeps import executors
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.plan import study_of
-from feasibee.sweeps.sweep import sweep
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
@@ -34,10 +32,7 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 def test_keys_step_play_pause_and_restart(visit, port):
     page = visit(port)
     expect(page.locator("#now")).to_have_text("0")
-    page.keyboard.press(".")
-    expect(page.locator("#now")).to_have_text("1")
-    page.keyboard.press("ArrowRight")
-    expect(page.locator("#now")).to_have_text("2")
+    press(page, (".", 1), ("ArrowRight", 2))
     page.get_by_role("button", name="One step").click()
     expect(page.locator("#now")).to_have_text("3")
     faster, slower = (page.get_by_role("button", name=each) for each in ("Faster", "Slower"))
@@ -56,8 +51,7 @@ def test_keys_step_play_pause_and_restart(visit, port):
     page.get_by_role("button", name="Pause").click()
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
     expect_rest(page, step_of)
-    page.keyboard.press("r")
-    expect(page.locator("#now")).to_have_text("0")
+    press(page, ("r", 0))
     page.get_by_role("button", name="Play", exact=True).click()
     expect(page.locator("#now")).not_to_have_text("0")
     page.get_by_role("button", name="Restart").click()
@@ -133,8 +127,7 @@ def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port)
     expect(page.locator("#note-seed")).to_contain_text("must be a whole number")
     expect(page.locator("#note-robots-count")).to_be_visible()
     focus_nothing(page)
-    page.keyboard.press(".")
-    expect(page.locator("#now")).to_have_text("1")
+    press(page, (".", 1))
     change(page, "seed", "2")
     change(page, "robots.count", "25")
     expect(page.locator("#truth")).to_have_text("feasible (25 robots, 20 tasks)")
@@ -196,34 +189,25 @@ def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit, sa
     with serving_at(catalogue, port):
         page = visit(port, "#seed=3&tasks.count=11", reduced_motion="reduce")
         for step in range(1, 4):
-            page.keyboard.press(".")
-            expect(page.locator("#now")).to_have_text(str(step))
+            press(page, (".", step))
         seen = picture_of(page)
     expect(page.get_by_role("alert").first).to_contain_text("The server doesn't answer")
     expect(page.locator("#connection")).to_have_text("not connected")
-    page.wait_for_timeout(600)  # longer than until the first attempt
+    expect(page.locator("#banner-text")).to_contain_text("next attempt in 2 s")  # two have failed
     with serving_at(catalogue, port):
         expect(page.locator("#connection")).to_have_text("live")
         expect(page.locator("#banner")).to_be_hidden()
         expect(page.locator("#now")).to_have_text("3")
         expect(page.locator("#truth")).to_have_text("feasible (20 robots, 11 tasks)")
         expect_picture(page, seen)
-        page.keyboard.press(".")
-        expect(page.locator("#now")).to_have_text("4")
+        press(page, (".", 4))
         page.goto("about:blank")
     visit.errors[:] = [each for each in visit.errors if "WebSocket connection" not in each]
 
 
 def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
     tables = {"runs": 20, "seed": 5, "scenario": {"run": {"steps": 1000}}, "sweep": {"tasks.count": [17, 24]}}
-    sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
-    catalogue = read_catalogue(tmp_path / "results", "wrong")
-    with Journal(tmp_path / "results") as journal:
-        steps = {
-            (row.id, run): step
-            for row in journal.points
-            for run, _, step in journal.columns(row.id)[:, :3].tolist()
-        }
+    catalogue = read_catalogue(swept(tables, tmp_path), "wrong")
     chosen = catalogue.replays[-1]
     with serving_at(catalogue) as port:
         page = visit(port)
@@ -249,8 +233,7 @@ def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
         expect(button).to_have_attribute("aria-current", "true")
         play_to_the_end(page)
         expect(page.locator("#verdict")).to_have_attribute("data-verdict", "wrong")
-        step = steps[chosen.point, chosen.run]
-        expect(page.locator("#decision")).to_have_text(re.compile(rf"step {step}\b"))
+        expect(page.locator("#decision")).to_have_text(re.compile(rf"step {chosen.decision_step}\b"))
 
 
 LOOKS = {
@@ -289,8 +272,7 @@ def test_robots_look_as_the_legend_says(visit, port, look):
 @pytest.mark.slow
 def test_declarations_are_counted_and_told(visit, tmp_path):
     scenario = declaring(tmp_path, quiet=20.0, faults={"byzantine": 0.2}, run={"steps": 60})
-    swarm = Swarm(scenario, seed=1)
-    swarm.advance(60)
+    swarm = swarm_at(60, scenario, seed=1)
     feasible, infeasible = swarm.declared_counts
     assert feasible
     with serving_at(Catalogue(scenario, seed=1)) as port:
@@ -308,8 +290,7 @@ def test_declarations_are_counted_and_told(visit, tmp_path):
 @pytest.mark.slow
 def test_ten_thousand_robots_are_drawn(visit, port):
     page = visit(port, "#robots.count=10000&tasks.count=9000&arena.side=447")
-    page.keyboard.press(".")
-    expect(page.locator("#now")).to_have_text("1")
+    press(page, (".", 1))
     expect(page.locator("#feasible")).to_have_text(re.compile("^[45],"))
 
 
@@ -324,8 +305,7 @@ def test_light_and_dark_as_the_system_or_as_chosen(visit, port, scheme):
         grounds.append(page.locator("body").evaluate(paper))
     assert grounds[1:] == ["rgb(246, 245, 242)", "rgb(17, 20, 23)"]
     assert grounds[0] == grounds[1 if scheme == "light" else 2]
-    page.keyboard.press(".")
-    expect(page.locator("#now")).to_have_text("1")
+    press(page, (".", 1))
 
 
 def test_every_control_has_a_name(visit, port):

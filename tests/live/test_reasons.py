@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from playing import swarm_at
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.reasons import OPINIONS, opinion_of, reasons_of
@@ -31,8 +32,7 @@ def test_each_strategy_is_told_in_words():
 
 
 def test_the_words_are_those_of_the_state():
-    swarm = Swarm(Scenario(), 1)
-    swarm.advance(57)
+    swarm = swarm_at(57, Scenario(), 1)
     state, words = swarm.robot(4), said(swarm, 4)
     assert words["Phase"] == f"exploring, {state.phase_left} steps left"
     assert words["Saw"].startswith(f"{state.robots_seen[0]} robots and {state.tasks_seen[0]} tasks so far")
@@ -68,16 +68,14 @@ def test_what_it_will_decide_is_what_it_decides(strategy):
 
 
 def test_a_decision_by_chance_is_told_as_such():
-    swarm = Swarm(Scenario(decision={"strategy": "voter", "gain": 40.0}, radio={"range": 8.0}), 2)
-    swarm.advance(60)
+    swarm = swarm_at(60, Scenario(decision={"strategy": "voter", "gain": 40.0}, radio={"range": 8.0}), 2)
     texts = [said(swarm, robot)["Next"] for robot in range(20)]
     assert any("by chance" in text for text in texts)
 
 
 def test_robots_that_are_out_of_order_are_told_as_such():
     faults = {"stopped": 0.2, "byzantine": 0.2, "stubborn": 0.2}
-    swarm = Swarm(Scenario(faults=faults, decision={"declare": {}}), 2)
-    swarm.advance(200)
+    swarm = swarm_at(200, Scenario(faults=faults, decision={"declare": {}}), 2)
     texts = [said(swarm, robot) for robot in range(20)]
     assert sum(words["Phase"] == "stopped" for words in texts) == 4
     special = [words.get("Special", "") for words in texts]
@@ -88,8 +86,7 @@ def test_robots_that_are_out_of_order_are_told_as_such():
 def test_classes_are_counted_by_name():
     robots = {"classes": [{"name": "arm", "count": 9, "skills": ["lift"]}, {"name": "eye", "count": 4}]}
     tasks = {"classes": [{"name": "carry", "count": 3, "needs": {"lift": 2}}]}
-    swarm = Swarm(Scenario(robots=robots, tasks=tasks, arena={"side": 8.0}), 2)
-    swarm.advance(30)
+    swarm = swarm_at(30, Scenario(robots=robots, tasks=tasks, arena={"side": 8.0}), 2)
     assert "(arm " in said(swarm, 3)["Saw"]
     assert "(carry " in said(swarm, 3)["Saw"]
 
@@ -118,8 +115,7 @@ def test_a_users_strategy_describes_what_is_known(tmp_path, told):
 
 
 def test_an_opinion_that_follows_knowledge_is_told_as_such():
-    swarm = Swarm(Scenario(decision={"strategy": "roster"}), seed=3)
-    swarm.advance(60)
+    swarm = swarm_at(60, Scenario(decision={"strategy": "roster"}), seed=3)
     lines = [dict(reasons_of(swarm, robot)) for robot in np.flatnonzero(swarm.disseminating)]
     assert lines
     assert all("its opinion follows what it knows in any step" in each["Next"] for each in lines)

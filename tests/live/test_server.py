@@ -11,6 +11,7 @@ from hashlib import sha256
 import commands
 import numpy as np
 import pytest
+from playing import swarm_at, swept
 from serving import Page, serving_at
 from starlette.responses import PlainTextResponse
 from websockets.exceptions import ConnectionClosed, InvalidStatus
@@ -22,12 +23,10 @@ from feasibee.live import guard
 from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
+from feasibee.simulation import loading
 from feasibee.simulation.loading import GENERAL
 from feasibee.simulation.snapshot import FLAGS
-from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.plan import study_of
-from feasibee.sweeps.sweep import sweep
 
 pytestmark = pytest.mark.usefixtures("patient")
 
@@ -83,8 +82,7 @@ def test_places_headings_and_marks_are_the_swarms(port, boundary):
         "faults.stubborn": 0.1,
         "arena.side": [30.0, 18.0],
     }
-    swarm = Swarm(Scenario().replace(changes), 1, 5)
-    swarm.advance(30)
+    swarm = swarm_at(30, Scenario().replace(changes), 1, 5)
     with Page(port) as page:
         tasks = page.answer("tasks", type="open", changes=changes, run=5, step=30)
         frame = page.until("frame")
@@ -129,8 +127,7 @@ def results(tmp_path_factory):
         "scenario": {"run": {"steps": 130}},
         "sweep": {"tasks.count": [16, 24], "radio.loss": [0.0, 0.2]},
     }
-    sweep(study_of(tables, folder), folder / "results", executors.threads(1))
-    return folder / "results"
+    return swept(tables, folder)
 
 
 def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
@@ -191,8 +188,7 @@ def own_sweep(tmp_path):
     file = tmp_path / "mine.py"
     file.write_text(OWN)
     tables = {"runs": 3, "scenario": {"run": {"steps": 10}, "decision": {"strategy": "mine.py"}}}
-    sweep(study_of(tables, tmp_path), tmp_path / "results", executors.threads(1))
-    return tmp_path / "results", file
+    return swept(tables, tmp_path), file
 
 
 def test_a_strategys_text_of_a_journal_is_replayed_if_it_is_the_users_own_or_trusted(own_sweep):
@@ -222,10 +218,8 @@ def test_watch_names_the_texts_that_are_not_the_users_own(own_sweep, capsys):
     assert capsys.readouterr().err == ""
     file.unlink()
     digest = sha256(OWN.encode()).hexdigest()
-    for trust, what in (
-        (False, "isn't replayed without --trust"),
-        (True, "runs from the text in the journal"),
-    ):
+    told = {False: "isn't replayed without --trust", True: "runs from the text in the journal"}
+    for trust, what in told.items():
         _catalogue(folder, (), None, None, "all", trust)
         assert capsys.readouterr().err == f"feasibee: {file}, SHA-256 {digest}: {what}\n"
 
@@ -436,15 +430,8 @@ def asked(port, host, path="/", *lines):
 def test_names_of_others_are_refused(port, host):
     answer = asked(port, host.format(port=port))
     assert answer.startswith("HTTP/1.1 403"), answer
-    upgrade = (
-        "Upgrade: websocket",
-        "Connection: Upgrade",
-        f"Origin: http://{host}",
-        "Sec-WebSocket-Version: 13",
-    )
-    assert asked(port, host, "/swarm", *upgrade, "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==").split()[
-        1
-    ] in ("403", "400")
+    lines = [*UPGRADE.splitlines(), f"Origin: http://{host}"]
+    assert asked(port, host, "/swarm", *lines).split()[1] in ("403", "400")
 
 
 @pytest.mark.parametrize("host", ["127.0.0.1:{port}", "localhost:{port}", "[::1]:{port}", "LOCALHOST"])
@@ -458,13 +445,8 @@ def test_own_names_get_the_page_with_strict_headers(port, host):
 def test_beyond_loopback_the_machines_names_and_all_addresses_are_its_own():
     own = ("lab.example", "lab.example:8765", "192.168.0.7:8765", "[2001:db8::1]:8765", socket.gethostname())
     assert {answered_beyond_loopback(name) for name in own} == {200}
-    others = (
-        "evil.example",
-        "x@lab.example",
-        "lab.example:1",
-        "lab.example/x",
-        "lab.example:8765@evil.example",
-    )
+    wrong = ("x@lab.example", "lab.example:1", "lab.example/x", "lab.example:8765@evil.example")
+    others = ("evil.example", *wrong)
     assert {answered_beyond_loopback(name) for name in others} == {403}
 
 
@@ -562,11 +544,12 @@ def test_a_page_is_told_what_compiles_and_since_when_whichever_page_asked_first(
         assert told.pop("seconds") < 60
         assert told == {"type": "compiling", "text": f"Compiling the {GENERAL}, once for this machine"}
         expect_another_page(port)  # whose engine is ready
-        time.sleep(0.6)
+        loading._current = loading._current._replace(since=loading._current.since - 100.0)
         second.say(**WALLS)
-        told = second.receive()
-        assert told["type"] == "compiling"
-        assert 0.5 < told["seconds"] < 60
+        for page in (first, second):
+            told = page.receive()
+            assert told["type"] == "compiling"
+            assert 100.0 < told["seconds"] < 160.0
         slow_engine.set()
         for page in (first, second):
             assert [page.receive()["type"] for _ in range(3)] == ["opened", "tasks", "frame"]
@@ -584,14 +567,8 @@ def test_a_page_may_close_while_its_engine_compiles(port, slow_engine, caplog):
 
 
 def test_nothing_but_the_page_is_served(port):
-    for path in (
-        "/../server.py",
-        "/..%2fserver.py",
-        "/%2e%2e/server.py",
-        "/static/",
-        "/swarm",
-        "//etc/passwd",
-    ):
+    above = ("/../server.py", "/..%2fserver.py", "/%2e%2e/server.py")
+    for path in (*above, "/static/", "/swarm", "//etc/passwd"):
         assert asked(port, "localhost", path).split()[1] in ("404", "400", "403"), path
 
 
@@ -617,31 +594,9 @@ def test_a_port_that_is_taken(port):
 @pytest.mark.parametrize(
     "host",
     [
-        *(
-            "",
-            " ",
-            "a b",
-            "0",
-            "1.2",
-            "127.1",
-            "0x7f000001",
-            "256.0.0.1",
-            "1.2.3.4.5",
-            "[::1]",
-            "::1%lo",
-            "::x",
-        ),
-        *(
-            "127.0.0.1:80",
-            "http://localhost",
-            "localhost/x",
-            "x@localhost",
-            "<broadcast>",
-            "*",
-            "-x",
-            "a..b",
-            ".",
-        ),
+        *("", " ", "a b", "0", "1.2", "127.1", "0x7f000001", "256.0.0.1", "1.2.3.4.5"),
+        *("[::1]", "::1%lo", "::x", "*", "-x", "a..b", ".", "<broadcast>"),
+        *("127.0.0.1:80", "http://localhost", "localhost/x", "x@localhost"),
         *("localhost\n", "\x00", "\ud800", "é" * 300, "a" * 64, "a." * 200 + "a"),
     ],
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from declaring import declaring
+from playing import looked, swarm_at
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live import timeline
@@ -92,8 +93,7 @@ def test_the_outlook_is_what_the_run_does(world, tmp_path):
     while not outlook.look(0.02):
         pass
     assert outlook.decision_step == expected.decision_step[0]
-    end = Swarm(scenario, 1)
-    end.advance(last)
+    end = swarm_at(last, scenario, 1)
     stopped = [each for each in range(20) if not end.robot(each).flags >> FLAGS.index("working") & 1]
     assert bool(stopped) == bool(scenario.faults.stopped)
     for robot in (3, 11, *stopped[:2]):
@@ -113,9 +113,7 @@ def test_the_outlook_is_what_the_run_does(world, tmp_path):
 def test_the_outlook_ends_with_the_run_however_many_changes():
     scenario = Scenario(run={"steps": 30_000}, decision={"exploration": 1.0, "gain": 1.0})
     outlook = Outlook(Swarm(scenario, 1), 30_000)
-    outlook.follow(0)
-    while not outlook.look(1.0):
-        pass
-    assert len(outlook.to_dict(0)["changes"]) == CHANGES_LIMIT
+    changes = looked(outlook, 0)["changes"]
+    assert len(changes) == CHANGES_LIMIT
     assert outlook.decision_step >= 0
-    assert np.all(np.diff([step for step, _ in outlook.to_dict(0)["changes"]]) > 0)
+    assert np.all(np.diff([step for step, _ in changes]) > 0)

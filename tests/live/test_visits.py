@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from visiting import step_of
+from visiting import press, step_of
 from waiting import drawn, eventually
 
 from feasibee import Scenario, decision_counts, simulate, wilson
@@ -51,13 +51,9 @@ def test_it_plays_by_itself_and_by_keys(visit, file):
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
     drawn(page, 10)  # it comes to the next step, a third of a step each time it is drawn
     there = step_of(page)
-    page.keyboard.press(".")
-    expect(page.locator("#now")).to_have_text(str(there + 1))
+    press(page, (".", there + 1))
     page.keyboard.press("ArrowLeft")
-    page.keyboard.press(",")
-    expect(page.locator("#now")).to_have_text(str(there - 1))
-    page.keyboard.press("r")
-    expect(page.locator("#now")).to_have_text("0")
+    press(page, (",", there - 1), ("r", 0))
     page.keyboard.press("+")
     expect(page.locator("#speed")).to_have_text("30 steps / s")
     page.keyboard.press("g")

@@ -7,6 +7,7 @@ import re
 import sys
 
 import pytest
+from playing import swarm_at
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.catalogue import Catalogue
@@ -33,8 +34,7 @@ def asked(monkeypatch):
 
 
 def frame_at(step, seed=3, run=5):
-    swarm = Swarm(SCENARIO, seed, run)
-    swarm.advance(step)
+    swarm = swarm_at(step, SCENARIO, seed, run)
     return encode_frame(swarm, 0, step + 1)
 
 

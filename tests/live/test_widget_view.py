@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from declaring import declaring
 from PIL import Image
+from playing import swarm_at
 from waiting import eventually, expect_rest
 
-from feasibee import Scenario, Swarm, simulate
+from feasibee import Scenario, simulate
 from feasibee.live.widget import Arena
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
@@ -157,8 +158,7 @@ def test_it_plays_to_the_end_and_says_what_simulate_says(show):
 @pytest.mark.slow
 def test_declarations_are_counted_if_robots_declare(show, tmp_path):
     scenario = declaring(tmp_path, quiet=20.0, tasks={"count": 21}, run={"steps": 60})
-    swarm = Swarm(scenario, 3)
-    swarm.advance(60)
+    swarm = swarm_at(60, scenario, 3)
     arena = Arena(scenario, seed=3)
     arena.step = 60
     page = show(arena)

@@ -19,6 +19,19 @@ def at(page, step):
     expect(page.locator("#seek")).to_have_value(str(step))
 
 
+def seek(page, step):
+    """Move the slider to a step, and wait until the page shows it."""
+    page.locator("#seek").fill(str(step))
+    at(page, step)
+
+
+def press(page, *keys):
+    """Press keys, each given with the step that the page then shows."""
+    for key, step in keys:
+        page.keyboard.press(key)
+        at(page, step)
+
+
 def play_to_the_end(page):
     """Play fast, until time stops."""
     while page.locator("#speed").inner_text() != "3,000 steps / s":
