@@ -173,7 +173,7 @@ def shared_processes():
 
 
 @pytest.mark.slow
-@each_kind
+@pytest.mark.parametrize("study", ["paper", "robustness", "comparison", "sizing", "tuning"])
 def test_processes_give_the_same_bytes(undisturbed, shared_processes, study):
     assert STUDIES[study](Execution(pool=shared_processes)) == undisturbed(study)[0]
 

@@ -176,15 +176,12 @@ def test_robots_with_given_places_cant_vary():
         size(scenario, rule=RULE)
 
 
-def test_a_ladder_goes_from_a_fifth_to_five_times_a_value():
+def test_a_ladder_goes_from_a_fifth_to_five_times_a_value_or_to_where_the_scenario_is_invalid():
     path, values = ladder(Scenario(), "radio.range")
     assert path == "radio.range"
     assert values[0] == pytest.approx(0.4)
     assert values[-1] == 10.0
     assert values == sorted(values)
-
-
-def test_a_ladder_ends_where_the_scenario_is_invalid():
     scenario = Scenario(sensing={"range": 4.0})
     path, values = ladder(scenario, "sensing.range")
     assert 9.0 < values[-1] <= 10.0  # a longer range would reach round the torus

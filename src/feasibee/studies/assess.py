@@ -83,12 +83,13 @@ class _Assessing:
 
     def assessment(self) -> Assessment:
         scenario = self.scenario
-        others, changed = _other_strategies(scenario), changes_of(scenario)
+        others, changed = suitable(scenario)[0], changes_of(scenario)
+        others.pop(scenario.decision.strategy, None)
         outcomes = self._outcomes({AS_IT_IS: scenario, **changed, **others})
         base = outcomes[AS_IT_IS]
         strategies = _trials(others, outcomes, base)
-        better = {trial.name: others[trial.name] for trial in strategies if trial.difference.low > 0}
-        opposite = self._outcomes(_turned({AS_IT_IS: scenario, **better}))
+        gaining = [each.outcome.contender for each in strategies if each.difference.low > 0]
+        opposite = self._outcomes(_turned({AS_IT_IS: scenario, **{name: others[name] for name in gaining}}))
         recommendation, recommended = self._recommended()
         rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
         chosen = None if recommended is None else recommended.scenario
@@ -100,7 +101,7 @@ class _Assessing:
             asked=asked_of(scenario, self.seed),
             sizing=self._sizing(rule),
             limits=_trials(changed, outcomes, base),
-            strategies=[replace(trial, opposite=opposite.get(trial.name)) for trial in strategies],
+            strategies=[replace(each, opposite=opposite.get(each.outcome.contender)) for each in strategies],
             opposite=opposite.get(AS_IT_IS),
             recommendation=recommendation,
             recommended=recommended,
@@ -135,10 +136,9 @@ class _Assessing:
 
     def _faults(self, chosen: Scenario) -> list[Trial]:
         """Return what single faults do to a swarm, compared with the same swarm without them."""
-        kinds = {AS_IT_IS: chosen, **faults_of(chosen)}
-        outcomes = self._outcomes(kinds)
+        outcomes = self._outcomes({AS_IT_IS: chosen, **faults_of(chosen)})
         base = outcomes.pop(AS_IT_IS)
-        return [Trial(name, each, difference(each, base)) for name, each in outcomes.items()]
+        return [Trial(each, difference(each, base)) for each in outcomes.values()]
 
 
 def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:
@@ -148,15 +148,8 @@ def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:
 
 
 def _trials(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Outcome) -> list[Trial]:
-    trials = [Trial(name, outcomes[name], difference(outcomes[name], base)) for name in names]
+    trials = [Trial(outcomes[name], difference(outcomes[name], base)) for name in names]
     return sorted(trials, key=lambda trial: (-trial.difference.estimate, trial.outcome.bits.mean()))
-
-
-def _other_strategies(scenario: Scenario) -> dict[str, Scenario]:
-    """Return the scenario with each other strategy that it supports."""
-    others, _ = suitable(scenario)
-    others.pop(scenario.decision.strategy, None)
-    return others
 
 
 def changes_of(scenario: Scenario) -> dict[str, Scenario]:

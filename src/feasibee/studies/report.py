@@ -46,10 +46,8 @@ SIGNS: Final = {READY: ("green", "●"), UNCERTAIN: ("amber", "▲"), NOT_READY:
 class Trial:
     """A changed scenario, simulated on the same worlds."""
 
-    name: str
-    """Name of the change."""
     outcome: Outcome
-    """Outcome of its runs."""
+    """Outcome of its runs; its contender is the name of the change."""
     difference: Interval
     """Share of swarms that are right at the end, less that share without the change; in a world that changes,
     share of steps."""
@@ -124,7 +122,8 @@ class Assessment:
         return [
             trial
             for trial in self.strategies
-            if trial.difference.low > 0 and not _is_worse(trial.opposite, self.opposite)
+            if trial.difference.low > 0
+            and not (trial.opposite and self.opposite and difference(trial.opposite, self.opposite).high < 0)
         ]
 
     @property
@@ -180,7 +179,7 @@ class Assessment:
 
     def _as_dict(self, trial: Trial) -> dict[str, Any]:
         return {
-            "name": trial.name,
+            "name": trial.outcome.contender,
             "right": trial.outcome.accuracy._asdict(),
             "difference": trial.difference._asdict(),
             "right_from_step": wait_for(trial.outcome, self.target),
@@ -190,21 +189,21 @@ class Assessment:
         }
 
 
-def _is_worse(one: Outcome | None, other: Outcome | None) -> bool:
-    return one is not None and other is not None and difference(one, other).high < 0
-
-
 def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
     return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}
 
 
 def sections(assessment: Assessment) -> dict[str, list[str]]:
     """Return an assessment in words: the lines of each section, by its title."""
+    sizing = assessment.sizing
+    sized = [] if sizing is None else sentences(sizing)
+    if sizing is not None and sizing.band:
+        sized += bias_in_words(sizing.band, assessment.scenario)
     found = {
         "Verdict": [verdict_sentence(assessment)],
         "Recommended": _recommended(assessment),
         "What to expect": _expected(assessment),
-        "How many robots, for how many tasks": _sized(assessment),
+        "How many robots, for how many tasks": sized,
         "What is asked of the robots": _asked(assessment),
         "If something fails": _faults(assessment),
         "What would help": _changes(assessment),
@@ -299,13 +298,6 @@ def _tracking(outcome: Outcome, scenario: Scenario) -> list[str]:
     ]
 
 
-def _sized(assessment: Assessment) -> list[str]:
-    sizing = assessment.sizing
-    if sizing is None:
-        return []
-    return sentences(sizing) + (bias_in_words(sizing.band, assessment.scenario) if sizing.band else [])
-
-
 def bias_in_words(band: Band, scenario: Scenario) -> list[str]:
     """Return how often a swarm is right on both sides of the truth, and why one is harder, if it is."""
     robots = scenario.robots.count
@@ -378,7 +370,10 @@ def _recommended(assessment: Assessment) -> list[str]:
 def _best_tracker(assessment: Assessment) -> list[str]:
     """Return the strategy that is right in most steps of a world that changes."""
     own = assessment.scenario.decision.strategy
-    tried = {own: assessment.outcome, **{trial.name: trial.outcome for trial in assessment.strategies}}
+    tried = {
+        own: assessment.outcome,
+        **{trial.outcome.contender: trial.outcome for trial in assessment.strategies},
+    }
     name = max(tried, key=lambda each: tried[each].judged.estimate)
     same = " (as it is)" if name == own else ""
     found = tried[name]
@@ -393,14 +388,14 @@ def _faults(assessment: Assessment) -> list[str]:
     chosen = assessment.scenario if assessment.recommended is None else assessment.recommended.scenario
     name = chosen.decision.strategy
     return [
-        f"{name}, {trial.name}: {_right(trial.outcome)}, {_gain(trial.difference)}."
+        f"{name}, {trial.outcome.contender}: {_right(trial.outcome)}, {_gain(trial.difference)}."
         for trial in assessment.faults
     ]
 
 
 def _changes(assessment: Assessment) -> list[str]:
     helps = [trial for trial in assessment.limits if trial.difference.low > 0]
-    lines = [f"{trial.name}: {points(trial.difference)}." for trial in helps]
+    lines = [f"{trial.outcome.contender}: {points(trial.difference)}." for trial in helps]
     if not helps:
         lines = ["None of the tried changes makes the swarm right significantly more often."]
     better = _chosen(assessment.better)
@@ -410,7 +405,7 @@ def _changes(assessment: Assessment) -> list[str]:
 def _strategy_in_words(trial: Trial, target: float) -> str:
     step, other = wait_for(trial.outcome, target), trial.opposite
     return (
-        f"strategy {trial.name}: {points(trial.difference)}, "
+        f"strategy {trial.outcome.contender}: {points(trial.difference)}, "
         f"{trial.outcome.bits.mean():.3g} bits per robot-step"
         + ("" if step is None else f", {100 * target:g} % right from step {step}")
         + ("" if other is None else f", {percent(other.accuracy)} right with {other.tasks} tasks")
@@ -452,12 +447,17 @@ def table_of(title: str, trials: Sequence[Trial]) -> str:
             percent(trial.outcome.judged)
         ),
         "difference": lambda trial: points(trial.difference),
-        **{f"right with {tasks} tasks": _opposite_share for tasks in turned},
+        **{
+            f"right with {tasks} tasks": lambda trial: (
+                percent(trial.opposite.accuracy) if trial.opposite else ""
+            )
+            for tasks in turned
+        },
         "bits": lambda trial: f"{trial.outcome.bits.mean():.3g}",
     }
     head = "".join(f'<th scope="col">{name}</th>' for name in ("", *columns))
     rows = "".join(
-        f'<tr><th scope="row">{html.escape(trial.name)}</th>'
+        f'<tr><th scope="row">{html.escape(trial.outcome.contender)}</th>'
         f"{''.join(f'<td>{shown(trial)}</td>' for shown in columns.values())}</tr>"
         for trial in trials
     )
@@ -476,10 +476,6 @@ def excluded_as_html(excluded: Mapping[str, str]) -> str:
 def _framed(title: str, table: str) -> str:
     label = html.escape(title, quote=True)
     return f'<h2>{label}</h2><div class="wide" tabindex="0" role="region" aria-label="{label}">{table}</div>'
-
-
-def _opposite_share(trial: Trial) -> str:
-    return percent(trial.opposite.accuracy) if trial.opposite else ""
 
 
 OWN = "this swarm"
@@ -556,7 +552,7 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
     keep = [OWN] if recommended is None else [OWN, recommended.strategy]
     outcomes = {
         OWN: assessment.outcome,
-        **{trial.name: trial.outcome for trial in assessment.strategies},
+        **{trial.outcome.contender: trial.outcome for trial in assessment.strategies},
     }
     if assessment.outcome.tracking is not None:
         for name, drawn in tracking_figures(outcomes).items():
@@ -578,7 +574,9 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
 
 def _best_in_words(assessment: Assessment) -> str:
     """Return the shares at the end of this swarm and of the best other strategies, in words."""
-    best = [f"{trial.name} {percent(trial.outcome.judged)}" for trial in assessment.strategies[:4]]
+    best = [
+        f"{trial.outcome.contender} {percent(trial.outcome.judged)}" for trial in assessment.strategies[:4]
+    ]
     when = "At the end" if assessment.outcome.tracking is None else "Of the steps"
     return f"{when}: {OWN} {percent(assessment.outcome.judged)}; {'; '.join(best)}."
 
