@@ -8,12 +8,7 @@
 
 #include "feasibee.h"
 
-static const struct feasibee_strategy *const strategies[] = {
-    &feasibee_dmmd,       &feasibee_dmvd,             &feasibee_dc,
-    &feasibee_voter,      &feasibee_majority,         &feasibee_k_unanimity,
-    &feasibee_bayes,      &feasibee_cross_inhibition, &feasibee_accumulate,
-    &feasibee_average,    &feasibee_mixture,
-};
+static const struct feasibee_strategy *const strategies[] = {STRATEGIES};
 
 struct draws {
     uint32_t word;

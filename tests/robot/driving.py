@@ -14,14 +14,14 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.sizes import names_in_c
 from feasibee.robot import Controller, Declare, Message, Settings
 from feasibee.robot.firmware import header
 from feasibee.strategies import STRATEGIES
 
 HERE = Path(__file__).parent
-NAMES = ["dmmd", "dmvd", "dc", "voter", "majority", "k-unanimity", "bayes", "cross-inhibition"]
-NAMES += ["accumulate", "average", "mixture"]
-"""Strategies in the order of drive.c."""
+NAMES = names_in_c(knowledge=False)
+"""Strategies of drive.c."""
 STRICT = [
     *("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion"),
     *("-Wshadow", "-Wcast-qual", "-Wundef", "-Werror"),
@@ -83,6 +83,15 @@ def compiled(folder, source, *options, command=None, name="program"):
             subprocess.run([*command, "-I", shared, HERE / source, "-o", unfinished, "-lm"], check=True)
             unfinished.rename(out)
     return out
+
+
+def program(folder, source, names, *options, without=(), **how):
+    """Return a C file of this folder as a program with some strategies, NULL for those ``without``."""
+    macros = [
+        "-DSTRATEGIES=" + ", ".join("NULL" if name in without else f"&{constant(name)}" for name in names),
+        "-DNAMES=" + ", ".join(f'"{name}"' for name in names),
+    ]
+    return compiled(folder, source, *options, *macros, **how)
 
 
 @dataclasses.dataclass
@@ -171,6 +180,23 @@ class Episode:
         return [state(robot, draws, *each) for each in zip(self.sights, self.messages, strict=True)]
 
 
+def mutated(frame, rng):
+    """Return a frame that is damaged in one of several ways."""
+    kind, place = rng.randrange(6), rng.randrange(len(frame))
+    if kind == 0:  # one flipped bit
+        return frame[:place] + bytes([frame[place] ^ 1 << rng.randrange(8)]) + frame[place + 1 :]
+    if kind == 1:
+        return frame[:place]
+    if kind == 2:
+        return frame[:place] + rng.randbytes(rng.randint(1, 8)) + frame[place:]
+    if kind == 3:
+        return frame[:place] + frame[place + 1 :]
+    if kind == 4:
+        return rng.randbytes(rng.randrange(2 * len(frame)))
+    noise = rng.randbytes(rng.randint(1, len(frame) - place))
+    return frame[:place] + noise + frame[place + len(noise) :]
+
+
 class Draws:
     """The random draws of the programs in C: xorshift with 32 bits (Marsaglia 2003)."""
 
@@ -236,13 +262,6 @@ def exact_dc():
     return dataclasses.replace(STRATEGIES["dc"], decide=decide, value=value)
 
 
-def batches(strategy, steps, length=500, most=20):
-    """Yield lists of episodes, of so many steps in all."""
-    for first in range(0, steps // length, most):
-        last = min(first + most, steps // length)
-        yield [Episode(strategy, seed, length) for seed in range(first, last)]
-
-
 def answers(command, stream):
     """Return what a program writes, given a stream."""
     return subprocess.run(command, input=stream, capture_output=True, check=True).stdout
@@ -250,10 +269,11 @@ def answers(command, stream):
 
 def assert_same(command, strategy, steps, whole_numbers=False):
     """Compare what a program and the controller in Python do in random episodes, step by step."""
-    for episodes in batches(strategy, steps):
+    for seed in range(0, steps // 500, 20):
+        episodes = [Episode(strategy, each, 500) for each in range(seed, min(seed + 20, steps // 500))]
         got = answers(command, b"".join(episode.stream() for episode in episodes))
         expected = [state for episode in episodes for state in episode.states(whole_numbers)]
-        assert_equal(got, b"".join(expected), STATE, (strategy, episodes[0].seed))
+        assert_equal(got, b"".join(expected), STATE, (strategy, seed))
 
 
 def assert_equal(got, expected, state, where):

@@ -16,7 +16,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
-from tests.robot.driving import Draws, assert_equal, compiled, constant
+from tests.robot.driving import Draws, assert_equal
 
 NAMES = strategies_in_c()
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
@@ -59,15 +59,6 @@ EXACT = {"quiet": [20.0, 33.5], "arrivals": [0.0]}
 RULE = Declare(Fraction(9, 10), 2, 3)
 FIRST_STEPS = [0, 0, 3, 4_000, 100_000]
 """Steps that have passed when a robot begins."""
-
-
-def program(folder, source, *options, without=()):
-    """Return a C file of this folder as a program, ``without`` some strategies; or skip."""
-    macros = [
-        "-DSTRATEGIES=" + ", ".join("NULL" if name in without else f"&{constant(name)}" for name in NAMES),
-        "-DNAMES=" + ", ".join(f'"{name}"' for name in NAMES),
-    ]
-    return compiled(folder, source, *options, *macros)
 
 
 def forged(frame, number, draw):

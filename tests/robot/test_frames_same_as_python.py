@@ -14,8 +14,8 @@ from feasibee.robot import Message, Wire, WireError
 from feasibee.robot.firmware import header
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
-from tests.robot.driving import SANITIZED, built
-from tests.robot.swarms import NAMES, Episode, program, setting_bytes
+from tests.robot.driving import SANITIZED, built, mutated, program
+from tests.robot.swarms import NAMES, Episode, setting_bytes
 
 WORDS = 4096
 """FEASIBEE_MESSAGE_WORDS of stream.h."""
@@ -41,7 +41,7 @@ void get(const struct feasibee_wire *wire, struct feasibee_robot *robot, const u
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory):
-    return program(tmp_path_factory.mktemp("frames"), "frames.c", "-DFEASIBEE_DOUBLE", *SANITIZED)
+    return program(tmp_path_factory.mktemp("frames"), "frames.c", NAMES, "-DFEASIBEE_DOUBLE", *SANITIZED)
 
 
 def opinions(name, draw):
@@ -68,18 +68,9 @@ def knowledge(name, seed):
 
 
 def damaged(frame, draw):
-    """Return a damaged frame; every other has a checksum that fits."""
-    body = bytearray(frame[:-4] if draw.random() < 0.5 else frame)
-    kind, place = draw.randrange(4), draw.randrange(max(1, len(body)))
-    if kind == 0 and body:
-        body[place] ^= 1 << draw.randrange(8)
-    elif kind == 1:
-        del body[place:]
-    elif kind == 2:
-        body[place:place] = draw.randbytes(draw.randint(1, 5))
-    else:
-        body[max(3, place) :] = draw.randbytes(draw.randint(0, 9))
-    return bytes(body) if draw.random() < 0.3 else bytes(body) + crc32(body).to_bytes(4, "big")
+    """Return a damaged frame; most have a checksum that fits."""
+    body = mutated(draw.choice([frame, frame[:-4] or frame]), draw)
+    return body if draw.random() < 0.3 else body + crc32(body).to_bytes(4, "big")
 
 
 def answer(wire, frame):

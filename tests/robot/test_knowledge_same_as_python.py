@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from feasibee.strategies import STRATEGIES
-from tests.robot.driving import SANITIZED
-from tests.robot.swarms import KNOWLEDGE, assert_same, program
+from tests.robot.driving import SANITIZED, program
+from tests.robot.swarms import KNOWLEDGE, NAMES, assert_same
 
 IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges}
 """Strategies that exist with FEASIBEE_DOUBLE only."""
@@ -16,12 +16,12 @@ MANY = pytest.param(30_000, marks=pytest.mark.slow)
 
 @pytest.fixture(scope="module")
 def swarm(tmp_path_factory):
-    return program(tmp_path_factory.mktemp("swarm"), "swarm.c", "-DFEASIBEE_DOUBLE", *SANITIZED)
+    return program(tmp_path_factory.mktemp("swarm"), "swarm.c", NAMES, "-DFEASIBEE_DOUBLE", *SANITIZED)
 
 
 @pytest.fixture(scope="module")
 def in_whole_numbers(tmp_path_factory):
-    return program(tmp_path_factory.mktemp("whole"), "swarm.c", *SANITIZED, without=IN_DOUBLE)
+    return program(tmp_path_factory.mktemp("whole"), "swarm.c", NAMES, *SANITIZED, without=IN_DOUBLE)
 
 
 RARE = [

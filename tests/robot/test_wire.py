@@ -16,6 +16,7 @@ from feasibee.robot.wire import OVERHEAD, BitReader, BitWriter
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, roster
 from feasibee.strategies.contract import Me, Thing
+from tests.robot.driving import mutated
 
 RULE = {"quorum": 0.6, "rounds": 1}
 CLASSES = {
@@ -280,23 +281,6 @@ def test_a_robot_whose_id_is_no_robots_is_rejected(name, declares):
 
 
 # --- Damaged frames ---
-
-
-def mutated(frame, rng):
-    """Return a frame that is damaged in one of several ways."""
-    kind, place = rng.randrange(6), rng.randrange(len(frame))
-    if kind == 0:  # one flipped bit
-        return frame[:place] + bytes([frame[place] ^ 1 << rng.randrange(8)]) + frame[place + 1 :]
-    if kind == 1:
-        return frame[:place]
-    if kind == 2:
-        return frame[:place] + rng.randbytes(rng.randint(1, 8)) + frame[place:]
-    if kind == 3:
-        return frame[:place] + frame[place + 1 :]
-    if kind == 4:
-        return rng.randbytes(rng.randrange(2 * len(frame)))
-    noise = rng.randbytes(rng.randint(1, len(frame) - place))
-    return frame[:place] + noise + frame[place + len(noise) :]
 
 
 def test_a_frame_with_two_different_ids_is_rejected():
