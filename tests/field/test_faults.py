@@ -77,17 +77,10 @@ def test_robots_that_dont_join_are_named(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("kind", "text"),
-    [
-        ("kill", "3"),
-        ("kill", "@5"),
-        ("kill", "0@5"),
-        ("kill", "3@5:2s"),
-        ("partition", "5x@1"),
-        ("pause", "1@x"),
-    ],
+    "option", ["kill 3", "kill @5", "kill 0@5", "kill 3@5:2s", "partition 5x@1", "pause 1@x"]
 )
-def test_an_invalid_fault_is_an_error(kind, text):
+def test_an_invalid_fault_is_an_error(option):
+    kind, text = option.split()
     with pytest.raises(FeasibeeError, match=f"^--{kind} .*(must|such)"):
         parse_fault(kind, text, 10.0)
 

@@ -37,24 +37,19 @@ def roll_call(tmp_path, text):
     return load(str(path))
 
 
-def test_a_users_knowledge_without_pack_goes_as_plain_words(tmp_path):
-    strategy = roll_call(tmp_path, "")
-    setting = setting_from((3, 2), (0, 0), False, None, ())
-    wire = Wire(strategy, 2, setting=setting)
-    message = Message(1, knowledge=(1, 0, 1, 0, -5))
-    assert not wire.is_exact
-    assert wire.bits(2, message) == 2 + 1 + 5 * 32
-    assert wire.decode(wire.encode(2, message)) == (2, message)
-
-
-def test_a_users_pack_makes_it_exact(tmp_path):
-    strategy = roll_call(tmp_path, BYTES)
-    setting = setting_from((3, 2), (0, 0), False, None, ())
-    wire = Wire(strategy, 2, setting=setting)
-    message = Message(-1, knowledge=(1, 0, 1, 0, 1))
-    assert wire.is_exact
-    assert wire.bits(2, message) == 2 * 3 + 33 + 2
-    assert wire.decode(wire.encode(2, message)) == (-1, message)
+@pytest.mark.parametrize(
+    ("text", "message", "bits", "sender"),
+    [
+        ("", Message(1, knowledge=(1, 0, 1, 0, -5)), 2 + 1 + 5 * 32, 2),
+        (BYTES, Message(-1, knowledge=(1, 0, 1, 0, 1)), 2 * 3 + 33 + 2, -1),
+    ],
+    ids=["plain words", "packed"],
+)
+def test_a_users_pack_makes_frames_exact(text, message, bits, sender, tmp_path):
+    wire = Wire(roll_call(tmp_path, text), 2, setting=setting_from((3, 2), (0, 0), False, None, ()))
+    assert wire.is_exact == bool(text)
+    assert wire.bits(2, message) == bits
+    assert wire.decode(wire.encode(2, message)) == (sender, message)
     with pytest.raises(WireError):
         wire.decode(wire.encode(2, message)[:-1])
 

@@ -250,16 +250,10 @@ def header(name, id_bits=5, tasks=5, classes=(0, 0), knows_count=True, **paramet
 
 
 def test_a_setting_and_parameters_tell_swarms_apart():
-    found = [header("turns", **{name: value}) for name, value in (("name_bits", 19.0), ("tolerates", 1.0))]
-    found += [
-        header("turns"),
-        header("turns", looks=2.0),
-        header("turns", quiet=100.5),
-        header("turns", quiet=100.0),
-    ]
-    found += [header("census"), header("census", id_bits=6), header("census", tasks=50)]
-    found += [header("census", classes=(2, 0)), header("census", classes=(0, 2))]
-    found += [header("census", knows_count=False)]
+    turns = [{"name_bits": 19.0}, {"tolerates": 1.0}, {}, {"looks": 2.0}, {"quiet": 100.5}, {"quiet": 100.0}]
+    census = [{}, {"id_bits": 6}, {"tasks": 50}, {"classes": (2, 0)}, {"classes": (0, 2)}]
+    found = [header("turns", **each) for each in turns]
+    found += [header("census", **each) for each in [*census, {"knows_count": False}]]
     assert len(set(found)) == len(found)
     assert header("turns") == header("turns", looks=1.0) == header("turns", looks=1 + 0.9 / 65536)  # as in C
 
@@ -271,23 +265,26 @@ def test_the_text_of_a_strategy_tells_swarms_apart_and_not_the_name_of_its_file(
     assert first == third != second
 
 
-@pytest.mark.parametrize(("name", "declares"), [("totals", False), ("tally", True)])
-def test_a_robot_whose_id_is_no_robots_is_rejected(name, declares):
+def encoded(name, declares, sender):
+    """Return a wire of 20 robots with ids of 5 bits, and a frame without knowledge."""
     setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES[name].parameters.values())
     wire = Wire(STRATEGIES[name], 5, declares=declares, setting=setting)
-    words = STRATEGIES[name].row_lengths(setting)[1]
+    words = (0,) * STRATEGIES[name].row_lengths(setting)[1]
+    return wire, wire.encode(sender, Message(1 if declares else -1, knowledge=words))
+
+
+@pytest.mark.parametrize(("name", "declares"), [("totals", False), ("tally", True)])
+def test_a_robot_whose_id_is_no_robots_is_rejected(name, declares):
+    wire, frame = encoded(name, declares, 20)
     with pytest.raises(WireError, match="has a number out of range"):
-        wire.decode(wire.encode(20, Message(1 if declares else -1, knowledge=(0,) * words)))
+        wire.decode(frame)
 
 
 # --- Damaged frames ---
 
 
 def test_a_frame_with_two_different_ids_is_rejected():
-    setting = setting_from((20, 5), (0, 0), False, None, STRATEGIES["totals"].parameters.values())
-    wire = Wire(STRATEGIES["totals"], 5, declares=True, setting=setting)
-    words = STRATEGIES["totals"].row_lengths(setting)[1]
-    frame = wire.encode(1, Message(1, knowledge=(0,) * words))
+    wire, frame = encoded("totals", True, 1)
     assert wire.decode(frame).sender == 1
     with pytest.raises(WireError, match="has two different ids"):
         wire.decode(sealed(frame[:3] + bytes([frame[3] ^ 0x80]) + frame[4:-4]))  # the first id is now 17
