@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from test_equivalence import assert_equal
 
-from feasibee import Scenario, ScenarioError, Swarm, reference
+from feasibee import Scenario, ScenarioError, reference
 from feasibee.results.statistics import wilson
 from feasibee.strategies import STRATEGIES
 
@@ -106,9 +106,3 @@ def test_a_strategy_that_has_no_names_of_tasks_refuses_wrong_ones(name):
     (problem,) = caught.value.problems
     assert (problem.path, problem.value) == ("sensing.misname", 0.1)
     assert "name" in problem.rule
-
-
-def test_wrong_names_are_for_the_general_engine_and_change_nothing_at_rate_0():
-    scenario = Scenario().replace({**NAMING["quiet-census"], "run.steps": 50})
-    assert scenario == scenario.replace({"sensing.misname": 0.0})
-    assert Swarm(scenario.replace({"sensing.misname": 0.5}), seed=1).step == 0
