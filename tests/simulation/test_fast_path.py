@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 from feasibee import Scenario
 from feasibee.engine import runner
@@ -28,8 +29,9 @@ GENERAL_ONLY = {
 def changed(path, value):
     """Return the default scenario with another value in this field alone, whether or not that is valid."""
     scenario, (section, key) = Scenario(), path.split(".")
+    given = TypeAdapter(SECTIONS[section].model_fields[key].annotation).validate_python(value)
     return scenario.model_copy(
-        update={section: getattr(scenario, section).model_copy(update={key: value})},
+        update={section: getattr(scenario, section).model_copy(update={key: given})},
     )
 
 
