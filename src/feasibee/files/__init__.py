@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import csv
 import os
+import re
 import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from feasibee.errors import LINE_LIMIT, FeasibeeError, one_line
@@ -77,24 +78,12 @@ def _text_of(path: Path, limit: int) -> tuple[str, str]:
 
 def lines_of(text: str) -> Iterator[str]:
     """Yield the lines of a text one by one; a list would take several times the text's memory."""
-    start = 0
-    while start < len(text):
-        end = text.find("\n", start) + 1 or len(text)
-        yield text[start:end]
-        start = end
+    return (line[0] for line in re.finditer(r"[^\n]*\n|[^\n]+", text))
 
 
 def why_not(error: OSError | ValueError) -> str:
     """Return why the system rejects a path; a ValueError is about a character in it, such as NUL."""
     return (error.strerror or str(error)) if isinstance(error, OSError) else "it can't be a file's name"
-
-
-def is_file(path: str | Path) -> bool:
-    """Return whether a path is a plain file; False for an invalid or overlong name."""
-    try:
-        return Path(path).is_file()
-    except (OSError, ValueError):
-        return False
 
 
 def named(path: str | Path) -> str:
@@ -117,9 +106,7 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     target, temporary = _beside(path)
     try:
         yield temporary
-        os.umask(
-            umask := os.umask(0)
-        )  # mkstemp's own permissions are more restrictive than those of new files
+        os.umask(umask := os.umask(0))  # mkstemp's own permissions are fewer than those of new files
         temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~umask)
         temporary.replace(target)
     except OSError as error:
@@ -173,7 +160,10 @@ def _beside(path: str | Path) -> tuple[Path, Path]:
     # The suffix is that of the link, if any: writers choose the format by the name that the user gave.
     target, suffix = Path(path), Path(path).suffix[-20:]
     try:
-        if _is_something_else(target):
+        is_plain = True
+        with suppress(FileNotFoundError):
+            is_plain = stat.S_ISREG(target.stat().st_mode)
+        if not is_plain:
             raise FeasibeeError(f"{named(target)}: isn't a plain file; name a new or a plain file")
         target = target.resolve() if target.is_symlink() else target
         handle, name = tempfile.mkstemp(suffix, f".{target.stem[:20]}-", target.parent)
@@ -182,14 +172,6 @@ def _beside(path: str | Path) -> tuple[Path, Path]:
         raise FeasibeeError(f"{named(target)}: can't be written: {why_not(error)}; {remedy}") from None
     os.close(handle)
     return target, Path(name)
-
-
-def _is_something_else(target: Path) -> bool:
-    """Return whether a path exists and isn't a plain file; raise an OSError for an invalid name."""
-    try:
-        return not stat.S_ISREG(target.stat().st_mode)
-    except FileNotFoundError:
-        return False
 
 
 def make_folder(path: str | Path) -> Path:

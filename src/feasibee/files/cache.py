@@ -7,6 +7,7 @@ import os
 import stat
 import sys
 import tempfile
+from contextlib import nullcontext, suppress
 from functools import cache
 from pathlib import Path
 from typing import Final
@@ -46,9 +47,7 @@ def own_folder(path: Path, mode: int = 0o700, setting: str = SETTING) -> Path:
         If the folder can't be created, belongs to another user than this one and root, or can be written by
         others.
     """
-    folder = Path(
-        os.path.realpath(path)
-    )  # checked and used is the link's target, even if the link changes later
+    folder = Path(os.path.realpath(path))  # the link's target, also if the link changes later
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         if not folder.is_dir():
@@ -103,21 +102,14 @@ def write_sealed(path: Path, data: bytes, mode: int = 0o600, setting: str = SETT
             with os.fdopen(handle, "wb") as file:
                 file.write(hashlib.sha256(data).digest() + data)
             Path(temporary).chmod(mode)
-            _replace(temporary, path)
+            # Windows can't replace a file while another process reads it. That file has the same content, or
+            # is damaged and will be detected again.
+            with suppress(PermissionError) if os.name == "nt" else nullcontext():
+                Path(temporary).replace(path)
         finally:
             Path(temporary).unlink(missing_ok=True)
     except OSError as error:
         raise _cant_be_written(path.parent, error, setting) from None
-
-
-def _replace(temporary: str, path: Path) -> None:
-    try:
-        Path(temporary).replace(path)
-    except PermissionError:
-        if os.name != "nt":
-            raise
-        # Windows can't replace a file while another process reads it. That file has the same content, or is
-        # damaged and will be detected again.
 
 
 def _check_owner(path: Path, found: os.stat_result, setting: str = SETTING) -> None:

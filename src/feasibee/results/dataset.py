@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import platform
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -14,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.files import RESULTS, atomic_write, check_output, is_file, write_csv
+from feasibee.files import RESULTS, atomic_write, check_output, write_csv
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 from feasibee.model.record import Record
@@ -161,7 +162,7 @@ def open_results(path: str | Path) -> xr.Dataset:
     FeasibeeError
         If the file is missing, isn't NetCDF saved by feasibee, or was changed or damaged since.
     """
-    if not is_file(path):
+    if not os.path.isfile(Path(path)):  # noqa: PTH113 - Path.is_file raises for a long name
         raise FeasibeeError(f"{path}: can't be read as NetCDF: it isn't a plain file; {SAVED}")
     import h5py
 
