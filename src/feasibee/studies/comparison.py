@@ -475,18 +475,15 @@ def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
         **dict(zip(("declare_step_median", "declare_step_p95"), steps, strict=True)),
     }
     if tracked is not None:
-        row |= columns("right_share", tracked.right_share)
-        row |= columns("detection_delay", tracked.detection_delay)
-        row |= {**columns("missed", tracked.missed), "changes": tracked.changes}
-        row |= columns("false_alarms", tracked.false_alarms)
+        row |= _fields_of("", tracked)
     if judged is not None:
-        row |= {**_service_columns("", judged.own), **_service_columns("oracle_", judged.oracle)}
-        row |= {"fixed_robots": judged.robots, **_service_columns("fixed_", judged.as_often)}
+        row |= {**_fields_of("", judged.own), **_fields_of("oracle_", judged.oracle)}
+        row |= {"fixed_robots": judged.robots, **_fields_of("fixed_", judged.as_often)}
     return row
 
 
-def _service_columns(whose: str, service: Service) -> dict[str, object]:
+def _fields_of(whose: str, found: Tracking | Service) -> dict[str, object]:
     row: dict[str, object] = {}
-    for name, found in service._asdict().items():
-        row |= columns(whose + name, found) if isinstance(found, Interval) else {whose + name: found}
+    for name, each in found._asdict().items():
+        row |= {whose + name: each} if isinstance(each, int | float) else columns(whose + name, each)
     return row

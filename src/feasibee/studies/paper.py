@@ -282,9 +282,17 @@ def write_study(folder: Path, points: Sequence[RatioSummary], seed: int) -> list
     """Check the claims; write them, the figures and their data."""
     claims = check_claims(points, seed)
     swarm = Swarm(Scenario(), seed)
-    _write_arena(folder, swarm)
+    with figure(3.6, 3.7) as (drawn, ax):
+        plot_arena(swarm, ax)
+    save_both(drawn, folder / "fig1_arena")
+    places = [("robot", swarm.positions), ("task", swarm.tasks)]
+    rows = [(kind, i, *place) for kind, group in places for i, place in enumerate(group.tolist(), start=1)]
+    write_csv(folder / "fig1_arena.csv", ("kind", "number", "x", "y"), rows)
     _write_opinions(folder, points)
-    _write_decisions(folder, points)
+    with figure(4.6, 2.8) as (drawn, ax):
+        plot_decisions([point.ratio for point in points], _by_decision(points), ax)
+    save_both(drawn, folder / "fig3_decisions")
+    write_table(folder / "fig3_decisions.csv", [_row(point, beyond=False) for point in points])
     about = {
         "runs_per_ratio": points[0].runs,
         "seed": seed,
@@ -294,15 +302,6 @@ def write_study(folder: Path, points: Sequence[RatioSummary], seed: int) -> list
     with atomic_write(folder / "claims.json") as path:
         path.write_text(json.dumps({**about, "claims": [asdict(claim) for claim in claims]}, indent=2) + "\n")
     return claims
-
-
-def _write_arena(folder: Path, swarm: Swarm) -> None:
-    with figure(3.6, 3.7) as (drawn, ax):
-        plot_arena(swarm, ax)
-    save_both(drawn, folder / "fig1_arena")
-    places = [("robot", swarm.positions), ("task", swarm.tasks)]
-    rows = [(kind, i, *place) for kind, group in places for i, place in enumerate(group.tolist(), start=1)]
-    write_csv(folder / "fig1_arena.csv", ("kind", "number", "x", "y"), rows)
 
 
 def _write_opinions(folder: Path, points: Sequence[RatioSummary]) -> None:
@@ -323,13 +322,6 @@ def _write_opinions(folder: Path, points: Sequence[RatioSummary]) -> None:
 def _colour(ratio: float) -> str:
     """Return the colour of the truth at a ratio; black at 1, where both answers are near."""
     return "black" if ratio == 1 else COLOURS["feasible" if ratio > 1 else "infeasible"]
-
-
-def _write_decisions(folder: Path, points: Sequence[RatioSummary]) -> None:
-    with figure(4.6, 2.8) as (drawn, ax):
-        plot_decisions([point.ratio for point in points], _by_decision(points), ax)
-    save_both(drawn, folder / "fig3_decisions")
-    write_table(folder / "fig3_decisions.csv", [_row(point, beyond=False) for point in points])
 
 
 def _by_decision(points: Sequence[RatioSummary]) -> dict[str, list[Interval]]:
