@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import json
+import sys
+
+import pytest
 
 from feasibee import Scenario
 from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field
 from feasibee.reference import play
 
+NEEDS_FORK = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
 MINE = """
 def quality(robots_seen, tasks_seen):
     return 0.6
@@ -58,6 +62,13 @@ def run(plan, folder, key="", follow=None, **options):
 def steps_of(folder):
     lines = [json.loads(line) for line in (folder / "world.jsonl").read_text().splitlines()]
     return [line for line in lines if "minds" in line]
+
+
+def change_line(log, at, **values):
+    """Change values in a line of a log; the first line is number 1."""
+    lines = log.read_text().splitlines()
+    lines[at - 1] = json.dumps({**json.loads(lines[at - 1]), **values})
+    log.write_text("\n".join(lines) + "\n")
 
 
 def opinions(steps):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import sys
 from threading import Thread
 
 import pytest
 from commands import invoke
-from fields import STREAMS, a_plan, opinions, run, simulated, small
+from fields import NEEDS_FORK, STREAMS, a_plan, opinions, run, simulated, small
 
 from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
@@ -16,7 +15,7 @@ from feasibee.field.robot import take_part
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
+pytestmark = NEEDS_FORK
 
 EVENTS = small(
     events=[{"step": 5, "robots": -3, "tasks": 3}, {"step": 12, "robots": 2, "tasks": -1}], steps=30

@@ -46,22 +46,23 @@ class Running:
         return self
 
     def others(self):
-        """Return the numbers of its other processes that haven't ended: world, nursery and robots."""
-        found = []
+        """Return its other processes that haven't ended, world, nursery and robots, with their parents."""
+        found = {}
         for path in Path("/proc").glob("[0-9]*/stat"):
             try:
                 number, rest = path.read_text().split(" ", 1)
             except OSError:
                 continue
-            state, _, _, session = rest.rpartition(")")[2].split()[:4]
+            state, parent, _, session = rest.rpartition(")")[2].split()[:4]
             if int(session) == self.process.pid != int(number) and state not in "ZX":
-                found.append(int(number))
+                found[int(number)] = int(parent)
         return found
 
     def nursery(self):
         """Return the number of the process that starts robots."""
+        ours = [number for number, parent in self.others().items() if parent == self.process.pid]
         (found,) = [
-            n for n in self.others() if b"field.robot" in command_of(n) and parent_of(n) == self.process.pid
+            number for number in ours if b"field.robot" in Path(f"/proc/{number}/cmdline").read_bytes()
         ]
         return found
 
@@ -70,7 +71,7 @@ class Running:
         limit = time.monotonic() + PATIENCE
         while (self.others() or any(self.folder.iterdir())) and time.monotonic() < limit:
             time.sleep(0.05)
-        return self.others() == [] and list(self.folder.iterdir()) == []
+        return not self.others() and list(self.folder.iterdir()) == []
 
     def end(self):
         """Kill what is left after a test that fails."""
@@ -80,14 +81,6 @@ class Running:
             except ProcessLookupError:
                 continue
         self.process.communicate()
-
-
-def command_of(number):
-    return Path(f"/proc/{number}/cmdline").read_bytes()
-
-
-def parent_of(number):
-    return int(Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[1])
 
 
 @pytest.fixture

@@ -7,13 +7,13 @@ import subprocess
 import sys
 
 import pytest
-from fields import MINE, a_plan, run, small
+from fields import MINE, NEEDS_FORK, a_plan, run, small
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.plan import Fault, parse_fault, parse_length, schedule
 from feasibee.field.replay import replay
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
+pytestmark = NEEDS_FORK
 BUSY = 3.0
 """Seconds of silence after which a robot is lost: none that only waits for a busy machine."""
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-
 import pytest
-from fields import MINE, STREAMS, a_plan, opinions, run, simulated, small, steps_of
+from fields import MINE, NEEDS_FORK, STREAMS, a_plan, opinions, run, simulated, small, steps_of
 from nets import play as play_in_memory
 
 from feasibee import Scenario
@@ -124,7 +122,7 @@ def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
     check_equal(scenario, tmp_path, play_in_memory(a_plan(scenario), tmp_path)[1])
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
+@NEEDS_FORK
 @pytest.mark.parametrize("own", [False, True])
 def test_a_field_of_sealed_packets_and_processes_equals_the_run(own, tmp_path):
     """What a user's strategy prints isn't taken for an answer of the process that starts robots."""
@@ -135,7 +133,7 @@ def test_a_field_of_sealed_packets_and_processes_equals_the_run(own, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
+@NEEDS_FORK
 def test_fifty_processes_over_300_steps_equal_the_run(tmp_path):
     scenario = Scenario().replace({"robots.count": 50, "run.steps": 300})
     check_equal(scenario, tmp_path, run(a_plan(scenario), tmp_path)[0])

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import pytest
 from commands import invoke, refused_in_a_line
-from fields import MINE, STREAMS, a_plan, run, small
+from fields import MINE, NEEDS_FORK, STREAMS, a_plan, change_line, run, small
 from nets import play
 from PIL import ImageColor
 from pixels import frames_of
@@ -19,7 +18,7 @@ from feasibee.field.recording import Recording
 from feasibee.figures.animation import animate, animate_field
 from feasibee.figures.frames import DRAWN, LIGHT, Painter
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
+pytestmark = NEEDS_FORK
 
 PLAIN = small(steps=80)
 WORLDS = {
@@ -60,9 +59,9 @@ def faulty(tmp_path_factory):
 
 def changed(folder, tmp_path, at, **fields):
     """Return a copy of a log with a changed line; the first line is number 1."""
-    lines = (folder / "world.jsonl").read_text().splitlines()
-    lines[at - 1] = json.dumps({**json.loads(lines[at - 1]), **fields})
-    (tmp_path / "world.jsonl").write_text("\n".join(lines) + "\n")
+    log = tmp_path / "world.jsonl"
+    log.write_text((folder / log.name).read_text())
+    change_line(log, at, **fields)
     return tmp_path
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import json
-import sys
 
 import pytest
 from commands import invoke, refused_in_a_line
-from fields import a_plan, small
+from fields import NEEDS_FORK, a_plan, change_line, small
 from nets import play
 
 from feasibee.errors import FeasibeeError
@@ -59,8 +58,7 @@ def test_a_log_of_a_killed_robot_replays_without_its_last_line(log):
 def test_a_changed_line_is_named(log, name, value, told):
     lines = log.read_text().splitlines()
     at = next(i for i, line in enumerate(lines) if i > 4 and not json.loads(line)["draws"])
-    lines[at] = json.dumps({**json.loads(lines[at]), name: value})
-    log.write_text("\n".join(lines) + "\n")
+    change_line(log, at + 1, **{name: value})
     with pytest.raises(FeasibeeError, match=rf"robot-1\.jsonl: line {at + 1}: .*{told}"):
         replay(log)
 
@@ -68,9 +66,7 @@ def test_a_changed_line_is_named(log, name, value, told):
 def test_a_log_never_says_which_file_to_run(log, tmp_path):
     bomb = tmp_path / "bomb.py"
     bomb.write_text("raise SystemExit('ran')")
-    lines = log.read_text().splitlines()
-    lines[0] = json.dumps({**json.loads(lines[0]), "strategy": str(bomb)})
-    log.write_text("\n".join(lines) + "\n")
+    change_line(log, 1, strategy=str(bomb))
     with pytest.raises(FeasibeeError, match="give --strategy FILE"):
         replay(log)
 
@@ -100,9 +96,8 @@ def test_a_real_robot_draws_new_numbers_at_each_start_unless_it_has_a_seed(tmp_p
     assert "leave out --seed" in told
 
 
+@NEEDS_FORK
 def test_a_field_leaves_no_logs_of_an_earlier_one_and_keeps_those_of_robots_that_come_later(tmp_path):
-    if sys.platform == "win32":
-        pytest.skip("feasibee launch needs fork")
     scenario = tmp_path / "more.toml"
     scenario.write_text("run.steps = 4\nrobots.count = 2\n[[events]]\nstep = 2\nrobots = 1\n")
     logs = tmp_path / "logs"
