@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from feasibee import Scenario, ScenarioError
+from feasibee import Scenario
 from feasibee.scenario.comments import commented_toml
 from feasibee.scenario.feasibility import explain_kinds
 from feasibee.scenario.scenario import surely_above
@@ -60,30 +60,6 @@ def test_a_poisson_number_is_hardly_ever_above_the_limit(mean):
     most = surely_above(mean)
     terms = [k * math.log(mean) - mean - math.lgamma(k + 1) for k in range(most + 1, most + 400)]
     assert np.exp(terms).sum() < 1e-12
-
-
-@pytest.mark.parametrize(
-    ("sections", "path"),
-    [
-        ({"events": [{"step": -1, "tasks": 1}]}, "events.0.step"),
-        ({"events": [{"tasks": 1}]}, "events.0.step"),
-        ({"events": [{"step": 5, "task": 3}]}, "events.0.task"),
-        ({"events": [{"step": 5, "radio": {"miss": 0.1}}]}, "events.0.radio.miss"),
-        ({"events": [{"step": 5, "radio": {"loss": 1.5}}]}, "events.0.radio.loss"),
-        ({"events": 3}, "events"),
-        ({"events": [3]}, "events.0"),
-        ({"robots": {"failure_rate": -0.1}}, "robots.failure_rate"),
-        ({"robots": {"failure_rate": 1e-12}}, "robots.failure_rate"),
-        ({"robots": {"arrival_rate": 11.0}}, "robots.arrival_rate"),
-        ({"tasks": {"lifetime": 0.0}}, "tasks.lifetime"),
-    ],
-)  # fmt: skip
-def test_a_wrong_change_is_one_problem_with_a_remedy(sections, path):
-    with pytest.raises(ScenarioError) as raised:
-        Scenario(**sections)
-    (problem,) = raised.value.problems
-    assert problem.path == path
-    assert problem.remedy
 
 
 def test_where_tasks_come_and_go_at_random_an_event_may_ask_for_more_than_there_are():

@@ -52,6 +52,7 @@ EDGES = {
         ({}, robots_of(1), robots_of(1) * 2, "robots.classes = 'a': is the name of two classes"),
     ],
     "robots.count": [
+        ({}, 1, 0, "must be ≥ 1"),
         (TWO_POINTS, 2, 3, "robots.points = '2 points': must be as many as robots, 3"),
         ({**BODIES, "arena.side": 16.0}, 256, 257, "must be at most 256, the number of discs that"),
         (by("census"), 10_000, 10**6, "decision.strategy = 'census': what 1000000 robots know"),
@@ -93,7 +94,8 @@ EDGES = {
         ({**TASKS_AT_POINTS, "events": [MORE]}, [[1, 1]], [], "tasks.points = '': must have a point"),
     ],
     "tasks.count": [
-        (UNIQUE, 2**17, 2**17 + 1, "sensing.observation = 'unique': needs 4.0 GiB for 131072 robots")
+        ({}, 0, -1, "must be ≥ 0"),
+        (UNIQUE, 2**17, 2**17 + 1, "sensing.observation = 'unique': needs 4.0 GiB for 131072 robots"),
     ],
     "faults.byzantine.count": [({}, 19, 20, "faults = '20 robots': must leave an honest robot that works")],
     "faults.stubborn.count": [({"faults.stopped": 0.5}, 10, 11, "faults = '21 robots': must be at most 20")],
@@ -112,6 +114,7 @@ EDGES = {
     ],
     "response.margin": [({}, 2, 3, "needs response.patience: without it, nobody responds")],
     "run.steps": [
+        ({}, 1, 0, "must be ≥ 1"),
         ({"events": [MORE]}, 5, 4, "events.0.step = 5: is after the end of a run, run.steps = 4"),
         ({"tasks.arrival_rate": 10.0}, 10**5, 10**7, "tasks.arrival_rate = 10.0: lets up to 10008"),
     ],
@@ -134,6 +137,7 @@ EDGES = {
         ({}, tasks_of(1), tasks_of(1) * 2, "tasks.classes = 'x': is the name of two classes"),
         (TASK_POINT, tasks_of(1), tasks_of(3), "tasks.points = '1 points': must be as many as tasks"),
     ],
+    "decision.threshold": [({}, 0.5, 0.49, "must be ≥ 0.5"), ({}, 0.9999, 1.0, "must be < 1")],
     "decision.inbox_size": [
         ({"decision.inbox": "every-message"}, None, 3, "limits the number of robots, but")
     ],
