@@ -162,6 +162,7 @@ TRIED = {
     "fading": [
         (JUDGED, "    return 2", JUDGE),
         (GAP, "0.5", "gap(", "returns 0.5; must be a whole number from -"),
+        (GAP, "None", "gap(", "returns None; must be a whole number from -"),
         (GAP, "-(2**53) - 1", "gap(", "must be a whole number from -"),
     ],
 }

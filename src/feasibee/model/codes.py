@@ -57,9 +57,9 @@ def exact(value: float) -> Fraction:
     return Fraction(repr(value))
 
 
-def is_whole(value: object, most: int) -> bool:
-    """Return whether a value is an int from 0 to ``most``, and not a bool."""
-    return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= most
+def is_whole(value: object, most: int, least: int = 0) -> bool:
+    """Return whether a value is an int from ``least`` to ``most``, and not a bool."""
+    return isinstance(value, int) and not isinstance(value, bool) and least <= value <= most
 
 
 # Okabe and Ito's palette, which colour-blind people can tell apart.

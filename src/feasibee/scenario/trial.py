@@ -31,10 +31,17 @@ from feasibee.strategies.contract import (
 )
 from feasibee.strategies.words import Words
 
+Rule = tuple[str, Callable[[Any], bool]]
+
+
+def _whole(least: int, most: int) -> Rule:
+    return f"must be a whole number from {least} to {most}", lambda value: is_whole(value, most, least)
+
+
 STEPS: Final = f"must be a number of steps from 0 to {LONGEST}"
 OPINIONS: Final = "must be 1, 0, or -1 for none"
 ROWS: Final = "must return nothing: it writes into"
-RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
+RULES: Final[Mapping[str, Rule]] = {
     "quality": ("must be a number from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
     **dict.fromkeys(
         ("dissemination", "lasting"), (STEPS, lambda value: _is_number(value) and 0 <= value <= LONGEST)
@@ -44,27 +51,18 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
         (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
     ),
     "value": ("must be a number", lambda value: _is_number(value)),  # noqa: PLW0108  # it is defined below
-    "words": (
-        f"must be a whole number from 1 to {WORDS_LIMIT}",
-        lambda value: is_whole(value, WORDS_LIMIT) and value > 0,
-    ),
-    "message_words": (
-        f"must be a whole number from 0 to {WORDS_LIMIT}",
-        lambda value: is_whole(value, WORDS_LIMIT),
-    ),
+    "words": _whole(1, WORDS_LIMIT),
+    "message_words": _whole(0, WORDS_LIMIT),
     **dict.fromkeys(("start", "observe", "merge"), (f"{ROWS} known", lambda value: value is None)),
     **dict.fromkeys(("encode", "lie"), (f"{ROWS} message", lambda value: value is None)),
     "count": (f"{ROWS} counts", lambda value: value is None),
-    "gap": (
-        f"must be a whole number from -{COUNT_LIMIT} to {COUNT_LIMIT}",
-        lambda value: is_whole(value, COUNT_LIMIT) or is_whole(-value, COUNT_LIMIT),
-    ),
+    "gap": _whole(-COUNT_LIMIT, COUNT_LIMIT),
     "describe": ("must be a text", lambda value: isinstance(value, str)),
-    "bits": (f"must be a whole number from 0 to {BITS_LIMIT}", lambda value: is_whole(value, BITS_LIMIT)),
+    "bits": _whole(0, BITS_LIMIT),
     "pack": ("must return nothing: it writes with writer", lambda value: value is None),
     "unpack": (
         "must be the sender's id, or -1 if it isn't sent",
-        lambda value: value == -1 or is_whole(value, COUNT_LIMIT),
+        lambda value: is_whole(value, COUNT_LIMIT, -1),
     ),
 }
 """What each function must return."""
