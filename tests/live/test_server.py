@@ -19,6 +19,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _catalogue
+from feasibee.field.connections import is_loopback
 from feasibee.live import guard
 from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
@@ -613,6 +614,11 @@ def test_a_host_that_is_neither_address_nor_name_is_refused_in_a_line(host):
 )
 def test_a_host_may_be_an_address_or_a_name(host):
     check_host(host)
+
+
+def test_a_name_that_begins_as_a_loopback_address_is_not_this_machine_only():
+    own, others = ("127.0.0.1", "127.9.9.9", "::1", "LocalHost"), ("127.evil.example", "0.0.0.0", "::")
+    assert [each for each in (*own, *others) if is_loopback(each)] == [*own]
 
 
 def refused(*arguments):

@@ -51,12 +51,13 @@ def watch(
       feasibee watch logs
     """
     catalogue = _catalogue(source, changes, seed, run, pick, trust)
+    from feasibee.field.connections import is_loopback
     from feasibee.live import server
 
     with server.listen(host, port) as listening:
         address = server.address_of(host, listening.getsockname()[1])
         click.echo(f"The arena is at {address}\nCtrl-C stops it.")
-        if not server.is_loopback(host):
+        if not is_loopback(host):
             click.echo(
                 "feasibee: anyone who can reach this machine can watch, and use its processor", err=True
             )

@@ -26,6 +26,7 @@ from uvicorn.config import LOGGING_CONFIG
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from feasibee.errors import FeasibeeError, Problem
+from feasibee.field.connections import is_loopback
 
 HEADERS: Final = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
@@ -122,14 +123,6 @@ def check_host(host: str) -> None:
     if not correct:
         rule = "must be an address or a name of this machine"
         raise FeasibeeError(str(Problem("--host", host, rule, "use 127.0.0.1, or leave it out")))
-
-
-def is_loopback(host: str) -> bool:
-    """Return whether a server on a host can be reached from this machine only."""
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return host.lower() == "localhost"
 
 
 def _place(origin: str) -> str:

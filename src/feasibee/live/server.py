@@ -24,10 +24,11 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from feasibee.errors import FeasibeeError
+from feasibee.field.connections import join_address
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.form import form
-from feasibee.live.guard import Connection, Guard, Once, check_host, is_loopback, log_config
+from feasibee.live.guard import Connection, Guard, Once, check_host, log_config
 from feasibee.live.messages import (
     MESSAGE_LIMIT,
     PROTOCOL,
@@ -43,8 +44,6 @@ from feasibee.live.messages import (
 from feasibee.live.page import STATIC
 from feasibee.live.session import Session
 from feasibee.simulation.loading import compilation
-
-__all__ = ["address_of", "application", "is_loopback", "listen", "open_browser", "server_of"]
 
 FIRST_PORT: Final = 8765
 PORTS_TRIED: Final = 50
@@ -252,8 +251,8 @@ def _why_not(host: str, port: int, error: OSError) -> str:
 
 def address_of(host: str, port: int) -> str:
     """Return the URL of the page for a browser on this machine."""
-    name = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, f"[{host}]" if ":" in host else host)
-    return f"http://{name}:{port}/"
+    name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+    return f"http://{join_address(name, port)}/"
 
 
 def open_browser(address: str) -> None:
