@@ -58,22 +58,6 @@ def test_the_seek_bar_goes_to_any_step_and_back(visit, port):
 
 
 @pytest.mark.slow
-def test_many_seeks_in_a_row_end_at_the_last(visit, port):
-    page = visit(port, "#robots.count=2000&tasks.count=1900&arena.side=200")
-    for _ in range(30):
-        page.keyboard.press(".")
-    at(page, 30)
-    for _ in range(20):
-        page.keyboard.press(",")
-    at(page, 10)
-    page.evaluate(
-        """() => { const it = document.getElementById("seek");
-        for (const step of [900, 3, 400, 55]) { it.value = step; it.dispatchEvent(new Event("input")); } }"""
-    )
-    at(page, 55)
-
-
-@pytest.mark.slow
 def test_a_seek_before_the_first_frame_is_kept(visit, port):
     page = visit(port)
     page.evaluate(
@@ -107,18 +91,6 @@ def test_the_decision_is_one_key_away(visit, port):
     page.keyboard.press("d")
     expect(page.locator("#announcer")).to_have_text("The swarm has not decided by step 40")
     at(page, 1)
-
-
-@pytest.mark.slow
-def test_a_step_counts_while_the_page_is_on_the_way_to_another(visit, port):
-    page = visit(port, "#robots.count=5000&tasks.count=4900&arena.side=310")
-    page.evaluate(
-        """() => { const it = document.getElementById("seek");
-        it.value = 150; it.dispatchEvent(new Event("input"));
-        for (const key of [".", ".", ",", "."])
-            document.body.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true })); }"""
-    )
-    at(page, 152)
 
 
 def neighbour(positions, robot, direction):

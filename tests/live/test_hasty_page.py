@@ -26,6 +26,11 @@ def at_once(page, *inputs, before="", after=""):
     return page.evaluate(f"() => {{ const input = {INPUT}; {before} {given} {after} }}")
 
 
+def key_down(key):
+    """Return the JavaScript that presses a key."""
+    return f"document.body.dispatchEvent(new KeyboardEvent('keydown', {{ key: '{key}', bubbles: true }}));"
+
+
 def test_a_robot_chosen_on_the_way_to_a_step_stops_nothing(visit, port, monkeypatch):
     page = visit(port)
     monkeypatch.setattr(server, "PATIENCE", 0.0)  # it looks for other messages after each step
@@ -40,20 +45,44 @@ def test_a_robot_chosen_on_the_way_to_the_decision_does_not_undo_it(visit, port)
     page = visit(port)
     expect(page.locator("#marks-text")).to_contain_text("Decision at step")
     decided = int(page.locator("#marks-text").inner_text().split()[-1].rstrip("."))
-    key = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: 'd', bubbles: true }));"
-    at_once(page, ("#robot", "7", "change"), before=key)
+    at_once(page, ("#robot", "7", "change"), before=key_down("d"))
     swarm = swarm_at(decided, Scenario(), 1)
     expect_reasons(page, swarm, 7)
     at(page, decided)
 
 
 @pytest.mark.slow
-def test_a_seek_after_two_changes_is_one_in_the_last_run(visit, port):
+def test_many_seeks_in_a_row_end_at_the_last(visit, port):
+    page = visit(port, "#robots.count=2000&tasks.count=1900&arena.side=200")
+    for key, times, step in ((".", 30, 30), (",", 20, 10)):
+        for _ in range(times):
+            page.keyboard.press(key)
+        at(page, step)
+    at_once(page, *(("#seek", step, "input") for step in ("900", "3", "400", "55")))
+    at(page, 55)
+
+
+@pytest.mark.slow
+def test_a_step_counts_while_the_page_is_on_the_way_to_another(visit, port):
+    page = visit(port, "#robots.count=5000&tasks.count=4900&arena.side=310")
+    at_once(page, ("#seek", "150", "input"), after="".join(map(key_down, "..,.")))
+    at(page, 152)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("counts", "truth"),
+    [
+        (("30", "31"), "infeasible (20 robots, 31 tasks)"),
+        (("-1", "12"), "feasible (20 robots, 12 tasks)"),  # the problem comes late, and hides no run
+    ],
+)
+def test_a_seek_after_two_changes_is_one_in_the_last_run(visit, port, counts, truth):
     page = visit(port)
-    changes = [("[data-path='tasks.count']", count, "change") for count in ("30", "31")]
+    changes = [("[data-path='tasks.count']", count, "change") for count in counts]
     at_once(page, *changes, ("#seek", "40", "input"))
     at(page, 40)
-    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 31 tasks)")
+    expect(page.locator("#truth")).to_have_text(truth)
 
 
 @pytest.mark.slow
@@ -69,15 +98,6 @@ def test_the_answer_to_an_earlier_change_resets_no_control(visit, port):
         ("[data-path='robots.avoid_collisions']", "on", "change"),
     ]
     assert at_once(page, *changes, before=watch, after="return done;") == [True, True]
-
-
-@pytest.mark.slow
-def test_a_problem_of_an_earlier_change_does_not_hide_the_next_run(visit, port):
-    page = visit(port)
-    changes = [("[data-path='tasks.count']", count, "change") for count in ("-1", "12")]
-    at_once(page, *changes, ("#seek", "40", "input"))
-    at(page, 40)
-    expect(page.locator("#truth")).to_have_text("feasible (20 robots, 12 tasks)")
 
 
 @pytest.mark.slow
