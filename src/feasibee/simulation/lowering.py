@@ -119,6 +119,7 @@ def _sensing(scenario: Scenario, squared_range: int) -> numbers.SensingParams:
     sensing = scenario.sensing
     by_class = bool(scenario.robots.classes or scenario.tasks.classes)
     only_counts = not (by_class or scenario.strategy.knowledge)
+    may_miss = sensing.miss > 0 or any(event.sensing.miss for event in scenario.events)
     return _filled(
         numbers.SensingParams,
         sensing,
@@ -128,14 +129,10 @@ def _sensing(scenario: Scenario, squared_range: int) -> numbers.SensingParams:
         unique=sensing.observation == "unique",
         by_class=by_class,
         only_counts=only_counts,
-        counts_all=only_counts and not _may_miss(scenario) and sensing.observation == "repeated",
+        counts_all=only_counts and not may_miss and sensing.observation == "repeated",
         miss=probability(sensing.miss),
         misname=probability(sensing.misname),
     )
-
-
-def _may_miss(scenario: Scenario) -> bool:
-    return scenario.sensing.miss > 0 or any(event.sensing.miss for event in scenario.events)
 
 
 def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> numbers.RadioParams:
