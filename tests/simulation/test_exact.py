@@ -259,7 +259,7 @@ def test_opinions_heard_are_those_held_when_the_step_began(world):
     assert (swarm.opinion(0), swarm.opinion(1)) == (1, 0)
 
 
-@pytest.mark.parametrize(("listen", "opinion"), [("always", 0), ("dissemination", 1)])
+@pytest.mark.parametrize(("listen", "opinion"), [("always", 0), ("dissemination", 1), ({"last": 3}, 1)])
 def test_what_is_heard_while_exploring_counts_only_if_it_listens_always(world, listen, opinion):
     swarm = world(
         [(4, 4), (5, 4)],
@@ -667,13 +667,6 @@ def test_listening_to_the_last_steps_of_dissemination_only(world, last, spoken, 
         if step + 1 == spoken:
             swarm.end_phase_of(1, LONG)
     assert swarm.opinion(0) == opinion
-
-
-def test_who_listens_to_the_last_steps_of_dissemination_hears_nothing_while_exploring(world):
-    changes = {"decision.listen": {"last": 3}, "decision.own_vote": False}
-    swarm = crowd(world, 1, [0], "dmmd", disseminating=False, **changes)
-    swarm.step(1, 0)
-    assert next_opinion(swarm) == 1
 
 
 @pytest.mark.parametrize("floor", [0, 3])
