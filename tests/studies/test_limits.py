@@ -157,26 +157,22 @@ def test_a_run_that_never_gets_there_counts_as_infinite():
 
 
 @pytest.mark.parametrize(
-    ("knew", "step", "found"),
+    ("threshold", "knew", "step", "found"),
     [
-        ([1, 1, 1, 49, 0, 0, 1, 1, 0, 0], 60, 49),
-        ([1, 1, 1, 0, 0, 0, 1, 1, 50, 0], 60, -1),  # the sixth knows only when it doesn't count any more
-        ([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], 49, -1),
-        ([1, 1, 1, 1, 0, 0, 0, 0, 0, 0], 50, 50),
-        ([1, 1, 1, 55, 0, 0, 0, 0, 0, 0], 60, 55),
+        (0.5, [1, 1, 1, 49, 0, 0, 1, 1, 0, 0], 60, 49),
+        (0.5, [1, 1, 1, 0, 0, 0, 1, 1, 50, 0], 60, -1),  # the sixth knows only when it doesn't count any more
+        (0.5, [1, 1, 1, 1, 0, 0, 0, 0, 0, 0], 49, -1),
+        (0.5, [1, 1, 1, 1, 0, 0, 0, 0, 0, 0], 50, 50),
+        (0.5, [1, 1, 1, 55, 0, 0, 0, 0, 0, 0], 60, 55),
+        (0.58, range(1, 51), 49, 30),  # 29 of 50 aren't more than 58 %; in floats, 0.58 * 50 is less than 29
     ],
 )
-def test_more_than_half_of_ten_robots_are_six_and_when_four_have_stopped_they_are_four(knew, step, found):
-    scenario = Scenario(decision={"threshold": 0.5}, faults={"stopped": 0.4, "stop_step": 50})
-    swarm = SimpleNamespace(scenario=scenario, step=step, counted=np.arange(10) < 6)
-    assert _quorum_step(swarm, np.ones(10, np.bool_), np.array(knew)) == found
-
-
-def test_29_of_50_robots_are_not_more_than_58_percent():
-    """In floats they are: 0.58 * 50 is less than 29."""
-    everyone = np.ones(50, np.bool_)
-    swarm = SimpleNamespace(scenario=Scenario(decision={"threshold": 0.58}), step=99, counted=everyone)
-    assert _quorum_step(swarm, everyone, np.arange(1, 51)) == 30
+def test_more_than_half_of_ten_robots_are_six_and_when_four_have_stopped_they_are_four(
+    threshold, knew, step, found
+):
+    scenario = Scenario(decision={"threshold": threshold}, faults={"stopped": 0.4, "stop_step": 50})
+    swarm = SimpleNamespace(scenario=scenario, step=step, counted=np.arange(len(knew)) < 6)
+    assert _quorum_step(swarm, np.ones(len(knew), np.bool_), np.array(knew)) == found
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.figures.style import GREY, PALETTE, are_spaced_by_ratio, figure, spaced_by_ratio, text_colour
-from feasibee.model.record import Record
 from feasibee.results.measures import MEASURES, Measure, tracking
 from feasibee.results.statistics import (
     Interval,
@@ -107,15 +106,12 @@ def scored(
     """Run one round; return the measure of each run of each point."""
     records, values = rounds.run(Study(designs, runs, seed)), objective.of.values
     assert values is not None  # as of all that `objective_for` returns
-    return [
-        Scored(values(record, design.scenario), _alarms(record, design.scenario))
-        for design, record in zip(designs, records, strict=True)
-    ]
-
-
-def _alarms(record: Record, scenario: Scenario) -> float:
-    found = tracking(record, scenario)
-    return 0.0 if found is None else found.false_alarms.estimate
+    found = []
+    for record, scenario in zip(records, (design.scenario for design in designs), strict=True):
+        tracked = tracking(record, scenario)
+        alarms = 0.0 if tracked is None else tracked.false_alarms.estimate
+        found.append(Scored(values(record, scenario), alarms))
+    return found
 
 
 def _known(values: Values) -> Values:
