@@ -138,51 +138,37 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     out.print(table)
     times = summary["decision_step"]
     shown = {key: "never" if step is None else f"by step {step}" for key, step in times.items()}
-    out.print(
+    lines = [
         f"Decided: a quarter of the runs {shown['q25']}, half {shown['median']}, "
         f"three quarters {shown['q75']} (of {scenario.run.steps}).",
-        highlight=False,
-        soft_wrap=True,
-    )
-    out.print(f"Right at the end: {_share(summary['right_at_end'])}.", highlight=False)
-    if "right_share" in summary:
-        for line in _tracking_in_words(summary):
-            out.print(line, highlight=False, soft_wrap=True)
-    out.print(f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.", highlight=False)
-    if "declared" in summary:
-        out.print(_declarations_in_words(summary["declared"]), highlight=False, soft_wrap=True)
-    out.print(f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.", highlight=False)
+        f"Right at the end: {_share(summary['right_at_end'])}.",
+        *(_tracking_in_words(summary) if "right_share" in summary else ()),
+        f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.",
+        *([_declarations_in_words(summary["declared"])] if "declared" in summary else ()),
+        f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.",
+    ]
+    for line in lines:
+        out.print(line, highlight=False, soft_wrap=True)
 
 
 def _tracking_in_words(summary: dict[str, Any]) -> list[str]:
     """Return when the truth changed, and how the swarms tracked it."""
     alarms, delay, missed = (summary[name] for name in ("false_alarms", "detection_delay", "missed"))
     stretches = summary["truth_intervals"]
+    known = (f"{each['truth']} in steps {each['first']} to {each['last']}" for each in stretches or ())
     lines = [
-        "The truth changes at other steps in each run."
-        if stretches is None
-        else "Truth: "
-        + ", ".join(f"{each['truth']} in steps {each['first']} to {each['last']}" for each in stretches)
-        + ".",
+        f"Truth: {', '.join(known)}." if stretches else "The truth changes at other steps in each run.",
         f"Right: in {_share(summary['right_share'])} of the steps, {alarms['estimate']:.3g} "
         f"({alarms['low']:.3g} to {alarms['high']:.3g}) false alarms per 1,000 steps.",
     ]
     if missed is None:
         return [*lines, "Changes: none just before which a swarm was right."]
-    if delay["q25"] is None:
-        return [
-            *lines,
-            f"Changes: {delay['changes']:,}. Followed: fewer than a quarter. Missed: {_share(missed)}.",
-        ]
-    shown = {
-        name: "never" if delay[name] is None else f"within {_counted(delay[name], 'step')}"
-        for name in ("q25", "median", "q75")
-    }
-    lines.append(
-        f"Changes: {delay['changes']:,}. Followed: a quarter {shown['q25']}, half {shown['median']}, three "
-        f"quarters {shown['q75']}. Missed: {_share(missed)}."
-    )
-    return lines
+    followed = "fewer than a quarter"
+    if delay["q25"] is not None:
+        steps = (delay[name] for name in ("q25", "median", "q75"))
+        shown = ("never" if step is None else f"within {_counted(step, 'step')}" for step in steps)
+        followed = "a quarter {}, half {}, three quarters {}".format(*shown)
+    return [*lines, f"Changes: {delay['changes']:,}. Followed: {followed}. Missed: {_share(missed)}."]
 
 
 def _declarations_in_words(declared: dict[str, Any]) -> str:

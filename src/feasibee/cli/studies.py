@@ -184,18 +184,13 @@ def paper(
 
 
 def _beyond(folder: Path, runs: int, seed: int, workforce: Workforce) -> None:
-    from rich.table import Table
-
     from feasibee.studies.paper import simulate_panels, summary, write_panels
 
     with executing("Simulating beyond the paper", folder, workforce) as execution:
         points = simulate_panels(runs, seed, execution)
     write_panels(folder, points)
     heads, *rows = summary(points)
-    table = Table(*heads, title=f"Share of right decisions, by ratio, from {runs} runs each")
-    for row in rows:
-        table.add_row(*row)
-    console().print(table)
+    print_numbers(f"Share of right decisions, by ratio, from {runs} runs each", heads, rows)
     click.echo(f"beyond.png, beyond.pdf and their data, beyond.csv, are in {folder}/")
 
 
