@@ -277,11 +277,6 @@ def test_sections_may_be_given_as_objects():
     assert scenario == Scenario(tasks={"count": 50}, arena={"side": 30.0})
 
 
-def test_another_sections_object_is_refused():
-    (problem,) = problems_of({"tasks": Robots(count=3)})
-    assert problem.path == "tasks"
-
-
 # --- Frozen ---
 
 
@@ -505,6 +500,7 @@ BEYOND_WRONG = [
     ({"robots": {"failure_rate": 1e-12}}, ["robots.failure_rate = 1e-12: "]),
     ({"robots": {"arrival_rate": 11.0}}, ["robots.arrival_rate = 11.0: must be ≤ 10"]),
     ({"tasks": {"lifetime": 0.0}}, ["tasks.lifetime = 0.0: must be > 0"]),
+    ({"tasks": Robots(count=3)}, ["tasks = "]),
     # a range that only the default radio shares is one problem
     ({"sensing": {"range": 11.0}}, ["sensing.range = 11.0: must be at most half"]),
     ({"sensing": {"range": 11.0}, "radio": {"range": 12.0}}, ["sensing.range = 11.0", "radio.range = 12.0"]),
