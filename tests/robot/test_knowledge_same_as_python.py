@@ -24,17 +24,14 @@ def in_whole_numbers(tmp_path_factory):
     return program(tmp_path_factory.mktemp("whole"), "swarm.c", NAMES, *SANITIZED, without=IN_DOUBLE)
 
 
+FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for before in (1, 20, 45)]
+"""First steps of robots whose clocks soon pass a power of two, at which a word may overflow."""
 RARE = [
-    (
-        "roster-turns",
-        {"knows_count": [False], "robot_timeout": [1e5], "tolerates": [0.0]},
-    ),  # ages above 4,095
-    (
-        "fading",
-        {"robots": [200], "knows_count": [True], "bounded": [1.0], "ratio": [0.0]},
-    ),  # the largest codes
+    ("roster-turns", {"knows_count": [False], "robot_timeout": [1e5], "tolerates": [0.0]}),  # ages > 4,095
+    ("fading", {"robots": [200], "knows_count": [True], "bounded": [1.0], "ratio": [0.0]}),  # largest codes
     ("turns", {"names": [-1.0], "name_bits": [4.0, 5.0]}),  # the largest names
     ("turns", {"names": [0.0, 1.0], "quiet": [0.0]}),  # computed quiet times
+    *((name, {"first_steps": FIRST_STEPS}) for name in KNOWLEDGE),
 ]
 """Settings whose limits random ones seldom reach."""
 
@@ -55,15 +52,6 @@ def test_swarms_in_c_do_what_they_do_in_python(name, steps, swarm):
 @pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
 def test_swarms_in_whole_numbers_do_what_they_do_in_python(name, steps, in_whole_numbers):
     assert_same([in_whole_numbers], name, steps, whole_numbers=True)
-
-
-FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for before in (1, 20, 45)]
-"""First steps of robots whose clocks soon pass a power of two, at which a word may overflow."""
-
-
-@pytest.mark.parametrize("name", KNOWLEDGE)
-def test_clocks_that_pass_a_power_of_two_do_what_they_do_in_python(name, swarm):
-    assert_same([swarm], name, 4_000, fixed={"first_steps": FIRST_STEPS})
 
 
 @pytest.mark.slow
