@@ -209,7 +209,7 @@ def sweep(
     Raises
     ------
     FeasibeeError
-        As `Rounds` and its method `run`, or if a study with a stopping rule is to be run in parts.
+        As `Rounds` and its method ``run``, or if a study with a stopping rule is to be run in parts.
     KeyboardInterrupt
         At Ctrl-C; it says how many runs of the study are in the journal.
     """
