@@ -10,7 +10,7 @@ import pytest
 from feasibee import Scenario
 from feasibee.scenario.comments import commented_toml
 from feasibee.scenario.feasibility import explain_kinds
-from feasibee.scenario.scenario import surely_above
+from feasibee.scenario.sections import surely_above
 
 EVENT = {"step": 500, "tasks": 15}
 

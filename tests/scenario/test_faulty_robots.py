@@ -12,8 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from feasibee import Scenario, ScenarioError, reference
-from feasibee.scenario.fields import KINDS
 from feasibee.scenario.runs import Runs
+from feasibee.scenario.sections import KINDS
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import params_of
 from tests.commands import invoke

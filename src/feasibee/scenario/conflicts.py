@@ -8,18 +8,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
-from feasibee.scenario.fields import KINDS, Response
+from feasibee.scenario.fields import Response
 from feasibee.scenario.paths import value_at
+from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
 from feasibee.scenario.tables import FilePoints
 from feasibee.strategies.contract import Strategy
-
-if TYPE_CHECKING:
-    from feasibee.scenario.scenario import Scenario
 
 TASKS_LIMIT = 10_000_000
 """Tasks that may appear in one run."""
@@ -39,10 +37,10 @@ class Conflict(NamedTuple):
     value: object = AS_GIVEN
 
 
-Rule = Callable[["Scenario"], Iterator[Conflict]]
+Rule = Callable[[Sections], Iterator[Conflict]]
 
 
-def conflicts(scenario: Scenario, given: Mapping[str, Any], partly: bool) -> Iterator[Problem]:
+def conflicts(scenario: Sections, given: Mapping[str, Any], partly: bool) -> Iterator[Problem]:
     """Yield a problem for each rule about several fields that a scenario breaks.
 
     Problems show the values as given. If the scenario is partly wrong, it lacks the fields that are wrong
@@ -58,7 +56,7 @@ def conflicts(scenario: Scenario, given: Mapping[str, Any], partly: bool) -> Ite
                 raise
 
 
-def _value(path: str, given: Mapping[str, Any], scenario: Scenario) -> object:
+def _value(path: str, given: Mapping[str, Any], scenario: Sections) -> object:
     """Return the value at a path as the user wrote it, such as 3 for 3.0, or the default."""
     try:
         return value_at(given, path)
@@ -67,11 +65,11 @@ def _value(path: str, given: Mapping[str, Any], scenario: Scenario) -> object:
 
 
 def _never(
-    path: str, breaks: Callable[[Scenario], object], rule: str, remedy: str, value: object = AS_GIVEN
+    path: str, breaks: Callable[[Sections], object], rule: str, remedy: str, value: object = AS_GIVEN
 ) -> Rule:
     """Return a rule about one field; ``{strategy}`` in its text becomes the strategy's name."""
 
-    def find(scenario: Scenario) -> Iterator[Conflict]:
+    def find(scenario: Sections) -> Iterator[Conflict]:
         if breaks(scenario):
             named = rule.replace("{strategy}", scenario.manifest.name) if "{" in rule else rule
             yield Conflict(path, named, remedy, value)
@@ -88,7 +86,7 @@ def _both(*rules: Callable[..., Iterator[Conflict]]) -> Iterator[Rule]:
 # --- Robots, tasks and faults ---
 
 
-def _counts(scenario: Scenario, name: str) -> Iterator[Conflict]:
+def _counts(scenario: Sections, name: str) -> Iterator[Conflict]:
     section = getattr(scenario, name)
     counted = "count" in section.model_fields_set
     if section.classes and counted:
@@ -112,7 +110,7 @@ def _counts(scenario: Scenario, name: str) -> Iterator[Conflict]:
         yield Conflict(path, f"must be as many as {name}, {section.count}", remedy, f"{points} points")
 
 
-def _skills(scenario: Scenario) -> Iterator[Conflict]:
+def _skills(scenario: Sections) -> Iterator[Conflict]:
     skills = {skill for each in scenario.robots.classes for skill in each.skills}
     skills |= {skill for each in scenario.tasks.classes for skill in each.needs}
     if len(skills) > SKILLS:
@@ -121,7 +119,7 @@ def _skills(scenario: Scenario) -> Iterator[Conflict]:
         yield Conflict("robots.classes", rule, remedy, f"{len(skills)} skills")
 
 
-def _faults(scenario: Scenario) -> Iterator[Conflict]:
+def _faults(scenario: Sections) -> Iterator[Conflict]:
     """Find more faulty robots than there are, or no honest robot that works."""
     robots, numbers = scenario.robots.count, dict(zip(KINDS, scenario.faulty, strict=True))
     total = sum(numbers.values())
@@ -153,14 +151,14 @@ def _fitting(numbers: Mapping[str, int], robots: int) -> str:
 # --- The strategy ---
 
 
-def _parameters(scenario: Scenario) -> Iterator[Conflict]:
+def _parameters(scenario: Sections) -> Iterator[Conflict]:
     known = scenario.manifest.parameters
     for name in sorted(set(scenario.decision.parameters) - set(known)):
         rule = f"{scenario.manifest.name} has no such parameter"
         yield Conflict(f"decision.parameters.{name}", rule, f"it has {', '.join(known) or 'none'}")
 
 
-def _one_class(scenario: Scenario, name: str) -> Iterator[Conflict]:
+def _one_class(scenario: Sections, name: str) -> Iterator[Conflict]:
     classes = len(getattr(scenario, name).classes)
     if classes and scenario.manifest.one_class:
         rule = f"{scenario.manifest.name} compares one number of robots with one number of tasks"
@@ -180,7 +178,7 @@ def _sees_falsely(kind: str) -> Rule:
 # --- A world that changes ---
 
 
-def _most(scenario: Scenario) -> Iterator[Conflict]:
+def _most(scenario: Sections) -> Iterator[Conflict]:
     robots, most = scenario.robots, scenario.robots.most
     if most is None:
         return
@@ -195,7 +193,7 @@ def _most(scenario: Scenario) -> Iterator[Conflict]:
         yield Conflict("robots.most", rule, remedy)
 
 
-def _robots_leave(scenario: Scenario) -> bool:
+def _robots_leave(scenario: Sections) -> bool:
     if scenario.robots.failure_rate or any(each.robots < 0 for each in scenario.events):
         return True
     return scenario.responds and scenario.manifest.knows_gap
@@ -210,14 +208,14 @@ def _needs_patience(key: str) -> Rule:
     )
 
 
-def _patience(scenario: Scenario) -> Iterator[Conflict]:
+def _patience(scenario: Sections) -> Iterator[Conflict]:
     steps = scenario.run.steps
     if scenario.responds and scenario.response.patience > steps:  # type: ignore[operator]  # it is a number
         rule = f"is longer than a run, run.steps = {steps}: nobody would be called"
         yield Conflict("response.patience", rule, f"lower it to {steps} or less, or raise run.steps")
 
 
-def _late(scenario: Scenario) -> Iterator[Conflict]:
+def _late(scenario: Sections) -> Iterator[Conflict]:
     steps = scenario.run.steps
     for number, event in enumerate(scenario.events):
         if event.step > steps:
@@ -226,14 +224,14 @@ def _late(scenario: Scenario) -> Iterator[Conflict]:
             yield Conflict(f"events.{number}.step", rule, remedy)
 
 
-def _idle(scenario: Scenario) -> Iterator[Conflict]:
+def _idle(scenario: Sections) -> Iterator[Conflict]:
     for number, event in enumerate(scenario.events):
         if (event.tasks, event.robots, event.sensing.miss, event.radio.loss) == (0, 0, None, None):
             remedy = "set tasks, robots, sensing.miss or radio.loss, or leave it out"
             yield Conflict(f"events.{number}", "changes nothing", remedy, f"step = {event.step}")
 
 
-def _numbers(scenario: Scenario, name: str) -> Iterator[Conflict]:
+def _numbers(scenario: Sections, name: str) -> Iterator[Conflict]:
     """Find an event that takes away more than there are, or brings too many, where streams leave no doubt."""
     if _is_uncertain(scenario, name):
         return
@@ -253,7 +251,7 @@ def _numbers(scenario: Scenario, name: str) -> Iterator[Conflict]:
             most = None
 
 
-def _is_uncertain(scenario: Scenario, name: str) -> object:
+def _is_uncertain(scenario: Sections, name: str) -> object:
     """Return whether robots or tasks come or go at random."""
     robots, tasks = scenario.robots, scenario.tasks
     if name == "tasks":
@@ -261,7 +259,7 @@ def _is_uncertain(scenario: Scenario, name: str) -> object:
     return robots.arrival_rate or robots.failure_rate or scenario.responds
 
 
-def _appearing(scenario: Scenario, name: str) -> Iterator[Conflict]:
+def _appearing(scenario: Sections, name: str) -> Iterator[Conflict]:
     section = getattr(scenario, name)
     more = section.arrival_rate or any(getattr(each, name) > 0 for each in scenario.events)
     more = more or (name == "robots" and scenario.responds)
@@ -270,7 +268,7 @@ def _appearing(scenario: Scenario, name: str) -> Iterator[Conflict]:
         yield Conflict(f"{name}.points", rule, f'add a point, or set {name}.placement = "uniform"', "")
 
 
-def _tasks_limit(scenario: Scenario) -> Iterator[Conflict]:
+def _tasks_limit(scenario: Sections) -> Iterator[Conflict]:
     tasks = scenario.most.tasks
     if scenario.dynamic and tasks > TASKS_LIMIT:
         rule = f"lets up to {tasks} tasks appear in a run, above {TASKS_LIMIT}"
@@ -280,7 +278,7 @@ def _tasks_limit(scenario: Scenario) -> Iterator[Conflict]:
 # --- The arena ---
 
 
-def _reach(scenario: Scenario, name: str) -> Iterator[Conflict]:
+def _reach(scenario: Sections, name: str) -> Iterator[Conflict]:
     half, section = min(scenario.arena.size) / 2, getattr(scenario, name)
     reach, implied = section.range, name == "radio" and "range" not in section.model_fields_set
     if scenario.arena.boundary == "torus" and not implied and reach > half:
@@ -289,14 +287,14 @@ def _reach(scenario: Scenario, name: str) -> Iterator[Conflict]:
         yield Conflict(f"{name}.range", rule, remedy)
 
 
-def _speed(scenario: Scenario) -> Iterator[Conflict]:
+def _speed(scenario: Sections) -> Iterator[Conflict]:
     half, speed = min(scenario.arena.size) / 2, scenario.robots.speed
     if speed > half:
         rule = f"must be at most half the side of the arena per step, {half:g} units"
         yield Conflict("robots.speed", rule, f"lower it, or set arena.side to {2 * speed:g} or more")
 
 
-def _discs(scenario: Scenario) -> Iterator[Conflict]:
+def _discs(scenario: Sections) -> Iterator[Conflict]:
     robots, arena, shorter = scenario.robots, scenario.arena, min(scenario.arena.size)
     if arena.boundary == "walls" and robots.diameter >= shorter:
         rule = f"must be less than the arena's shorter side, {shorter:g} units"
@@ -317,14 +315,14 @@ def _discs(scenario: Scenario) -> Iterator[Conflict]:
         yield Conflict("robots.count", rule, remedy)
 
 
-def _spread(scenario: Scenario, name: str) -> Iterator[Conflict]:
+def _spread(scenario: Sections, name: str) -> Iterator[Conflict]:
     placed, longer = getattr(scenario, name), max(scenario.arena.size)
     if placed.placement == "clusters" and placed.spread > longer:
         rule = f"must be at most the arena's longer side, {longer:g} units"
         yield Conflict(f"{name}.spread", rule, f'lower it, or set {name}.placement = "uniform"')
 
 
-def _points(scenario: Scenario, name: str, given: Mapping[str, Any]) -> Iterator[Conflict]:
+def _points(scenario: Sections, name: str, given: Mapping[str, Any]) -> Iterator[Conflict]:
     placed, arena, diameter = getattr(scenario, name), scenario.arena, scenario.robots.diameter
     if placed.placement != "points" or not placed.points:
         return
@@ -370,7 +368,7 @@ def _overlaps(points: Any, diameter: float, torus: tuple[float, float] | None) -
 # --- Memory ---
 
 
-def _unique_memory(scenario: Scenario) -> Iterator[Conflict]:
+def _unique_memory(scenario: Sections) -> Iterator[Conflict]:
     robots, tasks = scenario.robots.count, scenario.tasks.count
     needed = robots * (robots + tasks) / 8
     if scenario.sensing.observation == "unique" and needed > UNIQUE_LIMIT:
@@ -379,7 +377,7 @@ def _unique_memory(scenario: Scenario) -> Iterator[Conflict]:
         yield Conflict("sensing.observation", rule, 'use fewer robots or tasks, or observation = "repeated"')
 
 
-def _knowledge_memory(scenario: Scenario) -> Iterator[Conflict]:
+def _knowledge_memory(scenario: Sections) -> Iterator[Conflict]:
     """Find built-in strategies whose robots together know more than fits; a user's file isn't run here."""
     strategy = scenario.manifest
     if not isinstance(strategy, Strategy) or not strategy.knowledge or strategy.source:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.scenario.fields import RobotClass, Robots, TaskClass, Tasks
-from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.sections import Sections
 
 ANY = "any"
 """The skill that tasks without classes need and every robot has.
@@ -59,7 +59,7 @@ class Verdict(NamedTuple):
         return {"feasible": True, "assignment": rows}
 
 
-def truth(scenario: Scenario) -> bool:
+def truth(scenario: Sections) -> bool:
     """Return the ground truth: whether the swarm can do all tasks at once, each robot in one place.
 
     Parameters
@@ -81,7 +81,7 @@ def truth(scenario: Scenario) -> bool:
     return explain(scenario).feasible
 
 
-def explain(scenario: Scenario) -> Verdict:
+def explain(scenario: Sections) -> Verdict:
     """Return the ground truth with its proof.
 
     Parameters
@@ -109,7 +109,7 @@ def explain(scenario: Scenario) -> Verdict:
     >>> explain(Scenario(robots=robots, tasks=tasks)).violator
     Violator(skills=('lift',), demand=6, robots=5)
     """
-    if not isinstance(scenario, Scenario):
+    if not isinstance(scenario, Sections):
         raise FeasibeeError(f"scenario = {quoted(scenario)}: must be a Scenario; write Scenario(...)")
     return _verdict(scenario.robots, scenario.tasks)
 
@@ -125,7 +125,7 @@ def _verdict(some_robots: Robots, some_tasks: Tasks) -> Verdict:
     return Verdict(_assignment(_serving(robots, demand), tasks), None)
 
 
-def explain_kinds(scenario: Scenario, robots: Iterable[int], tasks: Iterable[int]) -> Verdict:
+def explain_kinds(scenario: Sections, robots: Iterable[int], tasks: Iterable[int]) -> Verdict:
     """Return the truth if there are robots and tasks of these classes, each class by its number."""
     return _verdict(_of_kinds(scenario.robots, robots), _of_kinds(scenario.tasks, tasks))
 

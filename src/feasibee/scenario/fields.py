@@ -450,10 +450,6 @@ class Faults(Section):
     )
 
 
-KINDS: Final = ("stopped", "byzantine", "stubborn")
-"""The faults of which a robot has one at most, in the order in which faulty robots are drawn."""
-
-
 class Run(Section):
     """The length of a run (model.md 4.7)."""
 

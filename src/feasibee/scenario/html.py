@@ -10,7 +10,7 @@ from typing import Any
 from feasibee.model.codes import DECISIONS
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import SECTIONS
-from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.sections import Sections
 
 LONGEST = 80
 """Number of characters of a value that are shown."""
@@ -39,13 +39,21 @@ def folded(title: str, body: str, unfold: bool = False) -> str:
     return f"<details{' open' if unfold else ''}><summary>{title}</summary>{body}</details>"
 
 
-def show_scenario(scenario: Scenario) -> str:
+def show_scenario(
+    scenario: Sections, tables: Mapping[str, Any], usual: Mapping[str, Mapping[str, Any]], digest: str
+) -> str:
     """Return a scenario as HTML: a collapsed table per section, with differences from the paper emphasised.
 
-    A list of tables becomes a section.
+    Parameters
+    ----------
+    scenario : Sections
+        The scenario.
+    tables, usual : mapping of str to mapping
+        The complete forms of the scenario and of the paper's scenario; a list of tables becomes a section.
+    digest : str
+        The scenario's hash.
     """
-    usual = Scenario().to_dict()
-    tables = {name: _as_table(table) for name, table in scenario.to_dict().items()}
+    tables = {name: _as_table(table) for name, table in tables.items()}
     changed = {
         name: [key for key, value in table.items() if usual.get(name, {}).get(key) != value]
         for name, table in tables.items()
@@ -57,7 +65,7 @@ def show_scenario(scenario: Scenario) -> str:
         f"<p><strong>Scenario</strong>: {scenario.robots.count} robots, {scenario.tasks.count} tasks, "
         f"{html.escape(scenario.decision.strategy)}; truth{when}: "
         f"<strong>{DECISIONS[int(truth(scenario))]}</strong>; "
-        f"{differing}; <code>{scenario.hash[:12]}</code></p>"
+        f"{differing}; <code>{html.escape(digest[:12])}</code></p>"
     )
     sections = [
         folded(_title(name, table, changed[name]), _rows(name, table, changed[name]))

@@ -9,23 +9,15 @@ import copy
 import dataclasses
 import difflib
 import json
-import math
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from fractions import Fraction
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, Final, Self
 
 import tomli_w
 from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
     ModelWrapValidatorHandler,
-    PrivateAttr,
-    Strict,
     ValidationError,
     ValidationInfo,
     model_validator,
@@ -34,10 +26,8 @@ from pydantic_core import ErrorDetails
 
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import read_text
-from feasibee.model.codes import exact
 from feasibee.scenario.conflicts import conflicts
 from feasibee.scenario.fields import (
-    KINDS,
     SECTIONS,
     Arena,
     Decision,
@@ -53,24 +43,12 @@ from feasibee.scenario.fields import (
     Walk,
     fields,
 )
+from feasibee.scenario.html import show_scenario
 from feasibee.scenario.paths import toml_tables, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
-from feasibee.scenario.setting import setting_from
-from feasibee.scenario.tables import PRESETS, complete_form, given_tables, hash_of, with_points, without
-from feasibee.strategies.contract import Manifest, Setting, Strategy
-
-TWICE: Final = 2
-"""Largest number of robots, in units of those at the start, if robots join by rate or call."""
-
-
-class Most(NamedTuple):
-    """How many robots and tasks of a scenario have numbers."""
-
-    robots: int
-    """Robots that may be there at a time (model.md 6.17.6)."""
-    tasks: int
-    """Tasks that may appear in a run (model.md 6.17.4)."""
-
+from feasibee.scenario.sections import Sections
+from feasibee.scenario.tables import complete_form, given_tables, hash_of, with_points, without
+from feasibee.strategies.contract import Strategy
 
 WORDS: Final = {
     "Input should be": "must be",
@@ -152,7 +130,7 @@ def suggestion(path: str) -> str:
     return f"the sections are {', '.join(SECTIONS)}, and events"
 
 
-class Scenario(BaseModel):
+class Scenario(Sections):
     """A swarm, its world and its controller; the defaults are the paper's.
 
     Parameters
@@ -174,29 +152,6 @@ class Scenario(BaseModel):
     >>> Scenario(tasks={"count": 50}).tasks.count
     50
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
-
-    preset: Literal[*PRESETS] | None = Field(  # type: ignore[valid-type]
-        None,
-        exclude=True,
-        description="Name of a published controller, whose values replace the paper's defaults.",
-    )
-    arena: Arena = Arena()
-    robots: Robots = Robots()
-    tasks: Tasks = Tasks()
-    walk: Walk = Walk()
-    sensing: Sensing = Sensing()
-    radio: Radio = Field(default_factory=Radio)  # not a default in the schema: it depends on sensing
-    decision: Decision = Decision()
-    faults: Faults = Faults()
-    run: Run = Run()
-    response: Response = Response()
-    units: Units = Units()
-    events: Annotated[tuple[Event, ...], Strict(False), Field(max_length=1000)] = Field(
-        (), description="Changes of the world at given steps (model.md 6.17)."
-    )
-    _manifest: Manifest = PrivateAttr()
 
     if TYPE_CHECKING:  # pydantic accepts a table for a section, which its derived signature doesn't show
 
@@ -237,109 +192,11 @@ class Scenario(BaseModel):
             problems += [problem_of(details) for details in found[:PROBLEMS_LIMIT]]
             wrong |= {details["loc"][:2] for details in found}
             scenario = handler(without(given, wrong))
-        scenario._resolve(wrong, partial(manifest_of, **(info.context or {})))
+        scenario.resolve(wrong, partial(manifest_of, **(info.context or {})))
         problems += islice(conflicts(scenario, given, partly=bool(wrong)), PROBLEMS_LIMIT)
         if problems:
             raise ScenarioError(problems)
         return scenario
-
-    def _resolve(self, wrong: set[tuple[Any, ...]], find: Callable[[str], Manifest]) -> None:
-        """Fill in values that follow from other fields, without marking them as set.
-
-        Wrong fields are taken out, and so is what follows from them: reading one is an AttributeError.
-        """
-        values = vars(self)
-        values["preset"] = None  # its values are filled in: the scenario is the same without the name
-        for name, *key in wrong:
-            if name in SECTIONS and key:
-                values[name] = values[name].model_copy()
-                vars(values[name]).pop(key[0], None)
-            else:
-                values.pop(name, None)
-        with suppress(AttributeError):
-            self._manifest = find(self.decision.strategy)
-        self._follow("radio", "range", lambda: self.radio.range or self.sensing.range)
-        self._follow("decision", "parameters", self._parameters)
-        self._follow("robots", "count", lambda: _count(self.robots))
-        self._follow("tasks", "count", lambda: _count(self.tasks))
-
-    def _follow(self, name: str, key: str, found: Callable[[], Any]) -> None:
-        """Replace a value by what follows from other fields; take it out if one of them is."""
-        section = vars(self).get(name)
-        if section is None or key not in vars(section):
-            return
-        vars(self)[name] = copied = section.model_copy()
-        try:
-            vars(copied)[key] = found()
-        except AttributeError:
-            del vars(copied)[key]
-
-    def _parameters(self) -> dict[str, float]:
-        every = {**self.manifest.parameters, **self.decision.parameters}
-        return {name: float(value) for name, value in every.items()}
-
-    @property
-    def manifest(self) -> Manifest:
-        """Declarations of the strategy; of a user's file, as it was when the scenario was made."""
-        return self._manifest
-
-    @property
-    def faulty(self) -> tuple[int, int, int]:
-        """Number of stopped, of Byzantine and of stubborn robots (model.md 6.6)."""
-        stopped, byzantine, stubborn = (
-            whole_robots(getattr(self.faults, kind), self.robots.count) for kind in KINDS
-        )
-        return stopped, byzantine, stubborn
-
-    @property
-    def responds(self) -> bool:
-        """Whether robots are called or released because of what the swarm holds (model.md 6.19)."""
-        return self.response.patience is not None
-
-    @property
-    def dynamic(self) -> bool:
-        """Whether its world may change (model.md 6.17)."""
-        robots, tasks = self.robots, self.tasks
-        streams = robots.arrival_rate, robots.failure_rate, tasks.arrival_rate, tasks.lifetime
-        return bool(self.events) or any(streams) or self.responds
-
-    @property
-    def most(self) -> Most:
-        """How many robots there may be at a time, and how many tasks may appear in a run."""
-        robots, tasks = self.robots, self.tasks
-        if not self.dynamic:
-            return Most(robots.count, tasks.count)
-        most = robots.most
-        if most is None:
-            most = robots.count + sum(max(0, each.robots) for each in self.events)
-            if robots.arrival_rate or self.responds:
-                most = max(most, TWICE * robots.count)
-        appearing = sum(max(0, each.tasks) for each in self.events)
-        streaming = surely_above((tasks.arrival_rate or 0.0) * self.run.steps)
-        return Most(max(most, robots.count), tasks.count + appearing + streaming)
-
-    @property
-    def setting(self) -> Setting:
-        """Numbers that a strategy's knowledge may depend on."""
-        return setting_from(
-            self.most,
-            (len(self.robots.classes), len(self.tasks.classes)),
-            self.faulty[1] > 0,
-            self.radio.id_bits,
-            self.decision.parameters.values(),
-            misnames=self.sensing.misname > 0,
-            size=self.arena.size,
-            count=self.robots.count,
-            knows_count=self.robots.know_count,
-            colluding=self.faults.byzantine_says == "colluding",
-            walled=self.arena.boundary == "walls",
-            sight=self.sensing.range,
-            radio=self.radio.range,
-            speed=self.robots.speed,
-            exploration=self.decision.exploration,
-            dissemination=self.decision.gain + self.decision.dissemination_floor,
-            mean_run=self.walk.mean_run,
-        )
 
     def __hash__(self) -> int:
         return hash(self.hash)
@@ -505,33 +362,4 @@ class Scenario(BaseModel):
 
     def _repr_html_(self) -> str:
         """Return the scenario as HTML for notebooks."""
-        from feasibee.scenario.html import show_scenario
-
-        return show_scenario(self)
-
-
-def _count(section: Robots | Tasks) -> int:
-    """Return the number of robots or tasks, which classes or points may imply."""
-    if section.classes:
-        return sum(each.count for each in section.classes)
-    counted = "count" in section.model_fields_set or section.placement != "points"
-    return section.count if counted else len(section.points)
-
-
-def whole_robots(faulty: float | Mapping[str, int], robots: int) -> int:
-    """Return a count, or a share of the swarm as a number of robots, with halves rounded up (model.md 6.6).
-
-    Examples
-    --------
-    >>> from feasibee.scenario.scenario import whole_robots
-    >>> whole_robots(0.1, 5), whole_robots({"count": 1}, 5)
-    (1, 1)
-    """
-    if isinstance(faulty, Mapping):
-        return faulty["count"]
-    return math.floor(exact(faulty) * robots + Fraction(1, 2)) if faulty else 0  # exact fractions are slow
-
-
-def surely_above(mean: float) -> int:
-    """Return a number that a Poisson number of this mean exceeds with a probability below 1e-12."""
-    return math.ceil(mean + 8 * math.sqrt(mean) + 16) if mean > 0 else 0
+        return show_scenario(self, self.to_dict(), type(self)().to_dict(), self.hash)

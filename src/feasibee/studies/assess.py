@@ -8,8 +8,8 @@ from typing import Any, Final
 
 from feasibee.errors import ScenarioError
 from feasibee.scenario.feasibility import explain
-from feasibee.scenario.fields import KINDS
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.sections import KINDS
 from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of
 from feasibee.studies.needs import asked_of, suitable
 from feasibee.studies.recommend import (
