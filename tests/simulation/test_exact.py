@@ -38,7 +38,7 @@ class World:
     """What both minds have in common."""
 
     def step(self, *ending):
-        """Take a step, with which some robots end their phase; their next one is long."""
+        """Advance the world by a step at which these robots end their phase; lengthen their next phase."""
         for i in ending:
             self.end_phase_of(i)
         self.advance()
@@ -339,7 +339,7 @@ TWO = {"decision.parameters": {"k": 2.0}}
 RULES = [
     # A voter takes any opinion heard, never its own: o is its own opinion, x the other one.
     *((name, "o", votes, {}, votes[:1] or "o") for name in ("voter", "dmvd") for votes in VOTES),
-    # An empty inbox and a tie keep the opinion; with the own vote, one against one is a tie.
+    # An empty inbox and a tie keep the opinion; with its own vote counted, one against one is a tie.
     ("dmmd", "o", "", {}, "o"),
     ("dmmd", "o", "", ALONE, "o"),
     ("dmmd", "o", "x", {}, "o"),
@@ -347,7 +347,7 @@ RULES = [
     ("dmmd", "o", "xx", {}, "x"),
     ("dmmd", "o", "x", ALONE, "x"),
     ("dmmd", "o", "xoo", {}, "o"),
-    # The majority counts the own vote, as dmmd does.
+    # The majority counts the robot's own vote, as dmmd does.
     ("majority", "o", "x", {}, "o"),
     ("majority", "o", "x", ALONE, "x"),
     ("majority", "o", "xx", {}, "x"),

@@ -110,7 +110,7 @@ class Robot:
         self._heard_at = time.monotonic()
 
     def run(self) -> tuple[int, str]:
-        """Take part until the end; return the exit status, and why it could not join, if it couldn't."""
+        """Take part until the field ends; return the exit status and, if it could not join, the reason."""
         try:
             self._take_part(self._join())
         except _EndedError as ended:

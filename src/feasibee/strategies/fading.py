@@ -257,7 +257,7 @@ def add(row, first, weight, me):
 
 
 def taken(known, place, first, me):
-    """Take out the row of an id; return the weight that is left of it, 0 without one."""
+    """Remove the row of an id; return the weight that is left of it, or 0 if there is no such row."""
     came = known[place + 1]
     if came == 0:
         return 0.0
