@@ -88,7 +88,8 @@ def setting_of(strategy, draw, whole_numbers, fixed):
         sight=draw.choice([1.0, 2.5]),
         radio=draw.choice([1.5, 2.0]),
         speed=draw.choice([1.0, 8.0, 100.0]),  # the faster, the shorter are quiet times
-        phases=(draw.choice([1.0, 4.0, 10.0]), draw.choice([0.0, 3.0, 10.0])),
+        exploration=draw.choice([1.0, 4.0, 10.0]),
+        dissemination=draw.choice([0.0, 3.0, 10.0]),
         mean_run=draw.choice([0.2, 3.0, 100.0]),
     )
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))

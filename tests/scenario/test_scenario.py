@@ -105,7 +105,7 @@ def test_the_papers_values_written_out_are_the_default_scenario():
     assert written.hash == Scenario().hash
 
 
-@given(st.floats(20, 1e6), st.floats(1e-9, 0.25), st.sets(st.sampled_from(PATHS)))
+@given(st.floats(20, 1e6), st.floats(1e-9, 0.2), st.sets(st.sampled_from(PATHS)))
 def test_toml_brings_back_an_equal_scenario(side, share, others):
     changes = {path: ALONE[path] for path in others}
     changes |= {"arena.side": side, "robots.speed": side * share, "walk.mean_run": share}
