@@ -211,21 +211,44 @@ def test_other_commands_end_in_a_line(tmp_path, arguments):
 JOURNAL = {".sqlite", ".lock", ".lock-journal", ".seal", ".sqlite-shm", ".sqlite-wal"}
 
 
-def test_an_interrupt_that_python_cant_raise_isnt_lost():
-    """It comes while an object is freed, where Python would print a traceback and go on."""
-    code = """
-import os, signal
-import click
-from feasibee.cli import main
-
+LOST = {
+    "as an object is freed": """
 class Freed:
     def __del__(self):
-        os.kill(os.getpid(), signal.SIGINT)
-        for _ in range(1000):
-            pass
+        interrupt()
+Freed()
+""",
+    "in a module that goes on without it": """
+with suppress(KeyboardInterrupt):
+    interrupt()
+with interrupts.leaving(interrupts.UNHARMED):
+    print("simulated")
+""",
+    "in C that shows it and goes on": """
+try:
+    interrupt()
+except KeyboardInterrupt:
+    sys.excepthook(*sys.exc_info())
+""",
+}
+"""Programs that lose Ctrl-C, by where it comes."""
+
+
+@pytest.mark.parametrize("where", LOST)
+def test_an_interrupt_isnt_lost(where):
+    code = f"""
+import os, signal, sys
+from contextlib import suppress
+import click
+from feasibee.cli import interrupts, main
+
+def interrupt():
+    os.kill(os.getpid(), signal.SIGINT)
+    for _ in range(1000):
+        pass
 
 def invoke(*arguments):
-    Freed()
+    exec({LOST[where]!r}, globals())
     print("went on")
 
 click.Group.invoke = invoke

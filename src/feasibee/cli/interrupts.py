@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
+from types import TracebackType
 from typing import Any, NoReturn
 
 UNHARMED = "no file was left half-written"
@@ -26,6 +27,7 @@ def begin() -> None:
     _handled[:] = [each for each in _SIGNALS if signal.getsignal(each) not in (signal.SIG_IGN, None)]
     _handle(partial(_leave, UNHARMED))
     sys.unraisablehook = _leave_or_print
+    sys.excepthook = _leave_or_show
 
 
 def end() -> None:
@@ -61,6 +63,8 @@ def leaving(what: str) -> Iterator[None]:
         What to print of the state that is left.
     """
     _handle(partial(_leave, what))
+    if _seen:  # a module whose import was interrupted may have gone on without it
+        _leave(what, _seen[0])
     try:
         yield
     finally:
@@ -96,3 +100,10 @@ def _leave_or_print(what: sys.UnraisableHookArgs) -> None:
     if _seen and issubclass(what.exc_type, KeyboardInterrupt | SystemExit):
         _leave(UNHARMED, _seen[0])
     sys.__unraisablehook__(what)
+
+
+def _leave_or_show(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """End at once if a signal came where a module written in C would print the error and go on."""
+    if _seen and issubclass(kind, KeyboardInterrupt | SystemExit):
+        _leave(UNHARMED, _seen[0])
+    sys.__excepthook__(kind, error, trace)
