@@ -168,7 +168,7 @@ def less(whole: tuple[int, int], part: tuple[int, int]) -> tuple[int, int]:
 
 def names_in_c(*, knowledge: bool) -> list[str]:
     """Return the strategies in C that pass on knowledge, or opinions only."""
-    return [name for name in firmware.strategies_in_c() if STRATEGIES[name].knowledge == knowledge]
+    return [name for name in STRATEGIES if STRATEGIES[name].knowledge == knowledge]
 
 
 TABLES = {

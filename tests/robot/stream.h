@@ -1,6 +1,6 @@
 /* What swarm.c and frames.c share: settings and draws, read from standard input. */
 
-#define FEASIBEE_WORDS 4096
+#define FEASIBEE_WORDS 8192
 #include "feasibee.h"
 
 #include <stdio.h>
@@ -77,6 +77,7 @@ static uint8_t read_setting(void)
     setting.tasks = read_short();
     setting.robot_ids = read_short();
     setting.task_ids = read_short();
+    setting.robot_classes = setting.task_classes = 1;
     setting.id_bits = read_byte();
     setting.knows_count = read_byte();
     bool walled = read_byte();
@@ -96,7 +97,7 @@ static uint8_t read_setting(void)
     (void)walled;
 #endif
     for (uint8_t k = 0; k < 6; k++)
-        setting.parameters[k] = FEASIBEE_NUMBER(numbers[8 + k]);
+        setting.parameters[k] = FEASIBEE_REAL(numbers[8 + k]);
     settings = feasibee_defaults(strategies[strategy]);
     settings.exploration = (feasibee_steps)(numbers[5] * FEASIBEE_STEP);
     settings.gain = (feasibee_steps)(numbers[6] * FEASIBEE_STEP);

@@ -24,7 +24,7 @@ static void observe(struct feasibee_robot *robot)
     take(&robot->y, sizeof robot->y);
 #endif
     for (uint8_t left = read_byte(); left > 0; left--) {
-        struct feasibee_thing thing;
+        struct feasibee_thing thing = {0};
         thing.is_robot = read_byte();
         int16_t id;
         take(&id, sizeof id);
@@ -99,14 +99,14 @@ int main(void)
     for (int byte = getchar(); byte != EOF; byte = getchar()) {
         ungetc(byte, stdin);
         uint8_t strategy = read_setting();
-        uint32_t words = strategies[strategy]->knowledge->words(&setting);
+        uint32_t words = (uint32_t)strategies[strategy]->knowledge->words(&setting);
         uint32_t steps;
         uint8_t number = read_byte();
         take(&steps, sizeof steps);
         if (words > FEASIBEE_WORDS || number > ROBOTS)
             return 2;
         for (uint8_t k = 0; k < number; k++) {
-            struct feasibee_me me = {&last[k], k, 0, 0};
+            struct feasibee_me me = {.context = &last[k], .id = k};
             take(&last[k], 4);
             take(&me.hash, 4);
             take(&me.step, 4);

@@ -11,14 +11,13 @@ from fractions import Fraction
 from zlib import crc32
 
 from feasibee.robot import Controller, Declare, Message, Settings, Wire, WireError
-from feasibee.robot.firmware import strategies_in_c
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
 from tests.robot.driving import Draws, assert_equal
 
-NAMES = strategies_in_c()
+NAMES = list(STRATEGIES)
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
 STATE = struct.Struct("<BBBIHIIIH")
 """Opinion + 1, declared + 1, phase, steps left, length and CRC of the frame, CRCs, rating."""
@@ -47,6 +46,13 @@ VARIANTS = {
     },
     "roster-turns": {
         "name_bits": [2.0, 7.0, 20.0, 30.0],
+        "robot_timeout": [0.0, 9.0, 30.5, 1e5],
+        "looks": [1.0, 2.0],
+        "tolerates": [0.0, 0.0, 1.0, 2.0],
+    },
+    "map": {"cell": [4.0, 7.0, 30.0], "rows": [0.0, 0.0, 1.0, 2.0], "tolerates": [0.0, 0.0, 1.0, 2.0]},
+    "roster": {
+        "task_timeout": [0.0, 9.0, 30.5, 1e5],
         "robot_timeout": [0.0, 9.0, 30.5, 1e5],
         "looks": [1.0, 2.0],
         "tolerates": [0.0, 0.0, 1.0, 2.0],

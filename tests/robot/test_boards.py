@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.sizes import names_in_c
-from feasibee.robot.firmware import strategies_in_c
+from feasibee.strategies import STRATEGIES as KINDS
 from tests.robot import boards, frames
 
 DOUBLE = "-DFEASIBEE_DOUBLE"
@@ -24,7 +24,7 @@ STRATEGIES = [
 ]
 FRAMES = [
     *(("ATmega328P", (), name, 100) for name in SMALL),
-    *(pytest.param("Cortex-M4", (DOUBLE,), name, 1000, marks=pytest.mark.slow) for name in strategies_in_c()),
+    *(pytest.param("Cortex-M4", (DOUBLE,), name, 1000, marks=pytest.mark.slow) for name in KINDS),
 ]
 
 

@@ -1,35 +1,49 @@
-"""The controller in C99: one header for robots, made of the parts in `c/`."""
+"""The controller in C99: one header for robots, made of the parts in `c/` and of translated strategies."""
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 from feasibee.errors import FeasibeeError, quoted
+from feasibee.robot.translate import ARGUMENTS, Signature, Translation
 from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Strategy
 
-__all__ = ["header", "strategies_in_c"]
+__all__ = ["header"]
 
 MOST_SENDERS = 65_535
 """Largest capacity of an inbox in C."""
 _FOLDER = Path(__file__).parent / "c"
 _LOCAL_INCLUDE = re.compile(r'#include "(\w+\.h)"\n+')
 
+_QUIETLY = """/* --- Translated from Python --- */
 
-def strategies_in_c() -> list[str]:
-    """Return the names of the strategies that exist in C, in the order of `STRATEGIES`."""
-    return [name for name in STRATEGIES if (_FOLDER / _part(name)).exists()]
+#ifdef __GNUC__
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wconversion"
+#pragma GCC diagnostic ignored "-Wsign-conversion"
+#endif
+"""
+"""Python's numbers change their types without a word."""
+_LOUDLY = """#ifdef __GNUC__
+#pragma GCC diagnostic pop
+#endif
+"""
 
 
-def header(strategy: str | Sequence[str] | None = None, inbox: int | None = None) -> str:
+def header(
+    strategy: str | Strategy | Sequence[str | Strategy] | None = None, inbox: int | None = None
+) -> str:
     """Return the text of ``feasibee.h``.
 
     Parameters
     ----------
-    strategy : str or sequence of str, optional
-        The strategies to include; by default all of `strategies_in_c`.
+    strategy : str, Strategy or sequence of them, optional
+        The strategies to include, by name or as they are; by default all built-in ones.
     inbox : int, optional
         Number of senders whose latest message a robot keeps; by default 64. A program may define
         ``FEASIBEE_INBOX`` before it includes the file.
@@ -37,7 +51,7 @@ def header(strategy: str | Sequence[str] | None = None, inbox: int | None = None
     Raises
     ------
     FeasibeeError
-        If a strategy does not exist in C, or the inbox is not from 1 to 65535.
+        If there is no such strategy, it can't be translated, or the inbox is not from 1 to 65535.
 
     Examples
     --------
@@ -45,31 +59,55 @@ def header(strategy: str | Sequence[str] | None = None, inbox: int | None = None
     >>> "feasibee_dmmd" in header("dmmd", inbox=32)
     True
     """
-    everything = strategies_in_c()
-    names = everything if strategy is None else [strategy] if isinstance(strategy, str) else list(strategy)
-    for name in names:
-        if name not in everything:
-            remedy = f"use {', '.join(everything)}"
-            raise FeasibeeError(f"strategy = {quoted(name)}: must be a strategy that exists in C; {remedy}")
+    given = [strategy] if isinstance(strategy, str | Strategy) else list(strategy or STRATEGIES)
+    chosen = list(dict.fromkeys(_strategy(each) for each in given))
     if inbox is not None and not 1 <= inbox <= MOST_SENDERS:
         raise FeasibeeError(f"inbox = {inbox}: must be from 1 to {MOST_SENDERS} senders; use 32")
-    chosen = [name for name in everything if name in names]
-    return "".join([_beginning(chosen, inbox), *_parts(map(_part, chosen)), "\n#endif\n"])
+    by_hand = [each for each in chosen if _by_hand(each)]
+    translation = Translation()
+    constants = [_translated(each, translation) for each in chosen if not _by_hand(each)]
+    parts = list(_parts([*map(_part, by_hand), *(["rules.h", "words.h"] if constants else []), "phases.h", "wire.h"]))
+    made = [*translation.structs(), *translation.functions, *constants]
+    made = [_QUIETLY, *made, _LOUDLY] if made else []
+    return "".join([_beginning(chosen, inbox), *parts, *(f"\n{each}" for each in made), "\n#endif\n"])
 
 
-def _part(name: str) -> str:
-    """Return the file that holds a strategy."""
-    return f"{name.replace('-', '_')}.h"
+def constant(strategy: Strategy) -> str:
+    """Return the name of a strategy in C."""
+    stem = strategy.name.replace("\\", "/").rpartition("/")[2].removesuffix(".py")
+    return f"feasibee_{re.sub(r'[^0-9A-Za-z]', '_', stem)}"
 
 
-def _beginning(names: Sequence[str], inbox: int | None) -> str:
+def _strategy(given: str | Strategy) -> Strategy:
+    if isinstance(given, Strategy):
+        return given
+    if given not in STRATEGIES:
+        raise FeasibeeError(f"strategy = {quoted(given)}: must be one of {', '.join(STRATEGIES)}")
+    return STRATEGIES[given]
+
+
+def _part(strategy: Strategy) -> str:
+    """Return the file that holds a strategy written by hand."""
+    return f"{strategy.name.replace('-', '_')}.h"
+
+
+def _by_hand(strategy: Strategy) -> bool:
+    """Whether a strategy is written by hand: those that pass on opinions only, for processors of 8 bits."""
+    return not strategy.source and (_FOLDER / _part(strategy)).exists()
+
+
+def _beginning(strategies: Sequence[Strategy], inbox: int | None) -> str:
     """Return the comment at the top, and the macros that the chosen strategies need."""
     macros = {} if inbox is None else {"FEASIBEE_INBOX": inbox}
-    if not any(STRATEGIES[name].value_bits for name in names):
+    if not any(each.value_bits for each in strategies):
         macros["FEASIBEE_VALUES"] = 0
+    made = [each for each in strategies if not _by_hand(each)]
+    if made:
+        macros["FEASIBEE_MEMORY"] = max(1, *(each.memory for each in made))
+        macros["FEASIBEE_PARAMETERS"] = max(1, *(len(each.parameters) for each in made))
     lines = [
         f"/* feasibee {version('feasibee')}: the controller of one robot of a swarm, in C99. Apache-2.0.",
-        f" * Strategies: {', '.join(names)}. Written by `feasibee header`. */",
+        f" * Strategies: {', '.join(each.name for each in strategies)}. Written by `feasibee header`. */",
         "",
         "#ifndef FEASIBEE_H",
         "#define FEASIBEE_H",
@@ -80,7 +118,7 @@ def _beginning(names: Sequence[str], inbox: int | None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _parts(strategies: Iterable[str]) -> Iterable[str]:
+def _parts(names: Iterable[str]) -> Iterable[str]:
     """Yield each part once, after the parts that it includes."""
     done: set[str] = set()
 
@@ -93,5 +131,112 @@ def _parts(strategies: Iterable[str]) -> Iterable[str]:
             yield from with_included(included)
         yield "\n" + _LOCAL_INCLUDE.sub("", text)
 
-    for name in ("controller.h", *strategies, "phases.h", "wire.h"):
+    for name in ("controller.h", *names):
         yield from with_included(name)
+
+
+# --- Translated strategies ---
+
+
+def _translated(strategy: Strategy, translation: Translation) -> str:
+    """Translate a strategy's functions; return its constants in C."""
+    name = constant(strategy)
+    skipped = {"pack", "unpack"} if "layout" in strategy.functions else set()
+    found = {
+        each: translation.entry(each, inspect.unwrap(getattr(strategy, each)), strategy.source)
+        for each in ARGUMENTS
+        if each in strategy.functions - skipped
+    }
+    floating = any(each.needs.position or each.needs.floating for each in found.values())
+    floating = floating or not found.keys().isdisjoint({"quality", "dissemination", "value"})
+    glue = [*_ratings(strategy, found), *_knowledge(strategy, found)]
+    glue += [
+        f"static const struct feasibee_strategy {name} = {{",
+        f"    {_flag(strategy.forgets)}, {_flag(strategy.starts_neutral)}, {strategy.value_bits}, false,",
+        f"    {f'{name}_rated' if 'quality' in found else 'feasibee_share_of_robots'},",
+        f"    {f'{name}_says' if 'say' in found else 'NULL'}, {f'{name}_sends' if strategy.value_bits else 'NULL'},",
+        f"    {f'{name}_lasts' if _lasts(found) else 'NULL'}, {name}_decides,",
+        f"    {f'&{name}_knowledge' if strategy.knowledge else 'NULL'},",
+        "};",
+    ]
+    conditions = [
+        *(["FEASIBEE_WORDS > 0"] if strategy.knowledge else []),
+        *(["defined(FEASIBEE_DOUBLE)"] if floating else []),
+    ]
+    if conditions:
+        glue = [f"#if {' && '.join(conditions)}", "", *glue, "", "#endif"]
+    return "\n".join([*glue, ""])
+
+
+def _flag(flag: bool) -> str:
+    return "true" if flag else "false"
+
+
+def _lasts(found: dict[str, Signature]) -> str:
+    """Return for how long a robot broadcasts, in steps, "" if that is its gain."""
+    gain = "(feasibee_real)robot->settings->gain / (feasibee_real)FEASIBEE_STEP"
+    if "lasting" in found:
+        return f"{found['lasting'].name}(robot, {gain})"
+    if "dissemination" in found:
+        return f"{found['dissemination'].name}(feasibee_own_quality(robot), {gain})"
+    return ""
+
+
+def _ratings(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]:
+    """Yield the functions that rate, tell and choose opinions, as the controller calls them."""
+    name, robot = constant(strategy), "struct feasibee_robot *robot"
+
+    def function(result: str, what: str, arguments: str, value: str) -> list[str]:
+        return [f"static {result} {name}_{what}({arguments})", "{", f"    return {value};", "}", ""]
+
+    if "quality" in found:
+        rated = f"(struct feasibee_ratio){{{found['quality'].name}((int64_t)robots, (int64_t)tasks), 1}}"
+        yield from function("struct feasibee_ratio", "rated", "feasibee_amount robots, feasibee_amount tasks", rated)
+    if "say" in found:
+        yield from function("int8_t", "says", robot, f"feasibee_opinion({found['say'].name}(robot))")
+    if strategy.value_bits:
+        value = f"{found['value'].name}(robot)" if "value" in found else "feasibee_real_of(robot->feasible_quality)"
+        yield from function("uint16_t", "sends", robot, f"feasibee_sent({value}, {strategy.value_bits})")
+    if _lasts(found):
+        lasts = f"(feasibee_steps)(({_lasts(found)}) * FEASIBEE_REAL(FEASIBEE_STEP))"
+        yield from function("feasibee_steps", "lasts", robot, lasts)
+    votes = f"{robot}, const struct feasibee_votes *votes"
+    decided = f"feasibee_opinion({found['decide'].name}(robot, votes))"
+    yield from function("int8_t", "decides", votes, decided)
+
+
+def _knowledge(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]:
+    """Yield the table of the functions for knowledge."""
+    if not strategy.knowledge:
+        return
+    name = constant(strategy)
+    if "pack" in found:
+        yield from _both_ways(name, found)
+    laid = found["layout"].name if "layout" in found else f"{name}_layout" if "pack" in found else "NULL"
+    table = [found[each].name if each in found else "NULL" for each in _TABLE]
+    yield from (
+        f"static const struct feasibee_knowledge {name}_knowledge = {{",
+        f"    {len(strategy.parameters)}, {_flag(strategy.by_name)},",
+        *(f"    {each}," for each in [*table, laid]),
+        "};",
+        "",
+    )
+
+
+_TABLE = ("words", "message_words", "start", "observe", "encode", "merge", "count", "declare", "judge")
+"""The functions of ``struct feasibee_knowledge``, in their order."""
+
+
+def _both_ways(name: str, found: dict[str, Signature]) -> Iterable[str]:
+    """Yield the one function that a robot has for ``pack`` and ``unpack``."""
+    yield from (
+        f"static feasibee_int {name}_layout(struct feasibee_layout *wire, struct feasibee_row message,",
+        "    feasibee_int sender, const struct feasibee_setting *setting)",
+        "{",
+        "    if (wire->reader)",
+        f"        return {found['unpack'].name}(message, wire->reader, setting);",
+        f"    {found['pack'].name}(wire->writer, message, sender, setting);",
+        "    return -1;",
+        "}",
+        "",
+    )

@@ -108,23 +108,32 @@ def bits(message, me):
 def layout(wire, message, sender, setting):
     """Go through the names of all robots, and then of all tasks."""
     first = setting.robot_classes * words_of(setting.robot_ids)
-    list_names(wire, message, range(first), LAST + 1, setting.robot_classes, True, setting)
-    list_names(wire, message, range(first, len(message)), LAST + 1, setting.task_classes, False, setting)
+    list_names(wire, message, 0, first, LAST + 1, setting.robot_classes, True, setting)
+    list_names(wire, message, first, len(message), LAST + 1, setting.task_classes, False, setting)
     return -1
 
 
-def list_names(wire, message, words, in_word, classes, is_robot, setting):
+def list_names(wire, message, first, end, in_word, classes, is_robot, setting):
     """Go through the names in these words of a message, a set for each class, in rising order."""
-    ids, last = len(words) // classes * in_word, -1
-    known = [k for k in range(classes * ids) if message[words[k // in_word]] >> (k % in_word) & 1]
-    for k in wire.listed(known):
-        name = k % max(ids, 1)
+    ids, last = (end - first) // classes * in_word, -1
+    place = next_member(message, first, end, in_word, 0)
+    while wire.flag(place < classes * ids):
+        name = place % max(ids, 1)
         if is_robot:
             name = wire.number(name, setting.id_bits, setting.robot_ids)
         else:
             name = wire.task(wire.number(name, POSITION_BITS), name, setting.task_ids)
-        kind = wire.number(k // max(ids, 1), (classes - 1).bit_length(), classes)
+        kind = wire.number(place // max(ids, 1), (classes - 1).bit_length(), classes)
         place = kind * ids + name
         wire.check(place > last, "lists names out of order")
-        message[words[place // in_word]] |= 1 << (place % in_word)
-        last = place
+        if place > last:
+            message[first + place // in_word] |= 1 << (place % in_word)
+            last = place
+        place = next_member(message, first, end, in_word, last + 1)
+
+
+def next_member(row, first, end, in_word, member):
+    """Return the first member from this one on of the sets in these words; their size if there is none."""
+    while first + member // in_word < end and row[first + member // in_word] >> (member % in_word) & 1 == 0:
+        member += 1
+    return member

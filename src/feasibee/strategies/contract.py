@@ -52,6 +52,7 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "judge": ("known", "me"),
     "gap": ("known", "me"),
     "describe": ("known", "me"),
+    "layout": ("wire", "message", "sender", "setting"),
     "pack": ("writer", "message", "sender", "setting"),
     "unpack": ("message", "reader", "setting"),
 }
@@ -346,6 +347,9 @@ class Strategy(Manifest):
     negative if there are robots to spare."""
     describe: Callable[[Any, Me], str] | None = None
     """``describe(known, me)``: what is known, as a text for people, for the live page; no run calls it."""
+    layout: Callable[[Any, Any, int, Setting], int] | None = None
+    """``layout(wire, message, sender, setting)``: go through a message from its first bit to its last, in
+    place of ``pack`` and ``unpack``, which are made of it: see ``feasibee.strategies.layout``."""
     pack: Callable[[Any, Sequence[int], int, Setting], None] | None = None
     unpack: Callable[[Any, Any, Setting], int] | None = None
     """``pack(writer, message, sender, setting)``: write a message as the bits that ``bits`` counts.

@@ -1,6 +1,6 @@
 """One description of a message's bits, by which it is written and read.
 
-A built-in strategy's ``layout(wire, message, sender, setting)`` goes through a message from its first bit to
+A strategy's ``layout(wire, message, sender, setting)`` goes through a message from its first bit to
 its last. It gives each call what to write, and stores what the call returns: the same when writing, else
 what was read. It returns the sender's id, -1 if it isn't sent. ``pack`` and ``unpack`` are made of it.
 """
@@ -29,12 +29,6 @@ class Bits:
             return self.stream.rice(limit, low)
         self.stream.rice(number, low)
         return number
-
-    def listed(self, items):
-        """Yield each item after a bit 1, and end the list with a bit 0; when reading, yield 0 for each."""
-        items = iter(items)
-        while self.flag((item := next(items, None)) is not None):
-            yield item or 0
 
     def task(self, name, task, limit):
         """Return the id of a task: the one given, or when reading that of its name, below the limit."""

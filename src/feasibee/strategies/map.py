@@ -333,13 +333,24 @@ def layout(wire, message, sender, setting):
     message[VERDICT] = 1 + wire.number(message[VERDICT] - 1, 1) if is_sure else 0
     if not has_map(message[VERDICT], setting):
         return sender
-    cells, rows, sent = range(CELLS, len(message)), rows_of(setting), rows_sent(setting)
+    rows, sent = rows_of(setting), rows_sent(setting)
     if sent < rows:
         message[ROW] = wire.number(message[ROW], (rows - 1).bit_length(), rows - sent + 1)
-    is_whole = wire.flag(all(message[CELLS:]))
-    known = [is_whole or wire.flag(message[cell] != 0) for cell in cells]
-    wire.check(is_whole or not all(known), "lists all cells as known, one by one")
-    for cell, is_known in zip(cells, known, strict=True):
-        message[cell] = 1 + wire.rice(message[cell] - 1, 0, MOST_TASKS) if is_known else 0
+    cells = len(message) - CELLS
+    is_whole = wire.flag(cells_known(message) == cells)
+    for cell in range(CELLS, len(message)):  # when reading, 1 until its value is read
+        message[cell] = max(message[cell], 1) if is_whole or wire.flag(message[cell] != 0) else 0
+    wire.check(is_whole or cells_known(message) < cells, "lists all cells as known, one by one")
+    for cell in range(CELLS, len(message)):
+        if message[cell] != 0:
+            message[cell] = 1 + wire.rice(message[cell] - 1, 0, MOST_TASKS)
     summarize(message)
     return sender
+
+
+def cells_known(message):
+    """Return the number of cells in a message that are known."""
+    number = 0
+    for cell in range(CELLS, len(message)):
+        number += message[cell] != 0
+    return number

@@ -194,6 +194,11 @@ def quiet_steps(robots, setting):
     """Return q, the quiet time after which a robot that knows of so many robots is sure, in steps."""
     if setting.parameters[QUIET] > 0:
         return steps_given(setting.parameters[QUIET])
+    return computed_steps(robots, setting)
+
+
+def computed_steps(robots, setting):
+    """Return the quiet time of robots that aren't given one, in steps."""
     lasts = max(setting.dissemination, min(setting.parameters[LASTS], float(NEVER)) / 2.0)
     exploring = setting.exploration / (setting.exploration + lasts)
     return steps_with(exploring, patience(robots, tolerated(setting, TOLERATES)), robots, setting)
@@ -217,6 +222,6 @@ def layout(wire, message, sender, setting):
     tolerates, first = tolerated(setting, TOLERATES), robot_words(setting)
     sender = wire.number(sender, setting.id_bits, setting.robots) if tolerates > 0 else -1
     if first > 0:
-        list_names(wire, message, range(first), MEMBERS, 1, True, setting)
-    list_names(wire, message, range(first, len(message)), MEMBERS, 1, False, setting)
+        list_names(wire, message, 0, first, MEMBERS, 1, True, setting)
+    list_names(wire, message, first, len(message), MEMBERS, 1, False, setting)
     return sender

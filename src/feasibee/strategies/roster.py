@@ -346,26 +346,54 @@ def layout(wire, message, sender, setting):
     tasks, first = setting.task_ids, ENTRIES + robot_entries(setting)
     tolerates = tolerated(setting, TOLERATES)
     sender = wire.number(sender, setting.id_bits, setting.robots) if tolerates > 0 else -1
-    message[0], last = wire.number(message[0], WIDTH_BITS, PAST.bit_length()), -1
-    known = [(message[k + tasks] % SIDE**2, k) for k in range(first, first + tasks) if message[k] != 0]
-    for k in wire.listed(k for _, k in sorted(known)):
-        place = wire.number(message[k + tasks] % SIDE**2, POSITION_BITS)
-        wire.check(place > last, "lists tasks out of order")
-        last, entry = place, first + wire.task(place, k - first, tasks)
-        wire.check(message[entry] == 0, "lists a task twice")
-        is_there = wire.flag(message[k] % 2 == 1)
-        message[entry] = 2 - is_there + 2 * wire.number((message[k] - 1) // 2, message[0])
-        message[entry + tasks] = place
+    message[0] = wire.number(message[0], WIDTH_BITS, PAST.bit_length())
+    list_tasks(wire, message, first, tasks, setting)
     if first > ENTRIES:
         list_robots(wire, message, setting)
     return sender
 
 
+def list_tasks(wire, message, first, tasks, setting):
+    """Go through the tasks in the order of their places, and their ages."""
+    last, last_entry = -1, -1
+    entry = next_task(message, first, tasks, last, last_entry)
+    while wire.flag(entry >= 0):
+        known = max(entry, first)
+        place = wire.number(message[known + tasks] % SIDE**2, POSITION_BITS)
+        wire.check(place > last, "lists tasks out of order")
+        task = first + wire.task(place, known - first, tasks)
+        wire.check(message[task] == 0, "lists a task twice")
+        is_there = wire.flag(message[known] % 2 == 1)
+        message[task] = 2 - is_there + 2 * wire.number((message[known] - 1) // 2, message[0])
+        message[task + tasks] = place
+        last, last_entry = place, task
+        entry = next_task(message, first, tasks, last, last_entry)
+
+
+def next_task(message, first, tasks, place, entry):
+    """Return the entry of the task that follows in the order of places, and then of entries; -1 at the end."""
+    found, nearest = -1, SIDE**2
+    for k in range(first, first + tasks):
+        there = message[k + tasks] % SIDE**2
+        if message[k] != 0 and (there > place or (there == place and k > entry)) and there < nearest:
+            found, nearest = k, there
+    return found
+
+
 def list_robots(wire, message, setting):
     """Go through the robots that are there, in rising order, and their ages."""
     last, robots = -1, robot_entries(setting)
-    for k in wire.listed(k for k in range(robots) if message[ENTRIES + k] != 0):
-        robot = wire.number(k, setting.id_bits, robots)
+    robot = next_robot(message, 0, robots)
+    while wire.flag(robot < robots):
+        robot = wire.number(robot, setting.id_bits, robots)
         wire.check(robot > last, "lists robots out of order")
-        message[ENTRIES + robot] = 1 + 2 * wire.number((message[ENTRIES + k] - 1) // 2, message[0])
+        message[ENTRIES + robot] = 1 + 2 * wire.number((message[ENTRIES + robot] - 1) // 2, message[0])
         last = robot
+        robot = next_robot(message, last + 1, robots)
+
+
+def next_robot(message, robot, robots):
+    """Return the first robot from this one on that is there; the number of robots if there is none."""
+    while robot < robots and message[ENTRIES + robot] == 0:
+        robot += 1
+    return robot

@@ -126,6 +126,6 @@ def bits(message, me):
 
 def layout(wire, message, sender, setting):
     """Go through all registers."""
-    for register, rank in enumerate(message):
-        message[register] = wire.number(rank, RANK_BITS)
+    for register in range(len(message)):
+        message[register] = wire.number(message[register], RANK_BITS)
     return -1

@@ -130,14 +130,22 @@ def layout(wire, message, sender, setting):
     """Go through the rows that aren't zero, in rising order, all totals at the width of the largest."""
     classes, last = setting.robot_classes + setting.task_classes, -1
     width = wire.number(rows_of(message, classes)[1].bit_length(), WIDTH_BITS)
-    seen = [k for k in range(setting.robots) if any(message[k * classes : (k + 1) * classes])]
-    for k in wire.listed(seen):
-        robot = wire.number(k, setting.id_bits, setting.robots)
-        row = range(robot * classes, (robot + 1) * classes)
-        for place in row:
+    robot = next_row(message, 0, classes)
+    while wire.flag(robot < setting.robots):
+        robot = wire.number(robot, setting.id_bits, setting.robots)
+        for place in range(robot * classes, (robot + 1) * classes):
             message[place] = wire.number(message[place], width)
-        rises = robot > last and any(message[place] for place in row)
+        rises = robot > last and next_row(message, robot, classes) == robot
         wire.check(rises, "lists rows out of order, or without sightings")
         last = robot
+        robot = next_row(message, last + 1, classes)
     wire.check(rows_of(message, classes)[1].bit_length() == width, "has totals of another width")
     return -1
+
+
+def next_row(table, row, classes):
+    """Return the first row from this one on that isn't zero; the number of rows if there is none."""
+    k = row * classes
+    while k < len(table) and table[k] == 0:
+        k += 1
+    return k // classes

@@ -312,10 +312,17 @@ def layout(wire, message, sender, setting):
         for k in range(1, len(message)):
             message[k] = wire.number(message[k], length)
         return sender
-    names = sorted({name for name in message[1:] if name != 0})  # a lie may hold a name twice
-    number = wire.number(len(names), places(setting).bit_length(), len(message))
+    number = 0  # of different names: a lie may hold one twice
+    for k in range(1, len(message)):
+        if message[k] > last:
+            last = message[k]
+            number += 1
+    number = wire.number(number, places(setting).bit_length(), len(message))
+    last, at = 0, 1
     for k in range(number):
-        gap = names[k] - last - 1 if names else 0
+        while at < len(message) - 1 and message[at] <= last:
+            at += 1
+        gap = max(message[at] - last - 1, 0)
         last += 1 + wire.rice(gap, low_bits(number, length), 2**length - 1 - last)
         message[1 + k] = last
     return sender

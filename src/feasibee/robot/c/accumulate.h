@@ -10,7 +10,7 @@ static inline int8_t feasibee_accumulate_decide(struct feasibee_robot *robot,
 }
 
 static const struct feasibee_strategy feasibee_accumulate = {
-    /* forgets */ false, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    /* forgets */ false, /* starts_neutral */ false, /* value_bits */ 0, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
     feasibee_accumulate_decide, /* knowledge */ NULL,
 };

@@ -8,7 +8,7 @@
 #endif
 
 /* Return the quality of feasible, half a sighting of each added, so that it is never 0 or 1. */
-static inline struct feasibee_ratio feasibee_average_quality(uint32_t robots, uint32_t tasks)
+static inline struct feasibee_ratio feasibee_average_quality(feasibee_amount robots, feasibee_amount tasks)
 {
     struct feasibee_ratio share = {2 * robots + 1, 2 * (robots + tasks + 1)};
     return share;
@@ -44,7 +44,7 @@ static inline int8_t feasibee_average_decide(struct feasibee_robot *robot, const
 }
 
 static const struct feasibee_strategy feasibee_average = {
-    /* forgets */ false, /* starts_neutral */ false, /* sends_value */ true, /* modulates */ false,
-    feasibee_average_quality, /* say */ NULL, feasibee_average_value,
+    /* forgets */ false, /* starts_neutral */ false, /* value_bits */ 16, /* modulates */ false,
+    feasibee_average_quality, /* say */ NULL, feasibee_average_value, /* lasting */ NULL,
     feasibee_average_decide, /* knowledge */ NULL,
 };

@@ -5,7 +5,7 @@
 /* Return what the last exploration showed: 1 more robots than tasks, 0 fewer, -1 as many. */
 static inline int8_t feasibee_bayes_observation(const struct feasibee_robot *robot)
 {
-    uint32_t part = robot->feasible_quality.part, rest = robot->feasible_quality.whole - part;
+    feasibee_amount part = robot->feasible_quality.part, rest = robot->feasible_quality.whole - part;
     if (part == rest)
         return FEASIBEE_NONE;
     return part > rest ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
@@ -56,7 +56,7 @@ static inline int8_t feasibee_bayes_decide(struct feasibee_robot *robot, const s
 }
 
 static const struct feasibee_strategy feasibee_bayes = {
-    /* forgets */ true, /* starts_neutral */ true, /* sends_value */ false, /* modulates */ false,
-    feasibee_share_of_robots, feasibee_bayes_say, /* value */ NULL,
+    /* forgets */ true, /* starts_neutral */ true, /* value_bits */ 0, /* modulates */ false,
+    feasibee_share_of_robots, feasibee_bayes_say, /* value */ NULL, /* lasting */ NULL,
     feasibee_bayes_decide, /* knowledge */ NULL,
 };

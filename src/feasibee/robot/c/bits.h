@@ -16,6 +16,7 @@ struct feasibee_reader {
     uint32_t length; /* in bits */
     uint32_t place;  /* bits read */
     bool failed;
+    int32_t (*task_of)(uint32_t name); /* returns the id of a task by its name; NULL: the name is the id */
 };
 
 static inline void feasibee_write_flag(struct feasibee_writer *writer, bool flag)
@@ -58,8 +59,8 @@ static inline void feasibee_check(struct feasibee_reader *reader, bool holds)
 static inline bool feasibee_read_flag(struct feasibee_reader *reader)
 {
     feasibee_check(reader, reader->place < reader->length);
-    if (reader->failed)
-        return false;
+    if (reader->failed) /* as if at random, so that a loop that waits for one ends */
+        return (reader->place++ * UINT32_C(0x9E3779B1)) >> 31;
     bool flag = reader->bytes[reader->place >> 3] >> (7 - (reader->place & 7)) & 1;
     reader->place++;
     return flag;
@@ -69,7 +70,7 @@ static inline bool feasibee_read_flag(struct feasibee_reader *reader)
 static inline uint32_t feasibee_read(struct feasibee_reader *reader, uint8_t bits)
 {
     uint32_t number = 0;
-    while (bits > 0) {
+    while (bits > 0 && !reader->failed) {
         bits--;
         number = number << 1 | feasibee_read_flag(reader);
     }
@@ -93,4 +94,12 @@ static inline uint32_t feasibee_read_rice(struct feasibee_reader *reader, uint32
     uint32_t number = upper << low | feasibee_read(reader, low);
     feasibee_check(reader, number < limit);
     return reader->failed ? 0 : number;
+}
+
+/* Return the id of a task by its name; it must be below a limit. */
+static inline uint32_t feasibee_read_task(struct feasibee_reader *reader, uint32_t name, uint32_t limit)
+{
+    uint32_t task = reader->task_of ? (uint32_t)reader->task_of(name) : name;
+    feasibee_check(reader, task < limit);
+    return reader->failed ? 0 : task;
 }

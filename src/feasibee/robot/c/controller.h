@@ -21,6 +21,8 @@
  *   FEASIBEE_LOG      a function of a double, where there is no math.h; by default log
  *   FEASIBEE_WORDS, FEASIBEE_MESSAGE_WORDS
  *                     most words of knowledge, and of knowledge in a message; by default 0: none
+ *   FEASIBEE_INT32    whole numbers of translated strategies have 32 bits with FEASIBEE_DOUBLE, too, instead of 64
+ *   FEASIBEE_STOP     what a robot does that would need FEASIBEE_DOUBLE; by default it stops for good
  */
 
 #include <stdbool.h>
@@ -46,12 +48,41 @@
 #define FEASIBEE_MESSAGE_WORDS FEASIBEE_WORDS
 #endif
 
+#ifndef FEASIBEE_MEMORY
+#define FEASIBEE_MEMORY 1
+#endif
+#ifndef FEASIBEE_PARAMETERS
+#define FEASIBEE_PARAMETERS 1
+#endif
+#ifndef FEASIBEE_STOP
+#define FEASIBEE_STOP() \
+    do {                \
+    } while (1)
+#endif
+
 enum { FEASIBEE_NONE = -1, FEASIBEE_INFEASIBLE = 0, FEASIBEE_FEASIBLE = 1 };
 
 /* Values of listens_for that are no number of steps. */
 enum { FEASIBEE_ALWAYS = -1, FEASIBEE_DISSEMINATION = 0 };
 
 typedef FEASIBEE_ID feasibee_id;
+
+/* Numbers of strategies: real ones, whole ones, and counts that are rated. */
+#ifdef FEASIBEE_DOUBLE
+typedef double feasibee_real;
+typedef double feasibee_amount;
+#else
+typedef float feasibee_real;
+typedef uint32_t feasibee_amount;
+#endif
+#if defined(FEASIBEE_DOUBLE) && !defined(FEASIBEE_INT32)
+typedef int64_t feasibee_int;
+typedef uint64_t feasibee_unsigned;
+#else
+typedef int32_t feasibee_int;
+typedef uint32_t feasibee_unsigned;
+#endif
+#define FEASIBEE_REAL(number) ((feasibee_real)(number))
 
 /* Mean durations in steps: 10 * FEASIBEE_STEP is ten steps, 2.5 * FEASIBEE_STEP two and a half. */
 #ifdef FEASIBEE_DOUBLE
@@ -66,10 +97,10 @@ struct feasibee_robot;
 struct feasibee_knowledge; /* of strategies that pass on knowledge, as is feasibee_setting: knowledge.h */
 struct feasibee_setting;
 
-/* A number from 0 to 1 as two whole numbers. */
+/* A number from 0 to 1 as two numbers, which are whole without FEASIBEE_DOUBLE. */
 struct feasibee_ratio {
-    uint32_t part;
-    uint32_t whole; /* at least part, at least 1 */
+    feasibee_amount part;
+    feasibee_amount whole; /* at least part, at least 1 */
 };
 
 /* A mean duration: steps * share, or steps * (1 - share) if complement. May be 0. */
@@ -91,7 +122,7 @@ struct feasibee_message {
     bool declared; /* the sender has declared its opinion, if it declares by votes */
     uint16_t value; /* of 16 bits; 0 if the strategy sends none */
 #if FEASIBEE_WORDS > 0
-    uint32_t words[FEASIBEE_MESSAGE_WORDS]; /* knowledge */
+    int32_t words[FEASIBEE_MESSAGE_WORDS]; /* knowledge */
 #endif
 };
 
@@ -101,6 +132,7 @@ struct feasibee_votes {
     uint16_t infeasible; /* feasible + infeasible is at most 65535 */
     int8_t heard;        /* opinion in one message, drawn at random; -1 without messages */
     uint16_t value;      /* value in that message */
+    uint16_t one;        /* value that stands for 1 */
     uint32_t sum;        /* sum of the values of all messages */
     uint32_t chance;     /* a random word */
 };
@@ -109,11 +141,12 @@ struct feasibee_votes {
 struct feasibee_strategy {
     bool forgets;        /* whether each exploration counts afresh */
     bool starts_neutral; /* whether robots start without an opinion */
-    bool sends_value;    /* whether messages hold a value of 16 bits */
+    uint8_t value_bits;  /* length of the value in a message; 0: messages have none */
     bool modulates;      /* whether dissemination lasts in proportion to the quality of the opinion */
-    struct feasibee_ratio (*quality)(uint32_t robots, uint32_t tasks); /* of feasible */
-    int8_t (*say)(struct feasibee_robot *robot);                       /* NULL: the opinion */
-    uint16_t (*value)(struct feasibee_robot *robot);                   /* NULL: the quality of feasible */
+    struct feasibee_ratio (*quality)(feasibee_amount robots, feasibee_amount tasks); /* of feasible */
+    int8_t (*say)(struct feasibee_robot *robot);              /* NULL: the opinion */
+    uint16_t (*value)(struct feasibee_robot *robot);          /* NULL: the quality of feasible */
+    feasibee_steps (*lasting)(struct feasibee_robot *robot);  /* NULL: as modulates says */
     int8_t (*decide)(struct feasibee_robot *robot, const struct feasibee_votes *votes);
     const struct feasibee_knowledge *knowledge; /* NULL: the strategy passes on opinions only */
 };
@@ -151,6 +184,7 @@ struct feasibee_settings {
     uint32_t (*draw_duration)(void *context, const struct feasibee_mean *mean); /* steps, 1 to 2^30 */
     struct feasibee_choice (*draw_choice)(void *context);
     bool (*draw_switch)(void *context); /* whether to adopt what the own counts favour; NULL: never */
+    int32_t (*task_of)(uint32_t name);  /* the id of a task by its name in messages; NULL: they are equal */
     const struct feasibee_setting *setting; /* for strategies that pass on knowledge; otherwise NULL */
 };
 
@@ -158,6 +192,7 @@ struct feasibee_settings {
 struct feasibee_me {
     void *context;   /* given to the callbacks */
     feasibee_id id;  /* from here on: for strategies that pass on knowledge */
+    uint8_t kind;    /* number of its class */
     uint32_t hash;   /* 32 random bits, the same for all who see a robot of this id */
     uint32_t step;   /* steps that have passed, modulo 2^32; not 0 if it joins robots that began earlier */
 };
@@ -166,6 +201,7 @@ struct feasibee_me {
 struct feasibee_thing {
     bool is_robot;
     int32_t id;    /* -1 for a false sighting; of those without an id below the number of ids, none is kept */
+    uint8_t kind;  /* number of its class */
     uint32_t hash; /* 32 random bits, the same for all who see it */
 #if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
     double x, y; /* its position in a frame that all robots share, in units */
@@ -183,8 +219,8 @@ union feasibee_memory {
         uint32_t infeasible;
     } bayes;
     uint8_t rule; /* mixture */
-#if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
-    double numbers[10]; /* fading and fading-votes */
+#ifdef FEASIBEE_DOUBLE
+    double numbers[FEASIBEE_MEMORY]; /* translated strategies */
 #endif
 };
 
@@ -212,7 +248,9 @@ struct feasibee_robot {
     uint16_t values[FEASIBEE_INBOX];
 #endif
 #if FEASIBEE_WORDS > 0
-    uint32_t known[FEASIBEE_WORDS];
+    uint16_t words; /* of knowledge in use, and in a message */
+    uint16_t message_words;
+    int32_t known[FEASIBEE_WORDS];
 #ifdef FEASIBEE_DOUBLE
     double x, y; /* its position in the shared frame, in units; write it in each step */
 #endif

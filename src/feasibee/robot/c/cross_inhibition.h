@@ -13,7 +13,7 @@ static inline int8_t feasibee_cross_inhibition_decide(struct feasibee_robot *rob
 }
 
 static const struct feasibee_strategy feasibee_cross_inhibition = {
-    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* value_bits */ 0, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
     feasibee_cross_inhibition_decide, /* knowledge */ NULL,
 };

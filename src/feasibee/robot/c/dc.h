@@ -27,7 +27,7 @@ static inline int8_t feasibee_dc_decide(struct feasibee_robot *robot, const stru
 }
 
 static const struct feasibee_strategy feasibee_dc = {
-    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ true, /* modulates */ false,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* value_bits */ 16, /* modulates */ false,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
     feasibee_dc_decide, /* knowledge */ NULL,
 };

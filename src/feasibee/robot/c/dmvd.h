@@ -3,7 +3,7 @@
 #include "rules.h"
 
 static const struct feasibee_strategy feasibee_dmvd = {
-    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* value_bits */ 0, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
     feasibee_one_vote, /* knowledge */ NULL,
 };

@@ -93,8 +93,9 @@ static inline uint16_t feasibee_value_of_rank(const struct feasibee_robot *robot
 static inline struct feasibee_votes feasibee_votes_of(const struct feasibee_robot *robot,
                                                       struct feasibee_choice choice)
 {
-    struct feasibee_votes votes = {robot->heard_feasible, robot->heard_infeasible, FEASIBEE_NONE, 0, 0,
-                                   choice.chance};
+    uint16_t one = (uint16_t)((UINT32_C(1) << robot->settings->strategy->value_bits) - 1);
+    struct feasibee_votes votes = {robot->heard_feasible, robot->heard_infeasible, FEASIBEE_NONE, 0, one > 0 ? one : 1,
+                                   0, choice.chance};
     for (uint16_t place = 0; place < robot->heard; place++) {
         if (feasibee_opinion_at(robot, place) == FEASIBEE_FEASIBLE)
             votes.feasible++;
@@ -110,7 +111,7 @@ static inline struct feasibee_votes feasibee_votes_of(const struct feasibee_robo
     votes.heard = drawn < votes.feasible ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
 #if FEASIBEE_VALUES
     uint16_t before = votes.heard == FEASIBEE_FEASIBLE ? 0 : votes.feasible;
-    if (robot->settings->strategy->sends_value)
+    if (robot->settings->strategy->value_bits > 0)
         votes.value = feasibee_value_of_rank(robot, votes.heard, (uint16_t)(drawn - before));
 #endif
     return votes;

@@ -67,7 +67,7 @@ static inline int8_t feasibee_k_unanimity_decide(struct feasibee_robot *robot,
 }
 
 static const struct feasibee_strategy feasibee_k_unanimity = {
-    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* value_bits */ 0, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
     feasibee_k_unanimity_decide, /* knowledge */ NULL,
 };

@@ -3,7 +3,7 @@
 #include "rules.h"
 
 static const struct feasibee_strategy feasibee_majority = {
-    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ false,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* value_bits */ 0, /* modulates */ false,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
     feasibee_majority_of, /* knowledge */ NULL,
 };

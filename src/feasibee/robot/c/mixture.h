@@ -15,7 +15,7 @@ static inline int8_t feasibee_mixture_decide(struct feasibee_robot *robot, const
 }
 
 static const struct feasibee_strategy feasibee_mixture = {
-    /* forgets */ true, /* starts_neutral */ false, /* sends_value */ false, /* modulates */ true,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL,
+    /* forgets */ true, /* starts_neutral */ false, /* value_bits */ 0, /* modulates */ true,
+    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
     feasibee_mixture_decide, /* knowledge */ NULL,
 };

@@ -3,6 +3,7 @@
 #include "inbox.h"
 #include "knowledge.h"
 #include "numbers.h"
+#include "words.h"
 
 static inline struct feasibee_settings feasibee_defaults(const struct feasibee_strategy *strategy)
 {
@@ -28,6 +29,7 @@ static inline struct feasibee_settings feasibee_defaults(const struct feasibee_s
     settings.draw_duration = NULL;
     settings.draw_choice = NULL;
     settings.draw_switch = NULL;
+    settings.task_of = NULL;
     settings.setting = NULL;
     return settings;
 }
@@ -43,14 +45,45 @@ static inline void feasibee_explore(struct feasibee_robot *robot)
     robot->phase_left = robot->settings->draw_duration(robot->me.context, &mean);
 }
 
+#if FEASIBEE_WORDS > 0
+
+static inline struct feasibee_row feasibee_known(struct feasibee_robot *robot)
+{
+    struct feasibee_row row = {robot->known, (int16_t)robot->words};
+    return row;
+}
+
+static inline struct feasibee_row feasibee_words_of(struct feasibee_robot *robot, const int32_t *words)
+{
+    struct feasibee_row row = {(int32_t *)(uintptr_t)words, (int16_t)robot->message_words};
+    return row;
+}
+
+/* Count by what is known. Whole numbers are halved together until they fit: only their ratio matters. */
+static inline void feasibee_count_known(struct feasibee_robot *robot, feasibee_amount *robots,
+                                        feasibee_amount *tasks)
+{
+    int64_t found[2] = {0, 0};
+    struct feasibee_counts counts = {found, 2};
+    robot->settings->strategy->knowledge->count(feasibee_known(robot), counts, robot);
+#ifndef FEASIBEE_DOUBLE
+    for (; found[0] + found[1] > UINT32_MAX; found[0] >>= 1)
+        found[1] >>= 1;
+#endif
+    *robots = (feasibee_amount)found[0];
+    *tasks = (feasibee_amount)found[1];
+}
+
+#endif
+
 /* Rate feasible by the counts (model.md 4.3). */
 static inline void feasibee_rate(struct feasibee_robot *robot)
 {
-    uint32_t robots = robot->robots_seen, tasks = robot->tasks_seen;
+    feasibee_amount robots = robot->robots_seen, tasks = robot->tasks_seen;
     uint16_t floor = robot->settings->quality_floor;
 #if FEASIBEE_WORDS > 0
     if (robot->settings->strategy->knowledge)
-        robot->settings->strategy->knowledge->count(robot, &robots, &tasks);
+        feasibee_count_known(robot, &robots, &tasks);
 #endif
     robot->feasible_quality = robot->settings->strategy->quality(robots < floor ? floor : robots,
                                                                  tasks < floor ? floor : tasks);
@@ -79,14 +112,12 @@ static inline void feasibee_disseminate(struct feasibee_robot *robot)
     robot->disseminating = true;
     robot->said = strategy->say ? strategy->say(robot) : robot->opinion;
 #if FEASIBEE_VALUES
-    if (strategy->sends_value)
+    if (strategy->value_bits > 0)
         robot->value = strategy->value ? strategy->value(robot) : feasibee_value_of(robot->feasible_quality);
 #endif
     struct feasibee_mean mean = feasibee_dissemination(robot);
-#if FEASIBEE_WORDS > 0
-    if (strategy->knowledge && strategy->knowledge->lasting)
-        mean.steps = strategy->knowledge->lasting(robot);
-#endif
+    if (strategy->lasting)
+        mean.steps = strategy->lasting(robot);
     robot->phase_left = robot->settings->draw_duration(robot->me.context, &mean);
     robot->phase_left += robot->settings->dissemination_floor;
 }
@@ -138,9 +169,10 @@ static inline void feasibee_follow(struct feasibee_robot *robot)
 {
     const struct feasibee_knowledge *knowledge = robot->settings->strategy->knowledge;
     bool keeps_opinion = feasibee_keeps_opinion(robot);
-    int8_t opinion = knowledge->judge ? knowledge->judge(robot) : (int8_t)FEASIBEE_NONE;
+    struct feasibee_row known = feasibee_known(robot);
+    int8_t opinion = knowledge->judge ? (int8_t)knowledge->judge(known, robot) : (int8_t)FEASIBEE_NONE;
     if (knowledge->declare && robot->declared == FEASIBEE_NONE)
-        opinion = robot->declared = knowledge->declare(robot);
+        opinion = robot->declared = (int8_t)knowledge->declare(known, robot);
     if (opinion != FEASIBEE_NONE && !keeps_opinion)
         robot->opinion = opinion;
 }
@@ -160,8 +192,13 @@ static inline void feasibee_begin(struct feasibee_robot *robot, const struct fea
     robot->feasible_quality.part = 1;
     robot->feasible_quality.whole = 2;
 #if FEASIBEE_WORDS > 0
-    if (settings->strategy->knowledge && settings->strategy->knowledge->start)
-        settings->strategy->knowledge->start(robot);
+    const struct feasibee_knowledge *knowledge = settings->strategy->knowledge;
+    if (knowledge) {
+        robot->words = (uint16_t)knowledge->words(settings->setting);
+        robot->message_words = feasibee_message_words(knowledge, settings->setting);
+        if (knowledge->start)
+            knowledge->start(feasibee_known(robot), robot);
+    }
 #endif
     feasibee_explore(robot);
 }
@@ -177,8 +214,16 @@ static inline void feasibee_observe(struct feasibee_robot *robot, uint16_t robot
 static inline void feasibee_recognise(struct feasibee_robot *robot, const struct feasibee_thing *thing)
 {
 #if FEASIBEE_WORDS > 0
-    if (robot->settings->strategy->knowledge && !robot->disseminating)
-        robot->settings->strategy->knowledge->observe(robot, thing);
+    const struct feasibee_knowledge *knowledge = robot->settings->strategy->knowledge;
+    if (!knowledge || robot->disseminating)
+        return;
+    struct feasibee_thing seen = *thing;
+    if (!feasibee_has_id(thing, robot->settings->setting)) {
+        if (knowledge->by_name)
+            return;
+        seen.id = -1;
+    }
+    knowledge->observe(feasibee_known(robot), &seen, robot);
 #else
     (void)robot, (void)thing;
 #endif
@@ -197,7 +242,8 @@ static inline void feasibee_hear(struct feasibee_robot *robot, feasibee_id sende
 {
 #if FEASIBEE_WORDS > 0
     if (robot->settings->strategy->knowledge)
-        robot->settings->strategy->knowledge->merge(robot, message->words, sender);
+        robot->settings->strategy->knowledge->merge(
+            feasibee_known(robot), feasibee_words_of(robot, message->words), (feasibee_int)sender, robot);
     if (message->opinion == FEASIBEE_NONE) /* knowledge by wire: it has no opinion */
         return;
 #endif
@@ -206,6 +252,20 @@ static inline void feasibee_hear(struct feasibee_robot *robot, feasibee_id sende
     else
         feasibee_keep(robot, sender, message);
 }
+
+#if FEASIBEE_WORDS > 0
+
+/* Write the words of a message: by default all that is known. */
+static inline void feasibee_compose(struct feasibee_robot *robot, struct feasibee_message *message)
+{
+    const struct feasibee_knowledge *knowledge = robot->settings->strategy->knowledge;
+    for (uint16_t k = 0; k < robot->message_words; k++)
+        message->words[k] = knowledge->encode ? 0 : robot->known[k];
+    if (knowledge->encode)
+        knowledge->encode(feasibee_words_of(robot, message->words), feasibee_known(robot), robot);
+}
+
+#endif
 
 static inline bool feasibee_message(struct feasibee_robot *robot, struct feasibee_message *message)
 {
@@ -216,7 +276,7 @@ static inline bool feasibee_message(struct feasibee_robot *robot, struct feasibe
     message->declared = robot->settings->declare.rounds > 0 && robot->declared != FEASIBEE_NONE;
 #if FEASIBEE_WORDS > 0
     if (robot->settings->strategy->knowledge)
-        robot->settings->strategy->knowledge->encode(robot, message->words);
+        feasibee_compose(robot, message);
 #endif
     return true;
 }

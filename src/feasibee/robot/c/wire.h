@@ -9,6 +9,7 @@
 
 #include "bits.h"
 #include "knowledge.h"
+#include "words.h"
 
 enum {
     FEASIBEE_FRAME_VERSION = 1,
@@ -52,22 +53,18 @@ static inline uint32_t feasibee_crc_of_number(uint32_t crc, uint32_t number)
 #if FEASIBEE_WORDS > 0
 
 /* Return a parameter in 1/65536. */
-static inline uint32_t feasibee_parameter_code(feasibee_number number)
+static inline uint32_t feasibee_parameter_code(feasibee_real number)
 {
-#ifdef FEASIBEE_DOUBLE
-    return (uint32_t)(int64_t)(number * 65536.0);
-#else
-    return (uint32_t)number;
-#endif
+    return (uint32_t)(int64_t)(number * FEASIBEE_REAL(65536.0));
 }
 
 /* Add the numbers to a CRC that fix the layout of knowledge. */
 static inline uint32_t feasibee_crc_of_setting(uint32_t crc, const struct feasibee_knowledge *knowledge,
                                                const struct feasibee_setting *setting)
 {
-    crc = feasibee_crc_of_number(crc, knowledge->message_words(setting));
-    crc = feasibee_crc_of_number(crc, 1); /* classes of robots, and of tasks */
-    crc = feasibee_crc_of_number(crc, 1);
+    crc = feasibee_crc_of_number(crc, feasibee_message_words(knowledge, setting));
+    crc = feasibee_crc_of_number(crc, setting->robot_classes);
+    crc = feasibee_crc_of_number(crc, setting->task_classes);
     crc = feasibee_crc_of_number(crc, setting->knows_count);
     for (uint8_t place = 0; place < knowledge->parameters; place++)
         crc = feasibee_crc_of_number(crc, feasibee_parameter_code(setting->parameters[place]));
@@ -92,7 +89,7 @@ static inline struct feasibee_wire feasibee_wire_of(const struct feasibee_settin
         crc = feasibee_crc_of_byte(crc, (uint8_t)*name);
     crc = feasibee_crc_of_byte(crc, 0);
     crc = feasibee_crc_of_number(crc, id_bits);
-    crc = feasibee_crc_of_number(crc, settings->strategy->sends_value ? 16 : 0);
+    crc = feasibee_crc_of_number(crc, settings->strategy->value_bits);
     crc = feasibee_crc_of_number(crc, feasibee_declares_by_votes(settings));
 #if FEASIBEE_WORDS > 0
     if (settings->strategy->knowledge)
@@ -105,13 +102,32 @@ static inline struct feasibee_wire feasibee_wire_of(const struct feasibee_settin
 /* Return whether messages have id, opinion and declaration in addition to knowledge, if any. */
 static inline bool feasibee_has_opinion(const struct feasibee_settings *settings)
 {
-    return settings->strategy->knowledge == NULL || feasibee_declares_by_votes(settings);
+    return settings->strategy->knowledge == NULL || settings->strategy->knowledge->layout == NULL ||
+           feasibee_declares_by_votes(settings);
 }
+
+#if FEASIBEE_WORDS > 0
+
+/* Write the words of a message, or read them into words that are 0; return the sender's id, -1 if it isn't
+ * sent. */
+static inline feasibee_int feasibee_lay_out(struct feasibee_layout *wire, int32_t *words, feasibee_id sender,
+                                            const struct feasibee_settings *settings)
+{
+    const struct feasibee_knowledge *knowledge = settings->strategy->knowledge;
+    struct feasibee_row row = {words, (int16_t)feasibee_message_words(knowledge, settings->setting)};
+    if (knowledge->layout)
+        return knowledge->layout(wire, row, wire->reader ? -1 : (feasibee_int)sender, settings->setting);
+    for (int16_t k = 0; k < row.length; k++)
+        words[k] = (int32_t)feasibee_wire_number(wire, (uint32_t)words[k], 32);
+    return -1;
+}
+
+#endif
 
 /* Write the frame of a message; return its length in bytes, or 0 if the room is too small or a number of the
  * message doesn't fit its bits. */
 static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_id sender,
-                                     const struct feasibee_message *message, uint8_t *frame, size_t room)
+                                     struct feasibee_message *message, uint8_t *frame, size_t room)
 {
     const struct feasibee_settings *settings = wire->settings;
     if (room < FEASIBEE_FRAME_OVERHEAD)
@@ -122,12 +138,12 @@ static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_
     if (feasibee_has_opinion(settings)) {
         feasibee_write(&writer, sender, wire->id_bits);
         feasibee_write(&writer, (uint32_t)(int32_t)message->opinion, 1);
-        feasibee_write(&writer, message->value, settings->strategy->sends_value ? 16 : 0);
+        feasibee_write(&writer, message->value, settings->strategy->value_bits);
     }
     feasibee_write(&writer, message->declared, feasibee_declares_by_votes(settings));
 #if FEASIBEE_WORDS > 0
     if (settings->strategy->knowledge)
-        settings->strategy->knowledge->pack(&writer, message->words, sender, settings->setting);
+        feasibee_lay_out(&(struct feasibee_layout){&writer, NULL}, message->words, sender, settings);
 #endif
     while ((writer.length & 7) != 0 && !writer.failed)
         feasibee_write_flag(&writer, false);
@@ -145,8 +161,7 @@ static inline void feasibee_read_opinion(struct feasibee_reader *reader, const s
     *sender = (feasibee_id)id;
     feasibee_check(reader, *sender == id);
     message->opinion = (int8_t)feasibee_read(reader, 1);
-    if (wire->settings->strategy->sends_value)
-        message->value = (uint16_t)feasibee_read(reader, 16);
+    message->value = (uint16_t)feasibee_read(reader, wire->settings->strategy->value_bits);
     message->declared = feasibee_declares_by_votes(wire->settings) && feasibee_read_flag(reader);
 }
 
@@ -159,9 +174,10 @@ static inline void feasibee_read_knowledge(struct feasibee_reader *reader, const
     const struct feasibee_setting *setting = wire->settings->setting;
     for (uint32_t k = 0; k < FEASIBEE_MESSAGE_WORDS; k++)
         message->words[k] = 0;
-    int32_t named = wire->settings->strategy->knowledge->unpack(message->words, reader, setting);
+    feasibee_int named =
+        feasibee_lay_out(&(struct feasibee_layout){NULL, reader}, message->words, 0, wire->settings);
     if (feasibee_has_opinion(wire->settings))
-        feasibee_check(reader, *sender < setting->robots && (named < 0 || named == (int32_t)*sender));
+        feasibee_check(reader, *sender < setting->robots && (named < 0 || named == (feasibee_int)*sender));
     else if (named >= 0)
         *sender = (feasibee_id)named;
 }
@@ -177,7 +193,8 @@ static inline bool feasibee_decode(const struct feasibee_wire *wire, const uint8
 {
     if (length < FEASIBEE_FRAME_OVERHEAD || length > UINT16_MAX)
         return false;
-    struct feasibee_reader reader = {frame, 8 * (uint32_t)length, 8 * (uint32_t)(length - 4), false};
+    struct feasibee_reader reader = {frame, 8 * (uint32_t)length, 8 * (uint32_t)(length - 4), false,
+                                     wire->settings->task_of};
     if (feasibee_read(&reader, 32) != feasibee_crc(frame, length - 4))
         return false;
     reader.place = 0;
