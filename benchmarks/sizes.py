@@ -106,9 +106,9 @@ def macros_of(strategy: str, setting: Setting) -> dict[str, int]:
 
 def setting_in_c(setting: Setting) -> str:
     """Return a definition of ``setting`` in C."""
-    names = ("robots", "count", "tasks", "robot_ids", "task_ids", "id_bits", "knows_count")
+    names = ("robots", "count", "tasks", "robot_ids", "task_ids", "id_bits", "knows_count", "robot_classes", "task_classes")
     reals = ("width", "height", "sight", "radio", "speed", "exploration", "dissemination", "mean_run")
-    numbers = ", ".join(f"FEASIBEE_NUMBER({value!r})" for value in setting.parameters) or "0"
+    numbers = ", ".join(f"FEASIBEE_REAL({value!r})" for value in setting.parameters) or "0"
     return "\n".join(
         [
             "static struct feasibee_setting setting = {",
@@ -136,8 +136,8 @@ def flags_of(strategy: str, frames: bool, folder: str) -> Iterator[str]:
         Path(folder, "swarm.h").write_text(setting_in_c(setting), encoding="utf-8")
         yield "-DKNOWLEDGE"
         yield from (f"-D{name}={value}" for name, value in macros_of(strategy, setting).items())
-    if built_in.judges:
-        yield "-DFEASIBEE_DOUBLE"
+    if firmware.needs_double(built_in):
+        yield from ("-DFEASIBEE_DOUBLE", "-DFEASIBEE_INT32")
 
 
 @cache

@@ -138,17 +138,29 @@ def _parts(names: Iterable[str]) -> Iterable[str]:
 # --- Translated strategies ---
 
 
-def _translated(strategy: Strategy, translation: Translation) -> str:
-    """Translate a strategy's functions; return its constants in C."""
-    name = constant(strategy)
+def needs_double(strategy: Strategy) -> bool:
+    """Whether a strategy exists in C with ``FEASIBEE_DOUBLE`` only."""
+    return not _by_hand(strategy) and _needs_double(_functions(strategy, Translation()))
+
+
+def _functions(strategy: Strategy, translation: Translation) -> dict[str, Signature]:
+    """Translate a strategy's functions."""
     skipped = {"pack", "unpack"} if "layout" in strategy.functions else set()
-    found = {
+    return {
         each: translation.entry(each, inspect.unwrap(getattr(strategy, each)), strategy.source)
         for each in ARGUMENTS
         if each in strategy.functions - skipped
     }
-    floating = any(each.needs.position or each.needs.floating for each in found.values())
-    floating = floating or not found.keys().isdisjoint({"quality", "dissemination", "value"})
+
+
+def _needs_double(found: dict[str, Signature]) -> bool:
+    needs = any(each.needs.position or each.needs.floating for each in found.values())
+    return needs or not found.keys().isdisjoint({"quality", "dissemination", "value"})
+
+
+def _translated(strategy: Strategy, translation: Translation) -> str:
+    """Translate a strategy's functions; return its constants in C."""
+    name, found = constant(strategy), _functions(strategy, translation)
     glue = [*_ratings(strategy, found), *_knowledge(strategy, found)]
     glue += [
         f"static const struct feasibee_strategy {name} = {{",
@@ -161,7 +173,7 @@ def _translated(strategy: Strategy, translation: Translation) -> str:
     ]
     conditions = [
         *(["FEASIBEE_WORDS > 0"] if strategy.knowledge else []),
-        *(["defined(FEASIBEE_DOUBLE)"] if floating else []),
+        *(["defined(FEASIBEE_DOUBLE)"] if _needs_double(found) else []),
     ]
     if conditions:
         glue = [f"#if {' && '.join(conditions)}", "", *glue, "", "#endif"]

@@ -19,13 +19,16 @@ from typing import Any, Final, NamedTuple, NoReturn
 
 from feasibee.errors import FeasibeeError
 
-INT, LONG, REAL, BOOL, VOID = "feasibee_int", "int64_t", "feasibee_real", "bool", "void"
+INT, WORD, LONG, REAL = "feasibee_int", "uint32_t", "int64_t", "feasibee_real"
+BOOL, VOID = "bool", "void"
 ROW, REALS, COUNTS = "struct feasibee_row", "struct feasibee_reals", "struct feasibee_counts"
 TEXT = "text"
 Type = str | tuple[str, ...]
 """A type of C, a record by its name in Python, or the types of a tuple."""
-NUMBERS: Final = (BOOL, INT, LONG, REAL)
-"""Types of numbers: of two that meet, the later one is taken."""
+WHOLE: Final = (BOOL, INT, WORD, LONG)
+NUMBERS: Final = (*WHOLE, REAL)
+"""Types of numbers: of two that meet, the later one is taken, and instead of a word of 32 bits without a sign
+one that holds both."""
 ELEMENTS: Final = {ROW: INT, REALS: REAL, COUNTS: LONG}
 """Types of what a row holds."""
 RECORDS: Final = {
@@ -116,8 +119,8 @@ FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
     "me": {
         "id": _field("(feasibee_int){}->me.id", INT),
         "kind": _field("(feasibee_int){}->me.kind", INT),
-        "hash": _field("(int64_t){}->me.hash", LONG),
-        "step": _field("(int64_t){}->me.step", LONG),
+        "hash": _field("{}->me.hash", WORD),
+        "step": _field("{}->me.step", WORD),
         "explores": _field("!{}->disseminating", BOOL),
         "setting": _field(_SETTING, "setting"),
         "memory": _field("feasibee_memory_of({})", REALS, "position"),
@@ -136,7 +139,7 @@ FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
         "is_robot": _field("{}->is_robot", BOOL),
         "id": _field("(feasibee_int){}->id", INT),
         "kind": _field("(feasibee_int){}->kind", INT),
-        "hash": _field("(int64_t){}->hash", LONG),
+        "hash": _field("{}->hash", WORD),
         "x": _field("{}->x", REAL, "position"),
         "y": _field("{}->y", REAL, "position"),
     },
@@ -203,7 +206,7 @@ def text_of(kind: Type) -> str:
     return RECORDS.get(kind, kind)
 
 
-_SHORT: Final = {INT: "int", LONG: "long", REAL: "real", BOOL: "bool"}
+_SHORT: Final = {INT: "int", WORD: "word", LONG: "long", REAL: "real", BOOL: "bool"}
 
 
 def _joined(one: Type, other: Type) -> Type | None:
@@ -214,7 +217,8 @@ def _joined(one: Type, other: Type) -> Type | None:
         parts = [_joined(*pair) for pair in zip(one, other, strict=True)]
         return None if None in parts else tuple(map(str, parts))
     if one in NUMBERS and other in NUMBERS:
-        return NUMBERS[max(NUMBERS.index(str(one)), NUMBERS.index(str(other)))]
+        kind = NUMBERS[max(NUMBERS.index(str(one)), NUMBERS.index(str(other)))]
+        return LONG if kind == WORD else kind
     return None
 
 
@@ -225,6 +229,8 @@ def constant(value: Any) -> Value | None:
     if isinstance(value, int) and abs(value) <= 2**63 - 1:
         if -(2**31) < value < 2**31:
             return Value(str(value) if value >= 0 else f"({value})", INT, value)
+        if 0 <= value < 2**32:
+            return Value(f"UINT32_C({value})", WORD, value)
         return Value(f"INT64_C({value})" if value >= 0 else f"(-INT64_C({-value}))", LONG, value)
     if isinstance(value, float) and math.isinf(value):
         return Value("FEASIBEE_INFINITY" if value > 0 else "(-FEASIBEE_INFINITY)", REAL, value)
@@ -625,7 +631,7 @@ class _Body:
     def _place(self, node: ast.Subscript) -> str:
         """Return a place in a row."""
         row, place = self.value(node.value), self.value(node.slice)
-        if row.type not in ELEMENTS or place.type not in (BOOL, INT, LONG):
+        if row.type not in ELEMENTS or place.type not in WHOLE:
             self.fail(node, ast.unparse(node), "take one number out of a row, by a whole number")
         name = {ROW: "feasibee_at", REALS: "feasibee_real_at", COUNTS: "feasibee_count_at"}[str(row.type)]
         return f"*{name}({row.text}, {_bare(place.text)})"
@@ -659,8 +665,8 @@ class _Body:
             return constant(known) or value
         if isinstance(node.op, ast.Invert) and value.type == REAL:
             self.fail(node, ast.unparse(node), "use a whole number")
-        kind = INT if value.type == BOOL else value.type
-        return Value(f"({_UNARY[type(node.op)][0]}{_wide(value)})", kind)
+        kind = {BOOL: INT, WORD: LONG}.get(str(value.type), value.type)
+        return Value(f"({_UNARY[type(node.op)][0]}{_of(value, str(kind))})", kind)
 
     def _v_boolop(self, node: ast.BoolOp) -> Value:
         sign = " && " if isinstance(node.op, ast.And) else " || "
@@ -697,7 +703,10 @@ class _Body:
         if type(sign) not in _COMPARISONS:
             self.fail(node, ast.unparse(node), "compare numbers with ==, !=, <, <=, > or >=")
         half = self._half(left, sign, right)
-        return half or f"({self.number(left).text} {_COMPARISONS[type(sign)]} {self.number(right).text})"
+        if half:
+            return half
+        one, other = _comparable(self.number(left), self.number(right))
+        return f"({one} {_COMPARISONS[type(sign)]} {other})"
 
     def _half(self, left: ast.expr, sign: ast.cmpop, right: ast.expr) -> str:
         """Return the comparison of a quality with 1/2 in whole numbers, which needs no float."""
@@ -716,6 +725,9 @@ class _Body:
             found = constant(_folded(node.op, one.known, other.known))
             if found is not None:
                 return found
+        wrapped = self._wrapped(node, one, other)
+        if wrapped is not None:
+            return wrapped
         kind = self._join(node, self._join(node, one.type, other.type), INT)
         write = _OPERATORS.get(type(node.op))
         text, kind = ("", kind) if write is None else write(one, other, str(kind))
@@ -723,6 +735,18 @@ class _Body:
             self.fail(node, ast.unparse(node), "use whole numbers, or math.floor and math.fmod")
         self.floating |= text.startswith("FEASIBEE_POW")
         return Value(text, kind)
+
+    def _wrapped(self, node: ast.BinOp, one: Value, other: Value) -> Value | None:
+        """Return a number modulo 2**32, for which words of 32 bits are enough."""
+        last = 2**32 - (0 if isinstance(node.op, ast.Mod) else 1)
+        if not isinstance(node.op, ast.BitAnd | ast.Mod) or other.known != last or one.type == REAL:
+            return None
+        inner = node.left
+        if isinstance(inner, ast.BinOp) and type(inner.op) in _MODULAR:
+            left, right = self.number(inner.left), self.number(inner.right)
+            text = f"(uint32_t)({left.text}) {_MODULAR[type(inner.op)]} (uint32_t)({right.text})"
+            return Value(f"({text})", WORD)
+        return Value(f"(uint32_t)({one.text})", WORD)
 
     # --- Calls ---
 
@@ -762,10 +786,12 @@ class _Body:
             if isinstance(module, ModuleType):
                 return self._own(node, getattr(module, method.attr, None), ast.unparse(method))
         record = self.value(method.value)
-        if record.type in (INT, LONG, BOOL) and method.attr in ("bit_length", "bit_count"):
+        if record.type in WHOLE and method.attr in ("bit_length", "bit_count"):
             if record.known is not None:
                 return constant(getattr(record.known, method.attr)()) or record
-            return Value(f"feasibee_{method.attr}({_bare(record.text)})", INT)
+            kind = _SHORT[INT if record.type == BOOL else str(record.type)]
+            size = _bare(record.text) if kind == "word" else f"feasibee_size_{kind}({_bare(record.text)})"
+            return Value(f"feasibee_{method.attr}_{kind}({size})", INT)
         if (record.type, method.attr) not in METHODS:
             known = ", ".join(name for kind, name in METHODS if kind == record.type)
             self.fail(node, ast.unparse(node), f"use {known or 'functions of numbers'}")
@@ -780,14 +806,14 @@ class _Body:
             self.fail(node, ast.unparse(node), f"give {len(wanted)} arguments")
         place = BITS_OF.get((str(record.type), name if name != "below" or record.type == "reader" else "number"))
         if place is not None and values[place].known == 32:
-            result = LONG
+            result = WORD
         told = [
             _bare(each.text) if kind == BOOL else f"(uint32_t)({_bare(each.text)})"
             for each, kind in zip(values, wanted, strict=True)
             if kind != TEXT
         ]
         call = f"feasibee_{record.type}_{name}({', '.join([record.text, *told])})"
-        return Value(f"({result}){call}" if result in (INT, LONG) else call, result)
+        return Value(f"(feasibee_int){call}" if result == INT else call, result)
 
     def _of_math(self, node: ast.Call, name: str) -> Value:
         values = [self.number(each) for each in node.args]
@@ -811,7 +837,7 @@ class _Body:
 
     def _call_int(self, node: ast.Call) -> Value:
         (value,) = [self.number(each) for each in node.args]
-        if value.type in (INT, LONG):
+        if value.type in WHOLE[1:]:
             return value
         return Value(f"(feasibee_int)({value.text})", INT)
 
@@ -827,7 +853,10 @@ class _Body:
 
     def _call_abs(self, node: ast.Call) -> Value:
         (value,) = [self.number(each) for each in node.args]
-        return Value(f"feasibee_abs_{_SHORT[str(value.type)]}({value.text})", value.type)
+        if value.type == WORD:
+            return value
+        kind = INT if value.type == BOOL else value.type
+        return Value(f"feasibee_abs_{_SHORT[str(kind)]}({value.text})", kind)
 
     def _call_min(self, node: ast.Call) -> Value:
         return self._extreme(node, "min")
@@ -839,9 +868,9 @@ class _Body:
         values = [self.number(each) for each in node.args]
         if len(values) < 2:
             self.fail(node, ast.unparse(node), "give two numbers or more")
-        kind = self._join(node, INT, values[0].type)
-        for each in values[1:]:
-            kind = self._join(node, kind, each.type)
+        kind: Type = WORD if all(_is_word(each) for each in values) else INT
+        for each in values:
+            kind = kind if kind == WORD else self._join(node, kind, each.type)
         text = values[0].text
         for each in values[1:]:
             text = f"feasibee_{name}_{_SHORT[str(kind)]}({_bare(text)}, {_bare(each.text)})"
@@ -889,6 +918,19 @@ def _bare(text: str) -> str:
     return text[1:-1] if text.startswith("(") else text
 
 
+def _is_word(value: Value) -> bool:
+    """Whether a number is at least 0 and has at most 32 bits, as its type or its value says."""
+    return value.type == WORD or (value.type == INT and value.known is not None and value.known >= 0)
+
+
+def _comparable(one: Value, other: Value) -> tuple[str, str]:
+    """Return two numbers in C such that their comparison is Python's: with and without a sign don't mix."""
+    if WORD not in (one.type, other.type) or REAL in (one.type, other.type):
+        return one.text, other.text
+    kind = WORD if _is_word(one) and _is_word(other) else LONG
+    return _of(one, kind), _of(other, kind)
+
+
 def _wide(value: Value) -> str:
     """Return a number that C doesn't compute with in fewer bits."""
     return f"(feasibee_int){value.text}" if value.type == BOOL else value.text
@@ -931,11 +973,14 @@ def _bitwise(sign: str) -> Callable[[Value, Value, str], tuple[str, Type]]:
     def write(one: Value, other: Value, kind: str) -> tuple[str, Type]:
         if kind == REAL:
             return "", kind
-        small = sign == "&" and any(
-            each.known is not None and each.type == INT and each.known >= 0 for each in (one, other)
-        )
+        masks = [each for each in (one, other) if each.known is not None and each.known >= 0]
+        if kind == LONG and _is_word(one) and _is_word(other):
+            text = f"({_of(one, WORD)} {sign} {_of(other, WORD)})"
+            small = sign == "&" and any(each.type == INT for each in masks)
+            return (f"(feasibee_int){text}", INT) if small else (text, WORD)
         text = f"({_of(one, kind)} {sign} {_of(other, kind)})"
-        return (f"(feasibee_int){text}", INT) if small and kind == LONG else (text, kind)
+        small = sign == "&" and kind == LONG and any(each.type == INT for each in masks)
+        return (f"(feasibee_int){text}", INT) if small else (text, kind)
 
     return write
 
@@ -943,15 +988,15 @@ def _bitwise(sign: str) -> Callable[[Value, Value, str], tuple[str, Type]]:
 def _left(one: Value, other: Value, kind: str) -> tuple[str, Type]:
     if kind == REAL:
         return "", kind
-    wide = LONG if one.type == LONG else INT
+    wide = INT if one.type in (BOOL, INT) else LONG
     unsigned = "uint64_t" if wide == LONG else "feasibee_unsigned"
-    return f"({wide})(({unsigned}){_wide(one)} << {_wide(other)})", wide
+    return f"({wide})(({unsigned}){_of(one, wide)} << {_wide(other)})", wide
 
 
 def _right(one: Value, other: Value, kind: str) -> tuple[str, Type]:
     if kind == REAL:
         return "", kind
-    return f"({_wide(one)} >> {_wide(other)})", LONG if one.type == LONG else INT
+    return f"({_wide(one)} >> {_wide(other)})", INT if one.type == BOOL else str(one.type)
 
 
 def _is_power(value: Value) -> bool:
@@ -962,7 +1007,7 @@ def _floor_divided(one: Value, other: Value, kind: str) -> tuple[str, Type]:
     if kind == REAL:
         return "", kind
     if _is_power(other):
-        return f"({_wide(one)} >> {other.known.bit_length() - 1})", LONG if one.type == LONG else INT
+        return _right(one, Value(str(other.known.bit_length() - 1), INT), kind)
     return f"feasibee_divided_{_SHORT[kind]}({_bare(one.text)}, {_bare(other.text)})", kind
 
 
@@ -989,6 +1034,7 @@ def _power(one: Value, other: Value, kind: str) -> tuple[str, Type]:
     return f"feasibee_power_{_SHORT[kind]}({_bare(one.text)}, {_bare(other.text)})", kind
 
 
+_MODULAR: Final[Mapping[type, str]] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
 _OPERATORS: Final[Mapping[type, Callable[[Value, Value, str], tuple[str, Type]]]] = {
     ast.Add: _plain("+"),
     ast.Sub: _plain("-"),

@@ -128,22 +128,25 @@ static inline struct feasibee_reals feasibee_memory_of(struct feasibee_robot *ro
 
 /* --- Python's whole numbers: division rounds down, and a remainder has the sign of the divisor --- */
 
-#define FEASIBEE_ARITHMETIC(name, type)                                 \
-    static inline type feasibee_min_##name(type one, type other)        \
-    {                                                                   \
-        return other < one ? other : one;                               \
-    }                                                                   \
-    static inline type feasibee_max_##name(type one, type other)        \
-    {                                                                   \
-        return other > one ? other : one;                               \
-    }                                                                   \
-    static inline type feasibee_abs_##name(type number)                 \
-    {                                                                   \
-        return number < 0 ? -number : number;                           \
+#define FEASIBEE_ORDER(name, type)                               \
+    static inline type feasibee_min_##name(type one, type other) \
+    {                                                            \
+        return other < one ? other : one;                        \
+    }                                                            \
+    static inline type feasibee_max_##name(type one, type other) \
+    {                                                            \
+        return other > one ? other : one;                        \
+    }
+
+#define FEASIBEE_SIGNED(name, type)                     \
+    FEASIBEE_ORDER(name, type)                          \
+    static inline type feasibee_abs_##name(type number) \
+    {                                                   \
+        return number < 0 ? -number : number;           \
     }
 
 #define FEASIBEE_WHOLE(name, type)                                                   \
-    FEASIBEE_ARITHMETIC(name, type)                                                  \
+    FEASIBEE_SIGNED(name, type)                                                      \
     static inline type feasibee_divided_##name(type one, type other)                 \
     {                                                                                \
         type quotient = one / other;                                                 \
@@ -164,7 +167,8 @@ static inline struct feasibee_reals feasibee_memory_of(struct feasibee_robot *ro
 
 FEASIBEE_WHOLE(int, feasibee_int)
 FEASIBEE_WHOLE(long, int64_t)
-FEASIBEE_ARITHMETIC(real, feasibee_real)
+FEASIBEE_ORDER(word, uint32_t)
+FEASIBEE_SIGNED(real, feasibee_real)
 
 static inline feasibee_int feasibee_floor(feasibee_real number)
 {
@@ -178,22 +182,36 @@ static inline feasibee_int feasibee_ceil(feasibee_real number)
     return (feasibee_real)whole < number ? whole + 1 : whole;
 }
 
-/* Return how many bits of a number's absolute value are 1. */
-static inline feasibee_int feasibee_bit_count(int64_t number)
+/* Return how many bits of a number are 1, and how many it has without the zeros before it. */
+#define FEASIBEE_BITS(name, type)                                  \
+    static inline feasibee_int feasibee_bit_count_##name(type left)  \
+    {                                                              \
+        feasibee_int found = 0;                                    \
+        for (; left != 0; left &= left - 1)                        \
+            found++;                                               \
+        return found;                                              \
+    }                                                              \
+    static inline feasibee_int feasibee_bit_length_##name(type left) \
+    {                                                              \
+        feasibee_int bits = 0;                                     \
+        for (; left != 0; left >>= 1)                              \
+            bits++;                                                \
+        return bits;                                               \
+    }
+
+FEASIBEE_BITS(word, uint32_t)
+FEASIBEE_BITS(int, feasibee_unsigned)
+FEASIBEE_BITS(long, uint64_t)
+
+/* Return the absolute value, which always fits. */
+static inline feasibee_unsigned feasibee_size_int(feasibee_int number)
 {
-    feasibee_int found = 0;
-    for (uint64_t left = number < 0 ? 0 - (uint64_t)number : (uint64_t)number; left != 0; left &= left - 1)
-        found++;
-    return found;
+    return number < 0 ? 0 - (feasibee_unsigned)number : (feasibee_unsigned)number;
 }
 
-/* Return how many bits a number's absolute value has without the zeros before it. */
-static inline feasibee_int feasibee_bit_length(int64_t number)
+static inline uint64_t feasibee_size_long(int64_t number)
 {
-    feasibee_int bits = 0;
-    for (uint64_t left = number < 0 ? 0 - (uint64_t)number : (uint64_t)number; left != 0; left >>= 1)
-        bits++;
-    return bits;
+    return number < 0 ? 0 - (uint64_t)number : (uint64_t)number;
 }
 
 /* --- Messages as bits (strategies/layout.py) --- */
