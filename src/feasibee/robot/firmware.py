@@ -224,12 +224,12 @@ def _knowledge(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]
     name = constant(strategy)
     if "pack" in found:
         yield from _both_ways(name, found)
-    laid = found["layout"].name if "layout" in found else f"{name}_layout" if "pack" in found else "NULL"
+    laid = found["layout"].name if "layout" in found else f"{name}_layout" if "pack" in found else ""
     table = [found[each].name if each in found else "NULL" for each in _TABLE]
     yield from (
         f"static const struct feasibee_knowledge {name}_knowledge = {{",
-        f"    {len(strategy.parameters)}, {_flag(strategy.by_name)},",
-        *(f"    {each}," for each in [*table, laid]),
+        f"    {len(strategy.parameters)}, {_flag(strategy.by_name)}, {_flag(bool(laid))},",
+        *(f"    {each}," for each in [*table, laid or "feasibee_as_they_are"]),
         "};",
         "",
     )

@@ -104,13 +104,15 @@ def _field(text: str, kind: Type, *needs: str) -> tuple[str, Type, tuple[str, ..
 
 
 _WHOLE: Final = (
-    "robots count tasks robot_ids task_ids robot_classes task_classes id_bits".split()  # noqa: SIM905
+    "robots count tasks robot_ids task_ids id_bits".split()  # noqa: SIM905
 )
+_CLASSES: Final = ("robot_classes", "task_classes")
 _REALS: Final = "width height sight radio speed exploration dissemination mean_run".split()  # noqa: SIM905
 _SETTING: Final = "{}->settings->setting"
 FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
     "setting": {
         **{name: _field(f"(feasibee_int){{}}->{name}", INT) for name in _WHOLE},
+        **{name: _field(f"(feasibee_int)FEASIBEE_CLASSES_OF({{}}->{name})", INT) for name in _CLASSES},
         **{name: _field(f"{{}}->{name}", REAL, "floating") for name in _REALS},
         **{name: _field(f"{{}}->{name}", BOOL) for name in ("knows_count", "colluding")},
         "walled": _field("{}->walled", BOOL, "floating"),
@@ -118,7 +120,7 @@ FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
     },
     "me": {
         "id": _field("(feasibee_int){}->me.id", INT),
-        "kind": _field("(feasibee_int){}->me.kind", INT),
+        "kind": _field("(feasibee_int)FEASIBEE_CLASS_OF({}->me.kind)", INT),
         "hash": _field("{}->me.hash", WORD),
         "step": _field("{}->me.step", WORD),
         "explores": _field("!{}->disseminating", BOOL),
@@ -138,7 +140,7 @@ FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
     "thing": {
         "is_robot": _field("{}->is_robot", BOOL),
         "id": _field("(feasibee_int){}->id", INT),
-        "kind": _field("(feasibee_int){}->kind", INT),
+        "kind": _field("(feasibee_int)FEASIBEE_CLASS_OF({}->kind)", INT),
         "hash": _field("{}->hash", WORD),
         "x": _field("{}->x", REAL, "position"),
         "y": _field("{}->y", REAL, "position"),
@@ -364,16 +366,17 @@ class _Body:
             for each, kind in self.types.items()
             if each not in parameters and each not in self.loops
         ]
-        unread = [each for each in parameters if not self._is_read(each)]
-        lines += [f"    (void){_c_name(each)};" for each in unread]
+        lines += [f"    (void){_c_name(each)};" for each in parameters if self._may_be_unread(each)]
         lines += self.lines
         if signature.needs.floating and not signature.needs.position:
             lines += ["#endif"]
         lines += ["}", ""]
         return "\n".join(["#ifdef FEASIBEE_DOUBLE", *lines, "#endif", ""] if signature.needs.position else lines)
 
-    def _is_read(self, name: str) -> bool:
-        return any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(self.tree))
+    def _may_be_unread(self, name: str) -> bool:
+        """Whether C may not read an argument: it isn't read here, or only for what is a constant there."""
+        read = any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(self.tree))
+        return not read or self.types[name] in ("me", "setting")
 
     def _variables_of_loops(self) -> set[str]:
         """Return the variables that only loops set, and that only their bodies read."""

@@ -60,7 +60,7 @@ static inline bool feasibee_read_flag(struct feasibee_reader *reader)
 {
     feasibee_check(reader, reader->place < reader->length);
     if (reader->failed) /* as if at random, so that a loop that waits for one ends */
-        return (reader->place++ * UINT32_C(0x9E3779B1)) >> 31;
+        return (uint16_t)((uint16_t)reader->place++ * 40503u) >> 15;
     bool flag = reader->bytes[reader->place >> 3] >> (7 - (reader->place & 7)) & 1;
     reader->place++;
     return flag;

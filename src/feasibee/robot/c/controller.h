@@ -21,6 +21,7 @@
  *   FEASIBEE_LOG      a function of a double, where there is no math.h; by default log
  *   FEASIBEE_WORDS, FEASIBEE_MESSAGE_WORDS
  *                     most words of knowledge, and of knowledge in a message; by default 0: none
+ *   FEASIBEE_CLASSES  robots and tasks of several classes; by default all are alike
  *   FEASIBEE_INT32    whole numbers of translated strategies have 32 bits with FEASIBEE_DOUBLE, too, instead of 64
  *   FEASIBEE_STOP     what a robot does that would need FEASIBEE_DOUBLE; by default it stops for good
  */
@@ -48,6 +49,13 @@
 #define FEASIBEE_MESSAGE_WORDS FEASIBEE_WORDS
 #endif
 
+#ifdef FEASIBEE_CLASSES
+#define FEASIBEE_CLASSES_OF(number) (number)
+#define FEASIBEE_CLASS_OF(number) (number)
+#else
+#define FEASIBEE_CLASSES_OF(number) 1
+#define FEASIBEE_CLASS_OF(number) 0
+#endif
 #ifndef FEASIBEE_MEMORY
 #define FEASIBEE_MEMORY 1
 #endif

@@ -37,6 +37,7 @@ struct feasibee_setting {
 struct feasibee_knowledge {
     uint8_t parameters; /* number of its parameters */
     bool by_name;       /* whether false sightings mean nothing */
+    bool exact;         /* whether messages have the bits that Python counts, and none for the opinion */
     feasibee_int (*words)(const struct feasibee_setting *setting); /* at most FEASIBEE_WORDS */
     feasibee_int (*message_words)(const struct feasibee_setting *setting); /* NULL: as many */
     void (*start)(struct feasibee_row known, struct feasibee_robot *me); /* NULL: it begins with zeros */
@@ -48,7 +49,7 @@ struct feasibee_knowledge {
     feasibee_int (*declare)(struct feasibee_row known, struct feasibee_robot *me); /* NULL: it doesn't */
     feasibee_int (*judge)(struct feasibee_row known, struct feasibee_robot *me);   /* NULL: it doesn't */
     /* Writes a message as bits, or reads it into words that are 0; returns the sender's id, -1 if it isn't
-     * sent. NULL: all words, as they are. */
+     * sent. */
     feasibee_int (*layout)(struct feasibee_layout *wire, struct feasibee_row message, feasibee_int sender,
                            const struct feasibee_setting *setting);
 };

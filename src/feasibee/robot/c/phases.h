@@ -67,7 +67,7 @@ static inline void feasibee_count_known(struct feasibee_robot *robot, feasibee_a
     struct feasibee_counts counts = {found, 2};
     robot->settings->strategy->knowledge->count(feasibee_known(robot), counts, robot);
 #ifndef FEASIBEE_DOUBLE
-    for (; found[0] + found[1] > UINT32_MAX; found[0] >>= 1)
+    for (; (found[0] | found[1]) >> 31; found[0] >>= 1)
         found[1] >>= 1;
 #endif
     *robots = (feasibee_amount)found[0];

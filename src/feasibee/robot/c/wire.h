@@ -55,7 +55,11 @@ static inline uint32_t feasibee_crc_of_number(uint32_t crc, uint32_t number)
 /* Return a parameter in 1/65536. */
 static inline uint32_t feasibee_parameter_code(feasibee_real number)
 {
-    return (uint32_t)(int64_t)(number * FEASIBEE_REAL(65536.0));
+#ifdef FEASIBEE_DOUBLE
+    return (uint32_t)(int64_t)(number * 65536.0);
+#else
+    return (uint32_t)(int32_t)(number * FEASIBEE_REAL(65536.0)); /* below 32768 */
+#endif
 }
 
 /* Add the numbers to a CRC that fix the layout of knowledge. */
@@ -102,7 +106,7 @@ static inline struct feasibee_wire feasibee_wire_of(const struct feasibee_settin
 /* Return whether messages have id, opinion and declaration in addition to knowledge, if any. */
 static inline bool feasibee_has_opinion(const struct feasibee_settings *settings)
 {
-    return settings->strategy->knowledge == NULL || settings->strategy->knowledge->layout == NULL ||
+    return settings->strategy->knowledge == NULL || !settings->strategy->knowledge->exact ||
            feasibee_declares_by_votes(settings);
 }
 
@@ -115,11 +119,7 @@ static inline feasibee_int feasibee_lay_out(struct feasibee_layout *wire, int32_
 {
     const struct feasibee_knowledge *knowledge = settings->strategy->knowledge;
     struct feasibee_row row = {words, (int16_t)feasibee_message_words(knowledge, settings->setting)};
-    if (knowledge->layout)
-        return knowledge->layout(wire, row, wire->reader ? -1 : (feasibee_int)sender, settings->setting);
-    for (int16_t k = 0; k < row.length; k++)
-        words[k] = (int32_t)feasibee_wire_number(wire, (uint32_t)words[k], 32);
-    return -1;
+    return knowledge->layout(wire, row, wire->reader ? -1 : (feasibee_int)sender, settings->setting);
 }
 
 #endif

@@ -261,6 +261,16 @@ static inline uint32_t feasibee_wire_task(struct feasibee_layout *wire, uint32_t
     return wire->reader ? feasibee_read_task(wire->reader, name, limit) : task;
 }
 
+/* Write or read all words as they are: the layout of strategies that have none. */
+static inline feasibee_int feasibee_as_they_are(struct feasibee_layout *wire, struct feasibee_row message,
+                                                feasibee_int sender, const struct feasibee_setting *setting)
+{
+    (void)sender, (void)setting;
+    for (int16_t k = 0; k < message.length; k++)
+        message.words[k] = (int32_t)feasibee_wire_number(wire, (uint32_t)message.words[k], 32);
+    return -1;
+}
+
 static inline void feasibee_wire_check(struct feasibee_layout *wire, bool holds)
 {
     if (wire->reader)
