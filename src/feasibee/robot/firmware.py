@@ -9,7 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.robot.translate import ARGUMENTS, Signature, Translation
+from feasibee.robot.language import ARGUMENTS, Signature
+from feasibee.robot.translate import Translation
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy
 
@@ -66,7 +67,9 @@ def header(
     by_hand = [each for each in chosen if _by_hand(each)]
     translation = Translation()
     constants = [_translated(each, translation) for each in chosen if not _by_hand(each)]
-    parts = list(_parts([*map(_part, by_hand), *(["rules.h", "words.h"] if constants else []), "phases.h", "wire.h"]))
+    parts = list(
+        _parts([*map(_part, by_hand), *(["rules.h", "words.h"] if constants else []), "phases.h", "wire.h"])
+    )
     made = [*translation.structs(), *translation.functions, *constants]
     made = [_QUIETLY, *made, _LOUDLY] if made else []
     return "".join([_beginning(chosen, inbox), *parts, *(f"\n{each}" for each in made), "\n#endif\n"])
@@ -166,7 +169,8 @@ def _translated(strategy: Strategy, translation: Translation) -> str:
         f"static const struct feasibee_strategy {name} = {{",
         f"    {_flag(strategy.forgets)}, {_flag(strategy.starts_neutral)}, {strategy.value_bits}, false,",
         f"    {f'{name}_rated' if 'quality' in found else 'feasibee_share_of_robots'},",
-        f"    {f'{name}_says' if 'say' in found else 'NULL'}, {f'{name}_sends' if strategy.value_bits else 'NULL'},",
+        f"    {f'{name}_says' if 'say' in found else 'NULL'},",
+        f"    {f'{name}_sends' if strategy.value_bits else 'NULL'},",
         f"    {f'{name}_lasts' if _lasts(found) else 'NULL'}, {name}_decides,",
         f"    {f'&{name}_knowledge' if strategy.knowledge else 'NULL'},",
         "};",
@@ -203,11 +207,17 @@ def _ratings(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]:
 
     if "quality" in found:
         rated = f"(struct feasibee_ratio){{{found['quality'].name}((int64_t)robots, (int64_t)tasks), 1}}"
-        yield from function("struct feasibee_ratio", "rated", "feasibee_amount robots, feasibee_amount tasks", rated)
+        yield from function(
+            "struct feasibee_ratio", "rated", "feasibee_amount robots, feasibee_amount tasks", rated
+        )
     if "say" in found:
         yield from function("int8_t", "says", robot, f"feasibee_opinion({found['say'].name}(robot))")
     if strategy.value_bits:
-        value = f"{found['value'].name}(robot)" if "value" in found else "feasibee_real_of(robot->feasible_quality)"
+        value = (
+            f"{found['value'].name}(robot)"
+            if "value" in found
+            else "feasibee_real_of(robot->feasible_quality)"
+        )
         yield from function("uint16_t", "sends", robot, f"feasibee_sent({value}, {strategy.value_bits})")
     if _lasts(found):
         lasts = f"(feasibee_steps)(({_lasts(found)}) * FEASIBEE_REAL(FEASIBEE_STEP))"

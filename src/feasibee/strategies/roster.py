@@ -371,7 +371,7 @@ def list_tasks(wire, message, first, tasks, setting):
 
 
 def next_task(message, first, tasks, place, entry):
-    """Return the entry of the task that follows in the order of places, and then of entries; -1 at the end."""
+    """Return the entry of the task that follows in the order of places, then of entries; -1 at the end."""
     found, nearest = -1, SIDE**2
     for k in range(first, first + tasks):
         there = message[k + tasks] % SIDE**2

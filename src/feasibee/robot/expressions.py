@@ -1,0 +1,547 @@
+"""Expressions of a strategy in C99: what they compute is what Python computes."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import math
+import operator
+from collections.abc import Callable, Mapping
+from types import FunctionType, ModuleType
+from typing import Any, Final, NoReturn, Protocol
+
+from feasibee.errors import FeasibeeError
+from feasibee.robot.language import (
+    BITS_OF,
+    BOOL,
+    COUNTS,
+    ELEMENTS,
+    FIELDS,
+    INT,
+    KEYWORDS,
+    LONG,
+    MATH,
+    METHODS,
+    NUMBERS,
+    REAL,
+    REALS,
+    REMEDIES,
+    ROW,
+    SHORT,
+    TEXT,
+    VOID,
+    WHOLE,
+    WORD,
+    Signature,
+    Type,
+    Value,
+    constant,
+    joined,
+    text_of,
+)
+
+
+class Functions(Protocol):
+    """The functions that are translated, and the tuples that they return."""
+
+    tuples: dict[str, tuple[str, ...]]
+
+    def function(self, function: FunctionType, arguments: tuple[Type, ...]) -> Signature:
+        """Translate a function for arguments of these types; return it as it is in C."""
+        ...
+
+
+class Expressions:
+    """The expressions of one function."""
+
+    def __init__(self, translation: Functions, function: FunctionType) -> None:
+        self.translation, self.function = translation, function
+        self.names: Mapping[str, Any] = function.__globals__
+        self.types: dict[str, Type] = {}
+        self.position = self.floating = False
+
+    def fail(self, node: ast.AST, met: str, remedy: str) -> NoReturn:
+        """Raise an error that says where, what was met, and what to write instead."""
+        file = self.function.__code__.co_filename.replace("\\", "/").rpartition("/")[2]
+        raise FeasibeeError(f"{file}, line {getattr(node, 'lineno', 1)}: {met}; {remedy}")
+
+    def value(self, node: ast.expr) -> Value:
+        """Translate an expression."""
+        read = getattr(self, f"_v_{type(node).__name__.lower()}", None)
+        if read is None:
+            self.fail(node, ast.unparse(node), "write it with numbers, rows and calls of functions")
+        found: Value = read(node)
+        return found
+
+    def truth(self, node: ast.expr) -> str:
+        """Translate a condition."""
+        value = self.value(node)
+        if value.type not in NUMBERS:
+            self.fail(node, f"{ast.unparse(node)} as a condition", "compare it with a number")
+        return bare(value.text) if value.type == BOOL else f"{value.text} != 0"
+
+    def _join(self, node: ast.AST, one: Type, other: Type) -> Type:
+        kind = joined(one, other)
+        if kind is None:
+            self.fail(node, f"{ast.unparse(node)} is now one type, now another", "use two names")
+        if isinstance(kind, tuple):
+            self.translation.tuples[text_of(kind).removeprefix("struct ")] = kind
+        return kind
+
+    def _cast(self, value: Value, kind: Type) -> Value:
+        """Return a tuple of another type as one of this type; C converts numbers by itself."""
+        if value.type == kind or not isinstance(kind, tuple):
+            return value
+        if value.text.startswith("(struct"):
+            return Value(f"({text_of(kind)}){value.text[value.text.index('{') :]}", kind)
+        name = value.text
+        return Value(f"({text_of(kind)}){{{', '.join(f'{name}.m{k}' for k in range(len(kind)))}}}", kind)
+
+    def _v_constant(self, node: ast.Constant) -> Value:
+        if isinstance(node.value, str):
+            return Value("", TEXT)
+        found = constant(node.value)
+        if found is None:
+            self.fail(node, repr(node.value), "write a number")
+        return found
+
+    def _v_name(self, node: ast.Name) -> Value:
+        if node.id in self.types:
+            return Value(c_name(node.id), self.types[node.id])
+        found = constant(self.names.get(node.id))
+        if found is None:
+            self.fail(node, f"the name {node.id}", "use arguments, own variables, and constants of the file")
+        return found
+
+    def _v_attribute(self, node: ast.Attribute) -> Value:
+        if isinstance(node.value, ast.Name) and node.value.id not in self.types:
+            module = self.names.get(node.value.id)
+            found = constant(getattr(module, node.attr, None)) if isinstance(module, ModuleType) else None
+            if found is None:
+                self.fail(node, ast.unparse(node), "use a constant of the file, or of math")
+            return found
+        record = self.value(node.value)
+        fields = FIELDS.get(str(record.type), {})
+        if node.attr not in fields:
+            self.fail(node, ast.unparse(node), f"use one of {', '.join(fields) or 'the arguments'}")
+        text, kind, needs = fields[node.attr]
+        self.position |= "position" in needs
+        self.floating |= "floating" in needs
+        return Value(text.format(record.text), kind)
+
+    def _place(self, node: ast.Subscript) -> str:
+        """Return a place in a row."""
+        row, place = self.value(node.value), self.value(node.slice)
+        if row.type not in ELEMENTS or place.type not in WHOLE:
+            self.fail(node, ast.unparse(node), "take one number out of a row, by a whole number")
+        name = {ROW: "feasibee_at", REALS: "feasibee_real_at", COUNTS: "feasibee_count_at"}[str(row.type)]
+        return f"*{name}({row.text}, {bare(place.text)})"
+
+    def _v_subscript(self, node: ast.Subscript) -> Value:
+        if isinstance(node.slice, ast.Slice):
+            self.fail(node, ast.unparse(node), "write a loop over the places")
+        whole = self.value(node.value)
+        if isinstance(whole.type, tuple):
+            place = self.value(node.slice).known
+            if not isinstance(place, int) or not 0 <= place < len(whole.type):
+                self.fail(node, ast.unparse(node), f"write a number from 0 to {len(whole.type) - 1}")
+            return Value(f"{whole.text}.m{place}", whole.type[place])
+        return Value(
+            f"(feasibee_int){self._place(node)}" if whole.type == ROW else f"({self._place(node)})",
+            ELEMENTS.get(str(whole.type), INT),
+        )
+
+    def _v_tuple(self, node: ast.Tuple) -> Value:
+        values = [self.value(each) for each in node.elts]
+        kinds = tuple(str(each.type) for each in values)
+        if not set(kinds) <= set(NUMBERS):
+            self.fail(node, ast.unparse(node), "return numbers")
+        self.translation.tuples[text_of(kinds).removeprefix("struct ")] = kinds
+        return Value(f"({text_of(kinds)}){{{', '.join(each.text for each in values)}}}", kinds)
+
+    def _v_unaryop(self, node: ast.UnaryOp) -> Value:
+        if isinstance(node.op, ast.Not):
+            return Value(f"!({self.truth(node.operand)})", BOOL)
+        value = self.number(node.operand)
+        if value.known is not None:
+            known = _UNARY[type(node.op)][1](value.known)
+            return constant(known) or value
+        if isinstance(node.op, ast.Invert) and value.type == REAL:
+            self.fail(node, ast.unparse(node), "use a whole number")
+        kind = {BOOL: INT, WORD: LONG}.get(str(value.type), value.type)
+        return Value(f"({_UNARY[type(node.op)][0]}{_of(value, str(kind))})", kind)
+
+    def _v_boolop(self, node: ast.BoolOp) -> Value:
+        sign = " && " if isinstance(node.op, ast.And) else " || "
+        return Value(f"({sign.join(f'({self.truth(each)})' for each in node.values)})", BOOL)
+
+    def _v_ifexp(self, node: ast.IfExp) -> Value:
+        condition = self.value(node.test)
+        one, other = self.value(node.body), self.value(node.orelse)
+        if condition.known is not None:
+            return one if condition.known else other
+        kind = self._join(node, one.type, other.type)
+        one, other = self._cast(one, kind), self._cast(other, kind)
+        cast = f"({text_of(kind)})" if kind in NUMBERS else ""
+        return Value(f"({self.truth(node.test)} ? {cast}{one.text} : {cast}{other.text})", kind)
+
+    def number(self, node: ast.expr) -> Value:
+        """Translate an expression that must be a number."""
+        value = self.value(node)
+        if value.type not in NUMBERS:
+            self.fail(node, f"{ast.unparse(node)} as a number", "compute with numbers, one by one")
+        return value
+
+    def _v_compare(self, node: ast.Compare) -> Value:
+        parts, left = [], node.left
+        for sign, right in zip(node.ops, node.comparators, strict=True):
+            parts.append(self._compared(node, left, sign, right))
+            left = right
+        return Value(parts[0] if len(parts) == 1 else f"({' && '.join(parts)})", BOOL)
+
+    def _compared(self, node: ast.Compare, left: ast.expr, sign: ast.cmpop, right: ast.expr) -> str:
+        if isinstance(sign, ast.In | ast.NotIn) and isinstance(right, ast.Tuple):
+            each = [f"{self.number(left).text} == {self.number(item).text}" for item in right.elts]
+            return f"{'!' if isinstance(sign, ast.NotIn) else ''}({' || '.join(each)})"
+        if type(sign) not in _COMPARISONS:
+            self.fail(node, ast.unparse(node), "compare numbers with ==, !=, <, <=, > or >=")
+        half = self._half(left, sign, right)
+        if half:
+            return half
+        one, other = _comparable(self.number(left), self.number(right))
+        return f"({one} {_COMPARISONS[type(sign)]} {other})"
+
+    def _half(self, left: ast.expr, sign: ast.cmpop, right: ast.expr) -> str:
+        """Return the comparison of a quality with 1/2 in whole numbers, which needs no float."""
+        is_quality = isinstance(left, ast.Attribute) and left.attr == "feasible_quality"
+        if not is_quality or self.value(right).known != 0.5:
+            return ""
+        mind = self.value(left.value)  # type: ignore[attr-defined]
+        if mind.type != "mind":
+            return ""
+        ratio = f"{mind.text}->feasible_quality"
+        return f"({ratio}.part {_COMPARISONS[type(sign)]} {ratio}.whole - {ratio}.part)"
+
+    def _v_binop(self, node: ast.BinOp) -> Value:
+        one, other = self.number(node.left), self.number(node.right)
+        if one.known is not None and other.known is not None:
+            found = constant(_folded(node.op, one.known, other.known))
+            if found is not None:
+                return found
+        wrapped = self._wrapped(node, one, other)
+        if wrapped is not None:
+            return wrapped
+        kind = self._join(node, self._join(node, one.type, other.type), INT)
+        write = _OPERATORS.get(type(node.op))
+        text, kind = ("", kind) if write is None else write(one, other, str(kind))
+        if not text:
+            self.fail(node, ast.unparse(node), "use whole numbers, or math.floor and math.fmod")
+        self.floating |= text.startswith("FEASIBEE_POW")
+        return Value(text, kind)
+
+    def _wrapped(self, node: ast.BinOp, one: Value, other: Value) -> Value | None:
+        """Return a number modulo 2**32, for which words of 32 bits are enough."""
+        last = 2**32 - (0 if isinstance(node.op, ast.Mod) else 1)
+        if not isinstance(node.op, ast.BitAnd | ast.Mod) or other.known != last or one.type == REAL:
+            return None
+        inner = node.left
+        if isinstance(inner, ast.BinOp) and type(inner.op) in _MODULAR:
+            left, right = self.number(inner.left), self.number(inner.right)
+            text = f"(uint32_t)({left.text}) {_MODULAR[type(inner.op)]} (uint32_t)({right.text})"
+            return Value(f"({text})", WORD)
+        return Value(f"(uint32_t)({one.text})", WORD)
+
+    # --- Calls ---
+
+    def _v_call(self, node: ast.Call) -> Value:
+        if node.keywords or any(isinstance(each, ast.Starred) for each in node.args):
+            self.fail(node, ast.unparse(node), "give the arguments in their order, one by one")
+        if isinstance(node.func, ast.Attribute):
+            return self._method(node, node.func)
+        if not isinstance(node.func, ast.Name):
+            self.fail(node, ast.unparse(node), "call a function by its name")
+        builtin = getattr(self, f"_call_{node.func.id}", None)
+        known = self.names.get(node.func.id)
+        if builtin is not None and known is None:
+            found: Value = builtin(node)
+            return found
+        return self._own(node, known, node.func.id)
+
+    def _own(self, node: ast.Call, function: Any, name: str) -> Value:
+        """Call a function of this file or of another strategy."""
+        function = inspect.unwrap(function) if callable(function) else function
+        if not isinstance(function, FunctionType):
+            remedy = REMEDIES.get(
+                name, "call functions of the file, of math, min, max, abs, int, float or len"
+            )
+            self.fail(node, f"{name}(...)", remedy)
+        values = [self.value(each) for each in node.args]
+        arguments = tuple(INT if each.type == BOOL else each.type for each in values)
+        if len(arguments) != function.__code__.co_argcount or TEXT in arguments or VOID in arguments:
+            self.fail(node, ast.unparse(node), f"give the arguments of {name}, all of them")
+        signature = self.translation.function(function, arguments)
+        self.position |= signature.needs.position
+        return Value(f"{signature.name}({', '.join(bare(each.text) for each in values)})", signature.result)
+
+    def _method(self, node: ast.Call, method: ast.Attribute) -> Value:
+        if isinstance(method.value, ast.Name) and method.value.id not in self.types:
+            module = self.names.get(method.value.id)
+            if module is math:
+                return self._of_math(node, method.attr)
+            if isinstance(module, ModuleType):
+                return self._own(node, getattr(module, method.attr, None), ast.unparse(method))
+        record = self.value(method.value)
+        if record.type in WHOLE and method.attr in ("bit_length", "bit_count"):
+            if record.known is not None:
+                return constant(getattr(record.known, method.attr)()) or record
+            kind = SHORT[INT if record.type == BOOL else str(record.type)]
+            size = bare(record.text) if kind == "word" else f"feasibee_size_{kind}({bare(record.text)})"
+            return Value(f"feasibee_{method.attr}_{kind}({size})", INT)
+        if (record.type, method.attr) not in METHODS:
+            known = ", ".join(name for kind, name in METHODS if kind == record.type)
+            self.fail(node, ast.unparse(node), f"use {known or 'functions of numbers'}")
+        return self._of_record(node, record, method.attr)
+
+    def _of_record(self, node: ast.Call, record: Value, name: str) -> Value:
+        values = [self.value(each) for each in node.args]
+        result, wanted = METHODS[str(record.type), name]
+        if (record.type, name) == ("wire", "number") and len(values) == 3:
+            name, wanted = "below", (INT, INT, INT)
+        if len(values) != len(wanted):
+            self.fail(node, ast.unparse(node), f"give {len(wanted)} arguments")
+        place = BITS_OF.get(
+            (str(record.type), name if name != "below" or record.type == "reader" else "number")
+        )
+        if place is not None and values[place].known == 32:
+            result = WORD
+        told = [
+            bare(each.text) if kind == BOOL else f"(uint32_t)({bare(each.text)})"
+            for each, kind in zip(values, wanted, strict=True)
+            if kind != TEXT
+        ]
+        call = f"feasibee_{record.type}_{name}({', '.join([record.text, *told])})"
+        return Value(f"(feasibee_int){call}" if result == INT else call, result)
+
+    def _of_math(self, node: ast.Call, name: str) -> Value:
+        values = [self.number(each) for each in node.args]
+        told = ", ".join(f"(feasibee_real)({bare(each.text)})" for each in values)
+        if name in ("floor", "ceil") and len(values) == 1:
+            if values[0].type != REAL:
+                return values[0]
+            return Value(f"feasibee_{name}({told})", INT)
+        if name in ("isinf", "isnan", "isfinite") and len(values) == 1:
+            return Value(f"({name}({told}) != 0)", BOOL)
+        if MATH.get(name) != len(values):
+            self.fail(node, f"math.{name}", f"use one of {', '.join(MATH)}, floor, ceil, or write it out")
+        self.floating = True
+        return Value(f"FEASIBEE_{name.upper()}({told})", REAL)
+
+    def _call_len(self, node: ast.Call) -> Value:
+        (row,) = [self.value(each) for each in node.args]
+        if row.type not in ELEMENTS:
+            self.fail(node, ast.unparse(node), "take the length of a row")
+        return Value(f"(feasibee_int){row.text}.length", INT)
+
+    def _call_int(self, node: ast.Call) -> Value:
+        (value,) = [self.number(each) for each in node.args]
+        if value.type in WHOLE[1:]:
+            return value
+        return Value(f"(feasibee_int)({value.text})", INT)
+
+    def _call_float(self, node: ast.Call) -> Value:
+        (value,) = [self.number(each) for each in node.args]
+        if value.known is not None:
+            return constant(float(value.known)) or value
+        return Value(f"(feasibee_real)({value.text})", REAL)
+
+    def _call_bool(self, node: ast.Call) -> Value:
+        (argument,) = node.args
+        return Value(f"({self.truth(argument)})", BOOL)
+
+    def _call_abs(self, node: ast.Call) -> Value:
+        (value,) = [self.number(each) for each in node.args]
+        if value.type == WORD:
+            return value
+        kind = INT if value.type == BOOL else value.type
+        return Value(f"feasibee_abs_{SHORT[str(kind)]}({value.text})", kind)
+
+    def _call_min(self, node: ast.Call) -> Value:
+        return self._extreme(node, "min")
+
+    def _call_max(self, node: ast.Call) -> Value:
+        return self._extreme(node, "max")
+
+    def _extreme(self, node: ast.Call, name: str) -> Value:
+        values = [self.number(each) for each in node.args]
+        if len(values) < 2:
+            self.fail(node, ast.unparse(node), "give two numbers or more")
+        kind: Type = WORD if all(_is_word(each) for each in values) else INT
+        for each in values:
+            kind = kind if kind == WORD else self._join(node, kind, each.type)
+        text = values[0].text
+        for each in values[1:]:
+            text = f"feasibee_{name}_{SHORT[str(kind)]}({bare(text)}, {bare(each.text)})"
+        return Value(text, kind)
+
+
+_UNARY: Final[Mapping[type, tuple[str, Callable[[Any], Any]]]] = {
+    ast.USub: ("-", lambda value: -value),
+    ast.UAdd: ("+", lambda value: +value),
+    ast.Invert: ("~", lambda value: ~value),
+}
+_FOLDED: Final[Mapping[type, Callable[[Any, Any], Any]]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+    ast.LShift: operator.lshift,
+    ast.RShift: operator.rshift,
+    ast.BitAnd: operator.and_,
+    ast.BitOr: operator.or_,
+    ast.BitXor: operator.xor,
+}
+_COMPARISONS: Final[Mapping[type, str]] = {
+    ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",
+}  # fmt: skip
+
+
+def c_name(name: str) -> str:
+    """Return a variable's name in C."""
+    if not name.isascii():
+        raise FeasibeeError(f"{name}: has letters that C doesn't know; use a to z")
+    return "unused_" if name == "_" else f"{name}_" if name in KEYWORDS or name.endswith("_end") else name
+
+
+def bare(text: str) -> str:
+    """Return an expression without parentheses around all of it."""
+    depth = 0
+    for place, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if depth == 0 and place < len(text) - 1:
+            return text
+    return text[1:-1] if text.startswith("(") else text
+
+
+def _is_word(value: Value) -> bool:
+    """Whether a number is at least 0 and has at most 32 bits, as its type or its value says."""
+    return value.type == WORD or (value.type == INT and value.known is not None and value.known >= 0)
+
+
+def _comparable(one: Value, other: Value) -> tuple[str, str]:
+    """Return two numbers in C such that their comparison is Python's: with and without a sign don't mix."""
+    if WORD not in (one.type, other.type) or REAL in (one.type, other.type):
+        return one.text, other.text
+    kind = WORD if _is_word(one) and _is_word(other) else LONG
+    return _of(one, kind), _of(other, kind)
+
+
+def _wide(value: Value) -> str:
+    """Return a number that C doesn't compute with in fewer bits."""
+    return f"(feasibee_int){value.text}" if value.type == BOOL else value.text
+
+
+def _folded(sign: ast.operator, one: Any, other: Any) -> Any:
+    """Return what Python computes of two numbers, None if nothing or too much."""
+    if isinstance(sign, ast.LShift | ast.Pow) and abs(other) > 64:
+        return None
+    try:
+        return _FOLDED[type(sign)](one, other)
+    except (ArithmeticError, TypeError):
+        return None
+
+
+def _plain(sign: str) -> Callable[[Value, Value, str], tuple[str, Type]]:
+    def write(one: Value, other: Value, kind: str) -> tuple[str, Type]:
+        return f"({_of(one, kind)} {sign} {_of(other, kind)})", kind
+
+    return write
+
+
+def _of(value: Value, kind: str) -> str:
+    """Return an operand as wide as the result."""
+    return value.text if value.type == kind else f"({kind}){value.text}"
+
+
+def _bitwise(sign: str) -> Callable[[Value, Value, str], tuple[str, Type]]:
+    def write(one: Value, other: Value, kind: str) -> tuple[str, Type]:
+        if kind == REAL:
+            return "", kind
+        masks = [each for each in (one, other) if each.known is not None and each.known >= 0]
+        if kind == LONG and _is_word(one) and _is_word(other):
+            text = f"({_of(one, WORD)} {sign} {_of(other, WORD)})"
+            small = sign == "&" and any(each.type == INT for each in masks)
+            return (f"(feasibee_int){text}", INT) if small else (text, WORD)
+        text = f"({_of(one, kind)} {sign} {_of(other, kind)})"
+        small = sign == "&" and kind == LONG and any(each.type == INT for each in masks)
+        return (f"(feasibee_int){text}", INT) if small else (text, kind)
+
+    return write
+
+
+def _left(one: Value, other: Value, kind: str) -> tuple[str, Type]:
+    if kind == REAL:
+        return "", kind
+    wide = INT if one.type in (BOOL, INT) else LONG
+    unsigned = "uint64_t" if wide == LONG else "feasibee_unsigned"
+    return f"({wide})(({unsigned}){_of(one, wide)} << {_wide(other)})", wide
+
+
+def _right(one: Value, other: Value, kind: str) -> tuple[str, Type]:
+    if kind == REAL:
+        return "", kind
+    return f"({_wide(one)} >> {_wide(other)})", INT if one.type == BOOL else str(one.type)
+
+
+def _is_power(value: Value) -> bool:
+    return isinstance(value.known, int) and value.known > 0 and value.known & (value.known - 1) == 0
+
+
+def _floor_divided(one: Value, other: Value, kind: str) -> tuple[str, Type]:
+    if kind == REAL:
+        return "", kind
+    if _is_power(other):
+        return _right(one, Value(str(other.known.bit_length() - 1), INT), kind)
+    return f"feasibee_divided_{SHORT[kind]}({bare(one.text)}, {bare(other.text)})", kind
+
+
+def _modulo(one: Value, other: Value, kind: str) -> tuple[str, Type]:
+    if kind == REAL:
+        return "", kind
+    if _is_power(other):
+        mask = constant(other.known - 1)
+        assert mask is not None
+        return _bitwise("&")(one, mask, str(joined(one.type, mask.type)))
+    text = f"feasibee_modulo_{SHORT[kind]}({bare(one.text)}, {bare(other.text)})"
+    return (f"(feasibee_int){text}", INT) if other.type == INT and kind == LONG else (text, kind)
+
+
+def _divided(one: Value, other: Value, kind: str) -> tuple[str, Type]:
+    return f"({_of(one, REAL)} / {_of(other, REAL)})", REAL
+
+
+def _power(one: Value, other: Value, kind: str) -> tuple[str, Type]:
+    if kind == REAL:
+        return f"FEASIBEE_POW({_of(one, REAL)}, {_of(other, REAL)})", REAL
+    if one.known == 2:
+        return _left(Value("1", LONG, 1), other, LONG)
+    return f"feasibee_power_{SHORT[kind]}({bare(one.text)}, {bare(other.text)})", kind
+
+
+_MODULAR: Final[Mapping[type, str]] = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*"}
+_OPERATORS: Final[Mapping[type, Callable[[Value, Value, str], tuple[str, Type]]]] = {
+    ast.Add: _plain("+"),
+    ast.Sub: _plain("-"),
+    ast.Mult: _plain("*"),
+    ast.Div: _divided,
+    ast.FloorDiv: _floor_divided,
+    ast.Mod: _modulo,
+    ast.Pow: _power,
+    ast.LShift: _left,
+    ast.RShift: _right,
+    ast.BitAnd: _bitwise("&"),
+    ast.BitOr: _bitwise("|"),
+    ast.BitXor: _bitwise("^"),
+}
