@@ -37,6 +37,7 @@ from feasibee.robot.language import (
     Value,
     constant,
     joined,
+    maker_of,
     text_of,
 )
 
@@ -85,17 +86,18 @@ class Expressions:
         if kind is None:
             self.fail(node, f"{ast.unparse(node)} is now one type, now another", "use two names")
         if isinstance(kind, tuple):
-            self.translation.tuples[text_of(kind).removeprefix("struct ")] = kind
+            self.translation.tuples[text_of(kind)] = kind
         return kind
 
     def _cast(self, value: Value, kind: Type) -> Value:
         """Return a tuple of another type as one of this type; C converts numbers by itself."""
         if value.type == kind or not isinstance(kind, tuple):
             return value
-        if value.text.startswith("(struct"):
-            return Value(f"({text_of(kind)}){value.text[value.text.index('{') :]}", kind)
-        name = value.text
-        return Value(f"({text_of(kind)}){{{', '.join(f'{name}.m{k}' for k in range(len(kind)))}}}", kind)
+        made = f"{maker_of(tuple(map(str, value.type)))}("
+        if value.text.startswith(made):
+            return Value(f"{maker_of(kind)}({value.text.removeprefix(made)}", kind)
+        parts = ", ".join(f"{value.text}.m{k}" for k in range(len(kind)))
+        return Value(f"{maker_of(kind)}({parts})", kind)
 
     def _v_constant(self, node: ast.Constant) -> Value:
         if isinstance(node.value, str):
@@ -156,8 +158,8 @@ class Expressions:
         kinds = tuple(str(each.type) for each in values)
         if not set(kinds) <= set(NUMBERS):
             self.fail(node, ast.unparse(node), "return numbers")
-        self.translation.tuples[text_of(kinds).removeprefix("struct ")] = kinds
-        return Value(f"({text_of(kinds)}){{{', '.join(each.text for each in values)}}}", kinds)
+        self.translation.tuples[text_of(kinds)] = kinds
+        return Value(f"{maker_of(kinds)}({', '.join(bare(each.text) for each in values)})", kinds)
 
     def _v_unaryop(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.Not):

@@ -206,7 +206,7 @@ def _ratings(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]:
         return [f"static {result} {name}_{what}({arguments})", "{", f"    return {value};", "}", ""]
 
     if "quality" in found:
-        rated = f"(struct feasibee_ratio){{{found['quality'].name}((int64_t)robots, (int64_t)tasks), 1}}"
+        rated = f"feasibee_whole_of({found['quality'].name}((int64_t)robots, (int64_t)tasks))"
         yield from function(
             "struct feasibee_ratio", "rated", "feasibee_amount robots, feasibee_amount tasks", rated
         )

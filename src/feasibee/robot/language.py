@@ -187,9 +187,11 @@ KEYWORDS: Final = frozenset(MATH) | frozenset(
     auto break case char const continue default do double else enum extern float for goto if inline int
     long register restrict return short signed sizeof static struct switch typedef union unsigned void
     volatile while bool true false main NULL INFINITY unix linux
+    bitand bitor catch class compl delete explicit export friend mutable namespace new operator private protected
+    public template this throw try typename using virtual xor
     """.split()  # noqa: SIM905  # as a list it would take forty lines
 )
-"""Names that a variable can't have in C."""
+"""Names that a variable can't have in C or C++."""
 
 
 def text_of(kind: Type) -> str:
@@ -197,6 +199,11 @@ def text_of(kind: Type) -> str:
     if isinstance(kind, tuple):
         return f"struct feasibee_{'_'.join(SHORT[each] for each in kind)}"
     return RECORDS.get(kind, kind)
+
+
+def maker_of(kinds: tuple[str, ...]) -> str:
+    """Return the function in C that makes a tuple."""
+    return f"feasibee_{'_'.join(SHORT[each] for each in kinds)}_of"
 
 
 SHORT: Final = {INT: "int", WORD: "word", LONG: "long", REAL: "real", BOOL: "bool"}

@@ -30,6 +30,7 @@ from feasibee.robot.language import (
     Type,
     Value,
     constant,
+    maker_of,
     text_of,
 )
 
@@ -80,11 +81,20 @@ class Translation:
         return signature
 
     def structs(self) -> list[str]:
-        """Return the definitions of the tuples."""
+        """Return the definitions of the tuples, and of the functions that make them."""
         return [
-            f"struct {name} {{\n"
-            + "".join(f"    {kind} m{place};\n" for place, kind in enumerate(kinds))
-            + "};\n"
+            "\n".join(
+                [
+                    f"{name} {{",
+                    *(f"    {kind} m{k};" for k, kind in enumerate(kinds)),
+                    "};\n",
+                    f"static inline {name} {maker_of(kinds)}({_arguments(kinds)})",
+                    "{",
+                    f"    {name} made = {{{', '.join(f'm{k}' for k in range(len(kinds)))}}};",
+                    "    return made;",
+                    "}\n",
+                ]
+            )
             for name, kinds in self.tuples.items()
         ]
 
@@ -365,7 +375,13 @@ def _zero(kind: Type, begins: bool = False) -> str:
     """Return nothing of a type, for a definition or as a value."""
     if kind in NUMBERS:
         return "0"
-    return "{0}" if begins else f"({text_of(kind)}){{0}}"
+    if begins or not isinstance(kind, tuple):
+        return "{0}"
+    return f"{maker_of(kind)}({', '.join('0' for _ in kind)})"
+
+
+def _arguments(kinds: tuple[str, ...]) -> str:
+    return ", ".join(f"{kind} m{k}" for k, kind in enumerate(kinds))
 
 
 def _loaded(target: ast.expr) -> ast.expr:

@@ -211,7 +211,7 @@ struct feasibee_thing {
     int32_t id;    /* -1 for a false sighting; of those without an id below the number of ids, none is kept */
     uint8_t kind;  /* number of its class */
     uint32_t hash; /* 32 random bits, the same for all who see it */
-#if FEASIBEE_WORDS > 0 && defined(FEASIBEE_DOUBLE)
+#ifdef FEASIBEE_DOUBLE
     double x, y; /* its position in a frame that all robots share, in units */
 #endif
 };
@@ -259,9 +259,9 @@ struct feasibee_robot {
     uint16_t words; /* of knowledge in use, and in a message */
     uint16_t message_words;
     int32_t known[FEASIBEE_WORDS];
+#endif
 #ifdef FEASIBEE_DOUBLE
     double x, y; /* its position in the shared frame, in units; write it in each step */
-#endif
 #endif
 };
 

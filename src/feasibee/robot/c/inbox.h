@@ -94,7 +94,8 @@ static inline struct feasibee_votes feasibee_votes_of(const struct feasibee_robo
                                                       struct feasibee_choice choice)
 {
     uint16_t one = (uint16_t)((UINT32_C(1) << robot->settings->strategy->value_bits) - 1);
-    struct feasibee_votes votes = {robot->heard_feasible, robot->heard_infeasible, FEASIBEE_NONE, 0, one > 0 ? one : 1,
+    one = one > 0 ? one : 1;
+    struct feasibee_votes votes = {robot->heard_feasible, robot->heard_infeasible, FEASIBEE_NONE, 0, one,
                                    0, choice.chance};
     for (uint16_t place = 0; place < robot->heard; place++) {
         if (feasibee_opinion_at(robot, place) == FEASIBEE_FEASIBLE)

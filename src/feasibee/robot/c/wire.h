@@ -124,6 +124,18 @@ static inline feasibee_int feasibee_lay_out(struct feasibee_layout *wire, int32_
 
 #endif
 
+#if FEASIBEE_WORDS > 0
+
+static inline void feasibee_write_knowledge(struct feasibee_writer *writer,
+                                            const struct feasibee_settings *settings, feasibee_id sender,
+                                            struct feasibee_message *message)
+{
+    struct feasibee_layout layout = {writer, NULL};
+    feasibee_lay_out(&layout, message->words, sender, settings);
+}
+
+#endif
+
 /* Write the frame of a message; return its length in bytes, or 0 if the room is too small or a number of the
  * message doesn't fit its bits. */
 static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_id sender,
@@ -143,7 +155,7 @@ static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_
     feasibee_write(&writer, message->declared, feasibee_declares_by_votes(settings));
 #if FEASIBEE_WORDS > 0
     if (settings->strategy->knowledge)
-        feasibee_lay_out(&(struct feasibee_layout){&writer, NULL}, message->words, sender, settings);
+        feasibee_write_knowledge(&writer, settings, sender, message);
 #endif
     while ((writer.length & 7) != 0 && !writer.failed)
         feasibee_write_flag(&writer, false);
@@ -174,8 +186,8 @@ static inline void feasibee_read_knowledge(struct feasibee_reader *reader, const
     const struct feasibee_setting *setting = wire->settings->setting;
     for (uint32_t k = 0; k < FEASIBEE_MESSAGE_WORDS; k++)
         message->words[k] = 0;
-    feasibee_int named =
-        feasibee_lay_out(&(struct feasibee_layout){NULL, reader}, message->words, 0, wire->settings);
+    struct feasibee_layout layout = {NULL, reader};
+    feasibee_int named = feasibee_lay_out(&layout, message->words, 0, wire->settings);
     if (feasibee_has_opinion(wire->settings))
         feasibee_check(reader, *sender < setting->robots && (named < 0 || named == (feasibee_int)*sender));
     else if (named >= 0)

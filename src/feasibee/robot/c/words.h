@@ -74,6 +74,13 @@ static inline struct feasibee_reals feasibee_parameters_of(const struct feasibee
     return row;
 }
 
+/* Return a quality as a ratio. */
+static inline struct feasibee_ratio feasibee_whole_of(feasibee_real quality)
+{
+    struct feasibee_ratio ratio = {(feasibee_amount)quality, 1};
+    return ratio;
+}
+
 static inline feasibee_real feasibee_real_of(struct feasibee_ratio ratio)
 {
     return (feasibee_real)ratio.part / (feasibee_real)ratio.whole;
