@@ -65,7 +65,9 @@ class Processor(NamedTuple):
 
 
 PROCESSORS = {
-    "ATmega328P": Processor(("avr-gcc", "-mmcu=atmega328p"), "gcc-avr and avr-libc", size="avr-size"),
+    "ATmega328P": Processor(
+        ("avr-gcc", "-mmcu=atmega328p", "-mcall-prologues"), "gcc-avr and avr-libc", size="avr-size"
+    ),
     **{
         name: Processor(
             ("arm-none-eabi-gcc", "-mthumb", f"-mcpu={name.lower()}"),
@@ -106,7 +108,17 @@ def macros_of(strategy: str, setting: Setting) -> dict[str, int]:
 
 def setting_in_c(setting: Setting) -> str:
     """Return a definition of ``setting`` in C."""
-    names = ("robots", "count", "tasks", "robot_ids", "task_ids", "id_bits", "knows_count", "robot_classes", "task_classes")
+    names = (
+        "robots",
+        "count",
+        "tasks",
+        "robot_ids",
+        "task_ids",
+        "id_bits",
+        "knows_count",
+        "robot_classes",
+        "task_classes",
+    )
     reals = ("width", "height", "sight", "radio", "speed", "exploration", "dissemination", "mean_run")
     numbers = ", ".join(f"FEASIBEE_REAL({value!r})" for value in setting.parameters) or "0"
     return "\n".join(

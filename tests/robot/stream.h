@@ -72,11 +72,11 @@ static uint16_t read_short(void)
 static uint8_t read_setting(void)
 {
     uint8_t strategy = read_byte();
-    setting.robots = read_short();
-    setting.count = read_short();
-    setting.tasks = read_short();
-    setting.robot_ids = read_short();
-    setting.task_ids = read_short();
+    setting.robots = (int16_t)read_short();
+    setting.count = (int16_t)read_short();
+    setting.tasks = (int16_t)read_short();
+    setting.robot_ids = (int16_t)read_short();
+    setting.task_ids = (int16_t)read_short();
     setting.robot_classes = setting.task_classes = 1;
     setting.id_bits = read_byte();
     setting.knows_count = read_byte();

@@ -28,6 +28,7 @@ from feasibee.robot.language import (
     REMEDIES,
     ROW,
     SHORT,
+    SMALL,
     TEXT,
     VOID,
     WHOLE,
@@ -38,6 +39,7 @@ from feasibee.robot.language import (
     constant,
     joined,
     maker_of,
+    promoted,
     text_of,
 )
 
@@ -155,7 +157,7 @@ class Expressions:
 
     def _v_tuple(self, node: ast.Tuple) -> Value:
         values = [self.value(each) for each in node.elts]
-        kinds = tuple(str(each.type) for each in values)
+        kinds = tuple(str(promoted(each.type)) for each in values)
         if not set(kinds) <= set(NUMBERS):
             self.fail(node, ast.unparse(node), "return numbers")
         self.translation.tuples[text_of(kinds)] = kinds
@@ -170,7 +172,7 @@ class Expressions:
             return constant(known) or value
         if isinstance(node.op, ast.Invert) and value.type == REAL:
             self.fail(node, ast.unparse(node), "use a whole number")
-        kind = {BOOL: INT, WORD: LONG}.get(str(value.type), value.type)
+        kind = LONG if value.type == WORD else promoted(value.type)
         return Value(f"({_UNARY[type(node.op)][0]}{_of(value, str(kind))})", kind)
 
     def _v_boolop(self, node: ast.BoolOp) -> Value:
@@ -278,7 +280,7 @@ class Expressions:
             )
             self.fail(node, f"{name}(...)", remedy)
         values = [self.value(each) for each in node.args]
-        arguments = tuple(INT if each.type == BOOL else each.type for each in values)
+        arguments = tuple(promoted(each.type) for each in values)
         if len(arguments) != function.__code__.co_argcount or TEXT in arguments or VOID in arguments:
             self.fail(node, ast.unparse(node), f"give the arguments of {name}, all of them")
         signature = self.translation.function(function, arguments)
@@ -296,7 +298,7 @@ class Expressions:
         if record.type in WHOLE and method.attr in ("bit_length", "bit_count"):
             if record.known is not None:
                 return constant(getattr(record.known, method.attr)()) or record
-            kind = SHORT[INT if record.type == BOOL else str(record.type)]
+            kind = SHORT[str(promoted(record.type))]
             size = bare(record.text) if kind == "word" else f"feasibee_size_{kind}({bare(record.text)})"
             return Value(f"feasibee_{method.attr}_{kind}({size})", INT)
         if (record.type, method.attr) not in METHODS:
@@ -342,7 +344,7 @@ class Expressions:
         (row,) = [self.value(each) for each in node.args]
         if row.type not in ELEMENTS:
             self.fail(node, ast.unparse(node), "take the length of a row")
-        return Value(f"(feasibee_int){row.text}.length", INT)
+        return Value(f"(int){row.text}.length", SMALL)
 
     def _call_int(self, node: ast.Call) -> Value:
         (value,) = [self.number(each) for each in node.args]
@@ -364,7 +366,7 @@ class Expressions:
         (value,) = [self.number(each) for each in node.args]
         if value.type == WORD:
             return value
-        kind = INT if value.type == BOOL else value.type
+        kind = promoted(value.type)
         return Value(f"feasibee_abs_{SHORT[str(kind)]}({value.text})", kind)
 
     def _call_min(self, node: ast.Call) -> Value:
@@ -442,7 +444,7 @@ def _comparable(one: Value, other: Value) -> tuple[str, str]:
 
 def _wide(value: Value) -> str:
     """Return a number that C doesn't compute with in fewer bits."""
-    return f"(feasibee_int){value.text}" if value.type == BOOL else value.text
+    return f"(feasibee_int){value.text}" if value.type in (BOOL, SMALL) else value.text
 
 
 def _folded(sign: ast.operator, one: Any, other: Any) -> Any:
@@ -486,7 +488,7 @@ def _bitwise(sign: str) -> Callable[[Value, Value, str], tuple[str, Type]]:
 def _left(one: Value, other: Value, kind: str) -> tuple[str, Type]:
     if kind == REAL:
         return "", kind
-    wide = INT if one.type in (BOOL, INT) else LONG
+    wide = INT if promoted(one.type) == INT else LONG
     unsigned = "uint64_t" if wide == LONG else "feasibee_unsigned"
     return f"({wide})(({unsigned}){_of(one, wide)} << {_wide(other)})", wide
 
@@ -494,7 +496,7 @@ def _left(one: Value, other: Value, kind: str) -> tuple[str, Type]:
 def _right(one: Value, other: Value, kind: str) -> tuple[str, Type]:
     if kind == REAL:
         return "", kind
-    return f"({_wide(one)} >> {_wide(other)})", INT if one.type == BOOL else str(one.type)
+    return f"({_wide(one)} >> {_wide(other)})", promoted(one.type)
 
 
 def _is_power(value: Value) -> bool:

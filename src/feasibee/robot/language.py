@@ -9,13 +9,13 @@ import math
 from collections.abc import Mapping
 from typing import Any, Final, NamedTuple
 
-INT, WORD, LONG, REAL = "feasibee_int", "uint32_t", "int64_t", "feasibee_real"
+SMALL, INT, WORD, LONG, REAL = "int", "feasibee_int", "uint32_t", "int64_t", "feasibee_real"
 BOOL, VOID = "bool", "void"
 ROW, REALS, COUNTS = "struct feasibee_row", "struct feasibee_reals", "struct feasibee_counts"
 TEXT = "text"
 Type = str | tuple[str, ...]
 """A type of C, a record by its name in Python, or the types of a tuple."""
-WHOLE: Final = (BOOL, INT, WORD, LONG)
+WHOLE: Final = (BOOL, SMALL, INT, WORD, LONG)
 NUMBERS: Final = (*WHOLE, REAL)
 """Types of numbers: of two that meet, the later one is taken, and instead of a word of 32 bits without a sign
 one that holds both."""
@@ -101,7 +101,7 @@ _REALS: Final = "width height sight radio speed exploration dissemination mean_r
 _SETTING: Final = "{}->settings->setting"
 FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
     "setting": {
-        **{name: _field(f"(feasibee_int){{}}->{name}", INT) for name in _WHOLE},
+        **{name: _field(f"(int){{}}->{name}", SMALL) for name in _WHOLE},
         **{name: _field(f"(feasibee_int)FEASIBEE_CLASSES_OF({{}}->{name})", INT) for name in _CLASSES},
         **{name: _field(f"{{}}->{name}", REAL, "floating") for name in _REALS},
         **{name: _field(f"{{}}->{name}", BOOL) for name in ("knows_count", "colluding")},
@@ -187,11 +187,16 @@ KEYWORDS: Final = frozenset(MATH) | frozenset(
     auto break case char const continue default do double else enum extern float for goto if inline int
     long register restrict return short signed sizeof static struct switch typedef union unsigned void
     volatile while bool true false main NULL INFINITY unix linux
-    bitand bitor catch class compl delete explicit export friend mutable namespace new operator private protected
-    public template this throw try typename using virtual xor
+    bitand bitor catch class compl delete explicit export friend mutable namespace new operator private
+    protected public template this throw try typename using virtual xor
     """.split()  # noqa: SIM905  # as a list it would take forty lines
 )
 """Names that a variable can't have in C or C++."""
+
+
+def promoted(kind: Type) -> Type:
+    """Return the type in which C computes with numbers of this one."""
+    return INT if kind in (BOOL, SMALL) else kind
 
 
 def text_of(kind: Type) -> str:

@@ -24,6 +24,7 @@ from feasibee.robot.language import (
     REALS,
     RESULTS,
     ROW,
+    SMALL,
     VOID,
     Needs,
     Signature,
@@ -282,7 +283,7 @@ class _Body(Expressions):
         assert first is not None
         assert step is not None
         last = values[0] if len(values) == 1 else values[1]
-        kind = self._join(statement, self._join(statement, first.type, last.type), INT)
+        kind = self._join(statement, _smallest(first), _smallest(last))
         name, own = statement.target.id, statement.target.id in self.own_loops
         if own:
             self.loops.add(name)
@@ -378,6 +379,11 @@ def _zero(kind: Type, begins: bool = False) -> str:
     if begins or not isinstance(kind, tuple):
         return "{0}"
     return f"{maker_of(kind)}({', '.join('0' for _ in kind)})"
+
+
+def _smallest(value: Value) -> Type:
+    """Return the type of a limit of a loop."""
+    return SMALL if value.known is not None and abs(value.known) < 2**15 else value.type
 
 
 def _arguments(kinds: tuple[str, ...]) -> str:

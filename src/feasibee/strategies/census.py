@@ -118,12 +118,14 @@ def list_names(wire, message, first, end, in_word, classes, is_robot, setting):
     ids, last = (end - first) // classes * in_word, -1
     place = next_member(message, first, end, in_word, 0)
     while wire.flag(place < classes * ids):
-        name = place % max(ids, 1)
+        kind = place // ids if classes > 1 else 0
+        name = place - kind * ids
         if is_robot:
             name = wire.number(name, setting.id_bits, setting.robot_ids)
         else:
             name = wire.task(wire.number(name, POSITION_BITS), name, setting.task_ids)
-        kind = wire.number(place // max(ids, 1), (classes - 1).bit_length(), classes)
+        if classes > 1:
+            kind = wire.number(kind, (classes - 1).bit_length(), classes)
         place = kind * ids + name
         wire.check(place > last, "lists names out of order")
         if place > last:

@@ -93,8 +93,12 @@ static inline uint16_t feasibee_value_of_rank(const struct feasibee_robot *robot
 static inline struct feasibee_votes feasibee_votes_of(const struct feasibee_robot *robot,
                                                       struct feasibee_choice choice)
 {
+#if FEASIBEE_VALUES
     uint16_t one = (uint16_t)((UINT32_C(1) << robot->settings->strategy->value_bits) - 1);
     one = one > 0 ? one : 1;
+#else
+    uint16_t one = 1;
+#endif
     struct feasibee_votes votes = {robot->heard_feasible, robot->heard_infeasible, FEASIBEE_NONE, 0, one,
                                    0, choice.chance};
     for (uint16_t place = 0; place < robot->heard; place++) {

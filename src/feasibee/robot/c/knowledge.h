@@ -14,11 +14,11 @@ struct feasibee_layout; /* words.h */
 
 /* The numbers of a scenario on which knowledge may depend, as Setting in strategies/contract.py. */
 struct feasibee_setting {
-    uint16_t robots;        /* number of robots that have ids, which are below it */
-    uint16_t count;         /* number of robots at the start: what a robot knows with knows_count */
-    uint16_t tasks;         /* number of tasks that have ids, which are below it */
-    uint16_t robot_ids;     /* number of ids of robots; more than robots if Byzantine ones invent some */
-    uint16_t task_ids;      /* number of ids of tasks */
+    int16_t robots;        /* number of robots that have ids, which are below it */
+    int16_t count;         /* number of robots at the start: what a robot knows with knows_count */
+    int16_t tasks;         /* number of tasks that have ids, which are below it */
+    int16_t robot_ids;     /* number of ids of robots; more than robots if Byzantine ones invent some */
+    int16_t task_ids;      /* number of ids of tasks */
     uint8_t robot_classes;  /* number of classes of robots, at least 1 */
     uint8_t task_classes;   /* number of classes of tasks, at least 1 */
     uint8_t id_bits;        /* length of a robot's id in a message */
@@ -57,7 +57,7 @@ struct feasibee_knowledge {
 /* Return whether a thing has an id below the number of ids: a false sighting has none, nor a misread tag. */
 static inline bool feasibee_has_id(const struct feasibee_thing *thing, const struct feasibee_setting *setting)
 {
-    return (uint32_t)thing->id < (thing->is_robot ? setting->robot_ids : setting->task_ids);
+    return thing->id >= 0 && thing->id < (thing->is_robot ? setting->robot_ids : setting->task_ids);
 }
 
 static inline uint16_t feasibee_message_words(const struct feasibee_knowledge *knowledge,

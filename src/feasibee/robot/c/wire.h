@@ -150,7 +150,9 @@ static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_
     if (feasibee_has_opinion(settings)) {
         feasibee_write(&writer, sender, wire->id_bits);
         feasibee_write(&writer, (uint32_t)(int32_t)message->opinion, 1);
+#if FEASIBEE_VALUES
         feasibee_write(&writer, message->value, settings->strategy->value_bits);
+#endif
     }
     feasibee_write(&writer, message->declared, feasibee_declares_by_votes(settings));
 #if FEASIBEE_WORDS > 0
@@ -173,7 +175,9 @@ static inline void feasibee_read_opinion(struct feasibee_reader *reader, const s
     *sender = (feasibee_id)id;
     feasibee_check(reader, *sender == id);
     message->opinion = (int8_t)feasibee_read(reader, 1);
+#if FEASIBEE_VALUES
     message->value = (uint16_t)feasibee_read(reader, wire->settings->strategy->value_bits);
+#endif
     message->declared = feasibee_declares_by_votes(wire->settings) && feasibee_read_flag(reader);
 }
 
@@ -189,7 +193,7 @@ static inline void feasibee_read_knowledge(struct feasibee_reader *reader, const
     struct feasibee_layout layout = {NULL, reader};
     feasibee_int named = feasibee_lay_out(&layout, message->words, 0, wire->settings);
     if (feasibee_has_opinion(wire->settings))
-        feasibee_check(reader, *sender < setting->robots && (named < 0 || named == (feasibee_int)*sender));
+        feasibee_check(reader, *sender < (feasibee_id)setting->robots && (named < 0 || named == (feasibee_int)*sender));
     else if (named >= 0)
         *sender = (feasibee_id)named;
 }

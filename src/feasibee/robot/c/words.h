@@ -48,19 +48,19 @@ struct feasibee_counts {
 #define FEASIBEE_WITHIN(place, length) ((void)0)
 #endif
 
-static inline int32_t *feasibee_at(struct feasibee_row row, feasibee_int place)
+static inline int32_t *feasibee_at(struct feasibee_row row, int place)
 {
     FEASIBEE_WITHIN(place, row.length);
     return &row.words[place];
 }
 
-static inline feasibee_real *feasibee_real_at(struct feasibee_reals row, feasibee_int place)
+static inline feasibee_real *feasibee_real_at(struct feasibee_reals row, int place)
 {
     FEASIBEE_WITHIN(place, row.length);
     return &row.numbers[place];
 }
 
-static inline int64_t *feasibee_count_at(struct feasibee_counts row, feasibee_int place)
+static inline int64_t *feasibee_count_at(struct feasibee_counts row, int place)
 {
     FEASIBEE_WITHIN(place, row.length);
     return &row.numbers[place];
