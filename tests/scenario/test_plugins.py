@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import importlib.metadata
 import inspect
+from pathlib import Path
 
 import numpy as np
 import pytest
-from own_files import MINE, assert_same, copy_of, why_not
+from own_files import MINE, assert_same, copy_of, replaced, why_not
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm
+from feasibee.robot import Message, Wire
 from feasibee.scenario import plugins
+from feasibee.scenario.plugins import load
 from feasibee.scenario.runs import Runs
+from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
@@ -243,3 +247,53 @@ def test_a_failure_in_a_large_swarm_is_told_with_the_command_that_says_where(wri
     scenario = scenario_of(write(text), **{"robots.count": 3000, "arena.side": 200.0})
     with pytest.raises(FeasibeeError, match=r'fails in run 3 of seed 1: .* 1, 1, first_run=3, backend="ref'):
         simulate_record(scenario, Runs(1, 1, 3))
+
+
+# --- Messages as bytes, by one function ---
+
+BITMAP = """
+
+def layout(wire, message, sender, setting):
+    for k in range(len(message)):
+        message[k] = wire.number(message[k], 1)
+    return -1
+"""
+ROLL_CALL = replaced(
+    (Path(__file__).parents[2] / "examples" / "roll_call.py").read_text(),
+    "    length = 2\n",
+    "    return len(message)\n    length = 2\n",
+)
+
+
+def test_a_layout_makes_pack_and_unpack(write):
+    strategy = load(str(write(ROLL_CALL + BITMAP)))
+    setting = setting_from((3, 2), (0, 0), False, None, ())
+    wire = Wire(strategy, 2, setting=setting)
+    message = Message(-1, knowledge=(1, 0, 1, 0, 1))
+    assert wire.is_exact
+    assert wire.bits(2, message) == 5
+    assert wire.decode(wire.encode(2, message)) == (-1, message)
+    assert {"layout", "pack", "unpack"} <= strategy.functions
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        (
+            BITMAP.replace("1)", "2)"),
+            "mine.py: layout writes 14 bits of .*, and bits returns 7; they must be",
+        ),
+        (BITMAP.replace("message[k] = wire", "wire"), "mine.py: layout reads .* from what layout wrote of"),
+        (BITMAP.replace("-1", "-2"), r"mine.py, line 47: layout\(.* returns -2; must be the sender's id, or"),
+        (BITMAP.replace("message)", "message) + 1"), r"mine.py, line 49: layout\(.* fails: IndexError"),
+        (BITMAP.replace("message[k], 1", "message[k] + 1, 1"), "layout of .*: 2 doesn't fit 1 bits"),
+        (
+            BITMAP + BITMAP.replace("layout(wire", "pack(wire"),
+            "has both layout and pack or unpack, .*; remove",
+        ),
+        (BITMAP.replace("(wire, ", "("), "layout must take 4; write def layout"),
+    ],
+)
+def test_a_layout_is_tried(write, text, why):
+    with pytest.raises(FeasibeeError, match=why):
+        load(str(write(ROLL_CALL + text)))

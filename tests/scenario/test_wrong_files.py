@@ -185,21 +185,25 @@ COMPILED = {
         (
             "    lead = inbox.f",
             "    lead = {1: inbox.feasible_votes}.get(2, 0)\n    lead = inbox.f",
-            "17: decide",
+            "17: decide doesn't compile: {1: inbox.feasible_votes}",
         ),
         (
             "    if abs(lead)",
             "    if lead > 100:\n        return inbox.voices\n    if abs(lead)",
-            "19: decide",
+            "19: decide doesn't compile: inbox.voices; use one of feasible_votes, infeasible_votes, heard_op",
         ),
-        ("        return mind.opinion", "        return [mind.opinion, 1][0]", "19: decide"),
+        (
+            "        return mind.opinion",
+            "        return [mind.opinion, 1][0]",
+            "19: decide doesn't compile: [mind.opinion, 1]; write it with numbers, rows and calls",
+        ),
     ],
     "set": [
         ("known[me.id] = 1", "known[me.id] = {1: 1}[1]", "18: start"),
         (
             "known[me.id] = 1",
             "known[me.id] = len(list(known)) > 0",
-            "16: start doesn't compile: it must not m",
+            "18: start doesn't compile: list(...); keep numbers in the row of words",
         ),
         ("return length\n", "if length > 9999999:\n        return 0.5\n    return length\n", "38: bits"),
         (MERGING, f"    if me.step == 77:\n        return 1\n{MERGING}", "26: merge"),

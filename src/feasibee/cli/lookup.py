@@ -12,6 +12,7 @@ import click
 
 from feasibee.cli.options import Given, argument, command, console, file_type, folder_type, option, print_json
 from feasibee.errors import FeasibeeError
+from feasibee.files import named
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
@@ -84,23 +85,44 @@ def scenario(
 
 
 @command()
-def new(*, out: Path = argument(file_type, metavar="FILE"), changes: tuple[str, ...]) -> None:
-    """Write a scenario to edit: a file with all fields; comments say what each means, and its unit.
+def new(
+    *,
+    files: tuple[Path, ...] = argument(file_type, nargs=-1, required=True, metavar="[strategy] FILE"),
+    knowledge: bool = option(
+        "With strategy: its robots pass on what they know, not only opinions.", is_flag=True
+    ),
+    changes: tuple[str, ...],
+) -> None:
+    """Write a file to edit: a scenario, or a strategy of your own that runs as it is.
+
+    A scenario, .toml, has all fields; comments say what each means, and its unit. A strategy, .py, has the
+    functions that it needs; comments say what each does.
 
     \b
     Examples:
       feasibee new mine.toml
       feasibee new hall.toml --set robots.count=35 --set "arena.side=[60.0, 25.0]"
+      feasibee new strategy mine.py
+      feasibee new strategy mine.py --knowledge
     """
     from feasibee.files import atomic_write, check_output
     from feasibee.scenario.comments import commented_toml
+    from feasibee.scenario.skeletons import skeleton
 
+    *kind, out = files
+    if kind not in ([], [Path("strategy")]):
+        raise FeasibeeError(f"{named(files[0])}: can't be written with {named(files[1])}; name one file")
+    if kind and changes:
+        raise FeasibeeError("--set with strategy: is for fields of a scenario; leave it out")
+    if knowledge and not kind:
+        raise FeasibeeError(f"--knowledge: is for strategies; write feasibee new strategy {out.stem}.py")
     if out.exists():
         raise FeasibeeError(f"{out}: exists already; use another name, or remove it")
-    check_output(out, (".toml",))
+    check_output(out, (".py",) if kind else (".toml",))
+    text = skeleton(out.name, knowledge=knowledge) if kind else commented_toml(Given(None, changes).read())
     with atomic_write(out) as path:
-        path.write_text(commented_toml(Given(None, changes).read()), encoding="utf-8")
-    click.echo(f"Wrote {out}. Edit it, then: feasibee run {out}")
+        path.write_text(text, encoding="utf-8")
+    click.echo(f"Wrote {out}. Edit it, then: feasibee {'check' if kind else 'run'} {out}")
 
 
 @command()

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
-from feasibee.errors import FeasibeeError, quoted
+from feasibee.errors import FeasibeeError, one_line, quoted
 from feasibee.files import check_output
 from feasibee.scenario.paths import read_value
 
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from feasibee.results.statistics import Interval
     from feasibee.scenario.scenario import Scenario
+    from feasibee.strategies.contract import Strategy
     from feasibee.sweeps.executors import WorkerPool
 
 
@@ -298,6 +299,19 @@ def strategies_option(default: str) -> Any:
         metavar="A,B,...",
         shell_complete=complete_strategy,
     )
+
+
+def own_strategy(name: str) -> Strategy:
+    """Load a user's strategy; an error names its file by the path that was given."""
+    from feasibee.scenario.plugins import load
+
+    try:
+        return load(name)
+    except FeasibeeError as error:
+        told = str(error)
+        raise FeasibeeError(
+            told if told.startswith((f"{name}:", f"{name},")) else f"{one_line(name)}: {told}"
+        ) from None
 
 
 def folder_option(name: str, what: str) -> Any:

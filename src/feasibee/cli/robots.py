@@ -17,11 +17,13 @@ from feasibee.cli.options import (
     Given,
     argument,
     command,
+    complete_strategy,
     file_type,
     folder_type,
     named,
     option,
     outputs_option,
+    own_strategy,
     path_type,
     print_json,
     progress,
@@ -338,11 +340,7 @@ def _read_key(path: Path | None) -> str:
 
 def _strategy(path: Path | None) -> Strategy | None:
     """Return a user's strategy."""
-    if path is None:
-        return None
-    from feasibee.scenario.plugins import load
-
-    return load(str(path))
+    return None if path is None else own_strategy(str(path))
 
 
 def _log_files(paths: tuple[Path, ...]) -> Iterator[Path]:
@@ -360,24 +358,35 @@ def _log_files(paths: tuple[Path, ...]) -> Iterator[Path]:
 @command()
 def header(
     *,
-    strategies: tuple[str, ...] = option(
-        "Include this strategy, repeatable; by default all that exist in C.",
+    strategies: tuple[str, ...] = argument(
+        str, nargs=-1, metavar="[STRATEGY]...", shell_complete=complete_strategy
+    ),
+    more: tuple[str, ...] = option(
+        "Include this strategy, as STRATEGY does; repeatable.",
         name="--strategy",
         multiple=True,
-        metavar="NAME",
+        metavar="STRATEGY",
     ),
     inbox: int | None = option("Number of senders whose message a robot keeps; by default 64.", int),
 ) -> None:
     """Print the controller of one robot in C99, as one header file.
 
-    The comments in the file say how to use it.
+    STRATEGY is a name, or a file of your own if it ends in .py, which is translated; by default all built-in
+    strategies. The comments in the file say how to use it.
 
     \b
     Examples:
       feasibee header > feasibee.h
-      feasibee header --strategy dmmd --inbox 32 > feasibee.h
-      feasibee header --strategy dmmd --strategy average > feasibee.h
+      feasibee header mine.py > feasibee.h
+      feasibee header dmmd average --inbox 32 > feasibee.h
     """
     from feasibee.robot.firmware import header
 
-    click.echo(header(strategies or None, inbox), nl=False)
+    click.echo(header([_in_c(name) for name in (*strategies, *more)] or None, inbox), nl=False)
+
+
+def _in_c(name: str) -> str | Strategy:
+    """Return a strategy for the header: a user's is loaded."""
+    from feasibee.scenario.plugins import registered
+
+    return own_strategy(name) if name.endswith(".py") or name in registered() else name

@@ -36,6 +36,7 @@ from feasibee.engine.signatures import KNOWLEDGE, STRATEGY
 from feasibee.engine.team import parts_of
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
+from feasibee.robot.translate import Translation
 from feasibee.strategies.contract import Strategy
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, against 0.1 ms for the call
@@ -158,10 +159,15 @@ def _own_function(strategy: Strategy, name: str) -> Callable[..., Any]:
 
 
 def _explained(strategy: Strategy, name: str, error: Exception) -> str:
-    """Return a message that says what doesn't compile, and in which line."""
+    """Return a message that says what doesn't compile, and in which line: the translator's, if it has one."""
+    function: Any = _own_function(strategy, name)
+    try:
+        Translation().entry(name, function, strategy.source)
+    except FeasibeeError as told:
+        before, _, what = str(told).partition(": ")
+        return f"{strategy.name},{before.partition(',')[2]}: {name} doesn't compile: {what}"
     text = re.sub(r"\x1b\[[0-9;]*m", "", str(error))
     lines = [line.strip(" -") for line in text.splitlines() if line.strip(" -")]
-    function = _own_function(strategy, name)
     file = re.escape(Path(function.__code__.co_filename).name)
     place = re.search(rf'{file}(?:", line |:| \()(\d+)', text)
     empty = ("Failed in", "File", "During", "Resolution failure", "No implementation of function")

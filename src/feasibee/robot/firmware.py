@@ -11,6 +11,7 @@ from pathlib import Path
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.robot.language import ARGUMENTS, Signature
 from feasibee.robot.translate import Translation
+from feasibee.robot.wire import name_of
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy
 
@@ -72,7 +73,19 @@ def header(
     )
     made = [*translation.structs(), *translation.functions, *constants]
     made = [_QUIETLY, *made, _LOUDLY] if made else []
-    return "".join([_beginning(chosen, inbox), *parts, *(f"\n{each}" for each in made), "\n#endif\n"])
+    text = "".join([_beginning(chosen, inbox), *parts, *(f"\n{each}" for each in made), "\n#endif\n"])
+    _check_names(chosen, text)
+    return text
+
+
+def _check_names(strategies: Sequence[Strategy], text: str) -> None:
+    """Raise an error if a strategy's name in C is that of another one, or of a function of the controller."""
+    for place, each in enumerate(strategies):
+        name = constant(each)
+        others = [other.name for other in strategies[:place] if constant(other) == name]
+        if others or re.search(rf"\b{name}\(", text):
+            owner = f"also {others[0]}" if others else "also a function of the controller"
+            raise FeasibeeError(f"{each.name}: {name} in C is {owner}; give the file another name")
 
 
 def constant(strategy: Strategy) -> str:
@@ -108,9 +121,10 @@ def _beginning(strategies: Sequence[Strategy], inbox: int | None) -> str:
     if made:
         macros["FEASIBEE_MEMORY"] = max(1, *(each.memory for each in made))
         macros["FEASIBEE_PARAMETERS"] = max(1, *(len(each.parameters) for each in made))
+    names = ", ".join(Path(each.name).name for each in strategies)
     lines = [
         f"/* feasibee {version('feasibee')}: the controller of one robot of a swarm, in C99. Apache-2.0.",
-        f" * Strategies: {', '.join(each.name for each in strategies)}. Written by `feasibee header`. */",
+        f" * Strategies: {names}. Written by `feasibee header`. */",
         "",
         "#ifndef FEASIBEE_H",
         "#define FEASIBEE_H",
@@ -149,11 +163,15 @@ def needs_double(strategy: Strategy) -> bool:
 def _functions(strategy: Strategy, translation: Translation) -> dict[str, Signature]:
     """Translate a strategy's functions."""
     skipped = {"pack", "unpack"} if "layout" in strategy.functions else set()
-    return {
-        each: translation.entry(each, inspect.unwrap(getattr(strategy, each)), strategy.source)
-        for each in ARGUMENTS
-        if each in strategy.functions - skipped
-    }
+    try:
+        return {
+            each: translation.entry(each, inspect.unwrap(getattr(strategy, each)), strategy.source)
+            for each in ARGUMENTS
+            if each in strategy.functions - skipped
+        }
+    except FeasibeeError as error:  # which begins with the file's name
+        folder = strategy.name[: -len(Path(strategy.name).name)]
+        raise FeasibeeError(f"{folder}{error}") from None
 
 
 def _needs_double(found: dict[str, Signature]) -> bool:
@@ -181,7 +199,8 @@ def _translated(strategy: Strategy, translation: Translation) -> str:
     ]
     if conditions:
         glue = [f"#if {' && '.join(conditions)}", "", *glue, "", "#endif"]
-    return "\n".join([*glue, ""])
+    named = [f'#define {name}_name "{name_of(strategy)}" /* for feasibee_wire_of */', ""]
+    return "\n".join([*(named if strategy.source else []), *glue, ""])
 
 
 def _flag(flag: bool) -> str:

@@ -167,6 +167,11 @@ class BitReader:
         self.check(self.number(left) == 0, "has bits other than 0 after its end")
 
 
+def name_of(strategy: Strategy) -> str:
+    """Return the name by which frames tell a strategy: of a user's file, the CRC-32 of its text."""
+    return f"{crc32(strategy.source.encode()):08x}" if strategy.source else strategy.name
+
+
 class Heard(NamedTuple):
     """A decoded frame: the arguments of `Controller.hear`."""
 
@@ -287,8 +292,7 @@ class Wire:
             setting = self._setting
             numbers += [self._words, setting.robot_classes, setting.task_classes, int(setting.knows_count)]
             numbers += [int(each * UNIT) % 2**32 for each in setting.parameters]
-        name = (strategy.source or strategy.name).encode()
-        return name + b"\0" + b"".join(number.to_bytes(4, "big") for number in numbers)
+        return name_of(strategy).encode() + b"\0" + b"".join(number.to_bytes(4, "big") for number in numbers)
 
     def _written(self, sender: int, message: Message) -> BitWriter:
         writer = BitWriter()

@@ -237,7 +237,10 @@ def _is_bound(node: ast.AST) -> TypeGuard[ast.Name]:
 
 
 def _check_completeness(functions: frozenset[str], file: str) -> None:
-    """Raise an error if a function is missing: one of all strategies', or one that another function needs."""
+    """Raise an error if a function is missing that all or others need, or if two exclude each other."""
+    if "layout" in functions and not functions.isdisjoint(("pack", "unpack")):
+        rule = "has both layout and pack or unpack, which are made of it"
+        raise FeasibeeError(f"{file}: {rule}; remove def pack and def unpack, or def layout")
     needs = [("has no", name) for name in REQUIRED]
     knowing = next((name for name in (*KNOWLEDGE, *KNOWLEDGE_OPTIONS) if name in functions), None)
     if knowing:

@@ -29,6 +29,7 @@ from feasibee.strategies.contract import (
     Strategy,
     Thing,
 )
+from feasibee.strategies.layout import both_ways
 from feasibee.strategies.words import Words
 
 Rule = tuple[str, Callable[[Any], bool]]
@@ -60,9 +61,9 @@ RULES: Final[Mapping[str, Rule]] = {
     "describe": ("must be a text", lambda value: isinstance(value, str)),
     "bits": _whole(0, BITS_LIMIT),
     "pack": ("must return nothing: it writes with writer", lambda value: value is None),
-    "unpack": (
-        "must be the sender's id, or -1 if it isn't sent",
-        lambda value: is_whole(value, COUNT_LIMIT, -1),
+    **dict.fromkeys(
+        ("layout", "unpack"),
+        ("must be the sender's id, or -1 if it isn't sent", lambda value: is_whole(value, COUNT_LIMIT, -1)),
     ),
 }
 """What each function must return."""
@@ -84,6 +85,8 @@ def tried(manifest: Manifest) -> Strategy:
     functions: dict[str, Any] = {
         name: _checked(getattr(module, name), name, file) for name in ARGUMENTS if hasattr(module, name)
     }
+    if "layout" in functions:
+        functions |= both_ways(functions["layout"])
     declared: dict[str, Any] = {field: getattr(manifest, field) for field in CONSTANTS.values()}
     strategy = Strategy(
         name=manifest.name, source=manifest.source, functions=frozenset(functions), **declared, **functions
@@ -120,7 +123,7 @@ def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
     def call(*arguments: Any) -> Any:
         try:
             result = function(*arguments)
-        except WireError:  # of the bytes that unpack was given
+        except WireError:  # of the bytes that were read, or of a number that doesn't fit
             raise
         except FAILURES as error:
             raise FeasibeeError(
@@ -190,6 +193,8 @@ def _try_bytes(strategy: Strategy, message: tuple[int, ...], me: Me, file: str) 
     functions: Any = strategy
     if strategy.functions.isdisjoint({"pack", "unpack"}):
         return
+    writes, reads = ("layout", "layout") if functions.layout else ("pack", "unpack")
+    both = " and ".join(dict.fromkeys((writes, reads)))
     id_bits = max(me.setting.id_bits, (me.setting.robot_ids - 1).bit_length())  # also of invented robots
     me = me._replace(setting=me.setting._replace(id_bits=id_bits))
     wire = Wire(strategy, id_bits, setting=me.setting)
@@ -198,12 +203,12 @@ def _try_bytes(strategy: Strategy, message: tuple[int, ...], me: Me, file: str) 
         written, counted = wire.bits(me.id, sent), functions.bits(message, me)
         heard = wire.decode(wire.encode(me.id, sent)).message
     except WireError as error:
-        raise FeasibeeError(f"{file}: pack and unpack of {message!r} fail: {error}") from None
+        raise FeasibeeError(f"{file}: {both} of {message!r}: {error}") from None
     if written != counted:
-        told = f"pack writes {written} bits of {message!r}, and bits returns {counted}"
+        told = f"{writes} writes {written} bits of {message!r}, and bits returns {counted}"
         raise FeasibeeError(f"{file}: {told}; they must be equal")
     if heard != sent:
-        told = f"unpack reads {heard.knowledge!r} from what pack wrote of {message!r}"
+        told = f"{reads} reads {heard.knowledge!r} from what {writes} wrote of {message!r}"
         raise FeasibeeError(f"{file}: {told}; they must be equal")
 
 
