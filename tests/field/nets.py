@@ -126,7 +126,7 @@ def joined(pair):
     return settle(pair)[0]
 
 
-def play(plan, folder, attack=let_pass):
+def play(plan, folder, attack=let_pass, brain=None):
     """Run a field in lockstep, in threads; its logs are in a folder.
 
     Return the opinions at each step, the world's result, how the robots ended, and the packets. If a robot
@@ -138,7 +138,7 @@ def play(plan, folder, attack=let_pass):
     def be_a_robot(number):
         strategy = plan.scenario.strategy if plan.scenario.manifest.source else None
         with closing(LineLog(folder / f"robot-{number}.jsonl")) as log:
-            robot = Robot(Wire(net, number), KEY, number, log, strategy, patience=10.0)
+            robot = Robot(Wire(net, number), KEY, number, log, strategy, patience=10.0, brain=brain)
             try:
                 ended[number] = robot.run()
             except Exception as error:

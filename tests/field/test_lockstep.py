@@ -7,9 +7,12 @@ from fields import MINE, NEEDS_FORK, STREAMS, a_plan, opinions, run, simulated, 
 from nets import play as play_in_memory
 
 from feasibee import Scenario
+from feasibee.field.brain import compiled
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
+from feasibee.scenario.plugins import strategy_of
 from feasibee.strategies import STRATEGIES
+from tests.robot.driving import needs
 
 
 def check_equal(scenario, folder, result):
@@ -120,6 +123,16 @@ WORLDS = {
 def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
     scenario = small(**WORLDS[world])
     check_equal(scenario, tmp_path, play_in_memory(a_plan(scenario), tmp_path)[1])
+
+
+@pytest.mark.quick(8)
+@pytest.mark.parametrize("world", [name for name in WORLDS if name != "an operator who calls and releases"])
+def test_robots_in_c_equal_the_run(world, tmp_path):
+    """The program that is flashed, in the simulated world; Byzantine robots stay in Python."""
+    needs("cc", "gcc")
+    scenario = small(**WORLDS[world])
+    brain = compiled(strategy_of(scenario.manifest), scenario.setting, tmp_path)
+    check_equal(scenario, tmp_path, play_in_memory(a_plan(scenario), tmp_path, brain=brain)[1])
 
 
 @NEEDS_FORK

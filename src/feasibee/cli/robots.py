@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -100,6 +101,9 @@ def launch(
     port: int = option("Port; by default a free one.", click.IntRange(0, 65535), 0, show_default=False),
     key_file: Path | None,
     no_robots: bool = option("Start no robots; wait for those that feasibee robot starts.", is_flag=True),
+    in_c: bool = option(
+        "Let the robots run the program in C that feasibee header gives.", name="--c", is_flag=True
+    ),
     wait: float = option("Seconds that robots have to join.", FiniteRange(0.1, 86_400), 60.0),
     patience: float = option(
         "Seconds of silence after which a robot is lost.", FiniteRange(0.1, 86_400), 5.0
@@ -116,6 +120,7 @@ def launch(
       feasibee launch --lockstep --json
       feasibee launch mine.toml --hz 50 --drift 0.01 --delay 200ms
       feasibee launch --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
+      feasibee launch --lockstep --c --set decision.strategy=turns
       feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
     from feasibee.field.connections import is_loopback
@@ -133,9 +138,9 @@ def launch(
     key = _read_key(key_file)
     if not (key or is_loopback(host)):
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
-    with _telling(scenario.run.steps, as_json) as tell:
+    with _brain(scenario) if in_c else nullcontext() as brain, _telling(scenario.run.steps, as_json) as tell:
         network: dict[str, Any] = {"host": host, "port": port, "key": key}
-        result = Field(plan, out, tell, **network, starts_robots=not no_robots).run()
+        result = Field(plan, out, tell, **network, starts_robots=not no_robots, brain=brain).run()
     result = {
         **result,
         "lockstep": plan.lockstep,
@@ -146,6 +151,18 @@ def launch(
         "scenario_hash": plan.scenario.hash,
     }
     click.echo(json.dumps(result, indent=2) if as_json else _in_words(result))
+
+
+@contextmanager
+def _brain(scenario: Scenario) -> Iterator[Path]:
+    """Compile the robots' program in C, for as long as they run."""
+    from feasibee.field.brain import compiled
+    from feasibee.scenario.plugins import strategy_of
+
+    if scenario.responds:
+        raise FeasibeeError("--c with [response]: robots in C tell no operator what they lack; leave one out")
+    with tempfile.TemporaryDirectory() as folder:
+        yield compiled(strategy_of(scenario.manifest), scenario.setting, Path(folder))
 
 
 def _faults(

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import chain
+from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from feasibee.reference.draws import philox
-from feasibee.reference.mind import Draw, Mind, Words, settings_from
+from feasibee.reference.mind import BYZANTINE, Draw, Mind, Words, settings_from
 from feasibee.robot.controller import Message
 from feasibee.robot.wire import Wire, WireError
 from feasibee.strategies import STRATEGIES, roster
@@ -74,6 +76,8 @@ class Node:
         Returns the random words of a counter and a purpose; by default those of the robot's coordinates.
     strategy : Strategy, optional
         The robot's own strategy; by default the built-in one of the name in ``orders``.
+    brain : Path, optional
+        The robot's program in C, which `brain.compiled` made. A Byzantine robot has none.
     """
 
     def __init__(
@@ -82,6 +86,7 @@ class Node:
         write: Callable[[Mapping[str, Any]], None] | None = None,
         draw: Draw | None = None,
         strategy: Strategy | None = None,
+        brain: Path | None = None,
     ) -> None:
         settings = settings_from(orders["settings"])
         strategy = strategy if strategy is not None else STRATEGIES[orders["strategy"]]
@@ -92,18 +97,22 @@ class Node:
         self._drawn = draw or partial(philox, *settings.coordinates)
         self._insight = orders["insight"] or {"truth": 0, "invented": ((), ())}
         self._asks_gap = orders["asks_gap"]
-        self._mind = Mind(strategy, settings, self._draw)
         self._id = settings.me[0]
         setting = settings.setting
         self._names = _TaskNames(setting) if strategy is STRATEGIES["roster"] else None
-        self._wire = Wire(
-            strategy,
-            # Messages may name invented robots, and those of any number.
-            max(setting.id_bits, (max(setting.robots, setting.robot_ids) - 1).bit_length()),
-            declares=settings.declare is not None,
-            setting=setting,
-            task_of=self._names.of_position if self._names else None,
-        )
+        # Messages may name invented robots, and those of any number.
+        id_bits = max(setting.id_bits, (max(setting.robots, setting.robot_ids) - 1).bit_length())
+        task_of = self._names.of_position if self._names else None
+        declares = settings.declare is not None
+        if brain is not None and settings.fault != BYZANTINE:
+            from feasibee.field.brain import CompiledMind
+
+            told = replace(settings, setting=setting._replace(id_bits=id_bits))
+            self._mind: Mind = CompiledMind(brain, strategy, told, self._draw, task_of)
+            self._wire: Any = self._mind
+        else:
+            self._mind = Mind(strategy, settings, self._draw)
+            self._wire = Wire(strategy, id_bits, declares=declares, setting=setting, task_of=task_of)
         self._line: dict[str, Any] = {"feasibee": "robot", "version": VERSION, **orders}
         self._log()
 
@@ -137,7 +146,8 @@ class Node:
 
     def _encoded(self, message: Message) -> str | None:
         try:
-            return self._wire.encode(self._id, message).hex()
+            frame: bytes = self._wire.encode(self._id, message)
+            return frame.hex()
         except WireError:  # a user's strategy may say what its messages can't hold
             self.dropped["message that can't be encoded"] += 1
             return None

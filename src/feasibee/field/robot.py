@@ -103,10 +103,11 @@ class Robot:
         log: LineLog | None = None,
         strategy: Strategy | None = None,
         patience: float = 20.0,
+        brain: Path | None = None,
     ) -> None:
         self._hello = HELLO, {"robot": number, "nonce": secrets.randbits(63)}
         self._client = Client(link, key, lambda: self._hello)
-        self._log, self._strategy, self._patience = log, strategy, patience
+        self._log, self._strategy, self._patience, self._brain = log, strategy, patience, brain
         self._heard_at = time.monotonic()
 
     def run(self) -> tuple[int, str]:
@@ -117,7 +118,8 @@ class Robot:
             return ended.args
 
     def _take_part(self, orders: dict[str, Any]) -> NoReturn:
-        self._node = Node(orders, self._log.write if self._log else None, strategy=self._strategy)
+        write = self._log.write if self._log else None
+        self._node = Node(orders, write, strategy=self._strategy, brain=self._brain)
         self._place = tuple(orders["settings"]["place"])
         self._first = orders["settings"]["step"]
         self._insight: Any = None
@@ -235,12 +237,13 @@ def take_part(
     log: Path | None = None,
     strategy: Strategy | None = None,
     patience: float = 20.0,
+    brain: Path | None = None,
 ) -> tuple[int, str]:
     """Run a robot until its world ends; return what `Robot.run` does."""
     with ExitStack() as opened:
         link = opened.enter_context(closing(Link(*split_address(connect), listens=False)))
         lines = opened.enter_context(closing(LineLog(log))) if log is not None else None
-        return Robot(link, key, number, lines, strategy, patience).run()
+        return Robot(link, key, number, lines, strategy, patience, brain).run()
 
 
 SIGNALS: Final = {KILL: "SIGKILL", PAUSE: "SIGSTOP", RESUME: "SIGCONT"}
@@ -346,6 +349,7 @@ class Nursery:
                 log=Path(order["logs"]) / f"robot-{number}.jsonl" if order["logs"] else None,
                 strategy=self._strategy,
                 patience=order["patience"],
+                brain=Path(order["brain"]) if order["brain"] else None,
             )
         except FeasibeeError as error:  # of the machine: it would be that of other robots, too
             self._theirs.sendall(f"robot {number}: {error}\n".encode())

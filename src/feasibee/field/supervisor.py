@@ -45,6 +45,8 @@ class Field:
         The shared key; empty for none.
     starts_robots : bool
         Whether the robots are started here; otherwise they join from elsewhere.
+    brain : Path, optional
+        The program in C of the robots that are started here: what `brain.compiled` made.
     """
 
     def __init__(
@@ -57,9 +59,10 @@ class Field:
         port: int = 0,
         key: str = "",
         starts_robots: bool = True,
+        brain: Path | None = None,
     ) -> None:
         self._plan, self._named, self._tell = plan, folder, tell
-        self._host, self._port, self._starts_robots = host, port, starts_robots
+        self._host, self._port, self._starts_robots, self._brain = host, port, starts_robots, brain
         self._session = secrets.randbits(63) + 1
         self._environment = {**os.environ, KEY_VARIABLE: key}
         self._world: Process | None = None
@@ -159,6 +162,7 @@ class Field:
             "patience": max(20.0, 4 * self._plan.patience),
             "strategy_file": manifest.name if manifest.source else None,
             "logs": str(self._named or ""),
+            "brain": str(self._brain or ""),
         }
         self._nursery = _started("robot", order, self._environment)
 

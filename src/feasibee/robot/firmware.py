@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import inspect
+import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 from feasibee.errors import FeasibeeError, quoted
+from feasibee.model.codes import exact
 from feasibee.robot.language import ARGUMENTS, Signature
 from feasibee.robot.translate import Translation
 from feasibee.robot.wire import name_of
@@ -153,6 +155,17 @@ def _parts(names: Iterable[str]) -> Iterable[str]:
 
 
 # --- Translated strategies ---
+
+
+def rule_parameters(given: Mapping[str, float]) -> dict[str, float]:
+    """Return ``struct feasibee_parameters`` of the rules written by hand, from a strategy's parameters."""
+    given = {"k": 3.0, "voters": 0.25, "credence": 0.95, "positive_feedback": 1.0, **given}
+    return {
+        "k": min(max(1, math.ceil(given["k"])), 65_535),
+        "voters": min(max(0, math.ceil(exact(given["voters"]) * 2**32)), 2**32 - 1),
+        "credence": given["credence"],
+        "positive_feedback": int(given["positive_feedback"] > 0),
+    }
 
 
 def needs_double(strategy: Strategy) -> bool:

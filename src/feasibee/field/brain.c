@@ -1,0 +1,178 @@
+/* The C program of one robot, as it is flashed, for a process whose body is simulated (brain.py).
+ *
+ * The process gives it what its sensors see and its radio receives, and draws its random numbers, so that they can be
+ * logged. STRATEGY and NAME are the strategy's, in C and in Python.
+ */
+#include "feasibee.h"
+
+#define EXPORT __attribute__((visibility("default")))
+
+/* The numbers of a robot, in the order of numbers_of in brain.py; then come the strategy's parameters. */
+enum number {
+    EXPLORATION, GAIN, DISSEMINATION_FLOOR, QUALITY_FLOOR, LISTENS_FOR, INBOX_SIZE, OWN_VOTE, EVERY_MESSAGE, SWITCHES,
+    STUBBORN, ROUNDS, HEARD, QUORUM, QUORUM_OF, ID, MARK, STEP, OPINION, ID_BITS, ROBOTS, COUNT, TASKS, ROBOT_IDS,
+    TASK_IDS, KNOWS_COUNT, WALLED, WIDTH, HEIGHT, SIGHT, RADIO, SPEED, MEAN_RUN, X, Y, K, VOTERS, CREDENCE, POSITIVE_FEEDBACK, PARAMETERS
+};
+
+struct brain {
+    uint32_t (*draw_steps)(double mean);
+    void (*draw_words)(uint32_t *words);
+    bool (*draw_switch)(void);
+    struct feasibee_setting setting;
+    struct feasibee_settings settings;
+    struct feasibee_wire wire;
+    struct feasibee_robot robot;
+    struct feasibee_message received;
+};
+
+static uint32_t duration(void *context, const struct feasibee_mean *mean)
+{
+    const struct brain *brain = context;
+    return brain->draw_steps(feasibee_mean_steps(mean));
+}
+
+static struct feasibee_choice choice(void *context)
+{
+    const struct brain *brain = context;
+    uint32_t words[2];
+    struct feasibee_choice drawn;
+    brain->draw_words(words);
+    drawn.chance = words[0];
+    drawn.message = words[1];
+    return drawn;
+}
+
+static bool switches(void *context)
+{
+    const struct brain *brain = context;
+    return brain->draw_switch();
+}
+
+static void read_setting(struct feasibee_setting *setting, const double *numbers)
+{
+    setting->robots = (int16_t)numbers[ROBOTS];
+    setting->count = (int16_t)numbers[COUNT];
+    setting->tasks = (int16_t)numbers[TASKS];
+    setting->robot_ids = (int16_t)numbers[ROBOT_IDS];
+    setting->task_ids = (int16_t)numbers[TASK_IDS];
+    setting->robot_classes = setting->task_classes = 1;
+    setting->id_bits = (uint8_t)numbers[ID_BITS];
+    setting->knows_count = numbers[KNOWS_COUNT] != 0.0;
+    setting->walled = numbers[WALLED] != 0.0;
+    setting->width = numbers[WIDTH];
+    setting->height = numbers[HEIGHT];
+    setting->sight = numbers[SIGHT];
+    setting->radio = numbers[RADIO];
+    setting->speed = numbers[SPEED];
+    setting->exploration = numbers[EXPLORATION];
+    setting->dissemination = numbers[GAIN];
+    setting->mean_run = numbers[MEAN_RUN];
+    for (int k = 0; k < FEASIBEE_PARAMETERS; k++)
+        setting->parameters[k] = numbers[PARAMETERS + k];
+}
+
+static void read_settings(struct feasibee_settings *settings, const double *numbers)
+{
+    *settings = feasibee_defaults(&STRATEGY);
+    settings->exploration = numbers[EXPLORATION];
+    settings->gain = numbers[GAIN];
+    settings->dissemination_floor = (uint16_t)numbers[DISSEMINATION_FLOOR];
+    settings->quality_floor = (uint16_t)numbers[QUALITY_FLOOR];
+    settings->listens_for = (int32_t)numbers[LISTENS_FOR];
+    settings->inbox_size = (uint16_t)numbers[INBOX_SIZE];
+    settings->own_vote = numbers[OWN_VOTE] != 0.0;
+    settings->every_message = numbers[EVERY_MESSAGE] != 0.0;
+    settings->stubborn = numbers[STUBBORN] != 0.0;
+    settings->declare.rounds = (uint16_t)numbers[ROUNDS];
+    settings->declare.heard = (uint16_t)numbers[HEARD];
+    settings->declare.quorum = (uint16_t)numbers[QUORUM];
+    settings->declare.quorum_of = (uint16_t)numbers[QUORUM_OF];
+    settings->parameters.k = (uint16_t)numbers[K];
+    settings->parameters.voters = (uint32_t)numbers[VOTERS];
+    settings->parameters.credence = numbers[CREDENCE];
+    settings->parameters.positive_feedback = numbers[POSITIVE_FEEDBACK] != 0.0;
+    settings->draw_duration = duration;
+    settings->draw_choice = choice;
+    settings->draw_switch = numbers[SWITCHES] != 0.0 ? switches : NULL;
+}
+
+EXPORT uint32_t brain_size(void)
+{
+    return sizeof(struct brain);
+}
+
+EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*steps)(double),
+                        void (*words)(uint32_t *), bool (*adopts)(void), int32_t (*task_of)(uint32_t))
+{
+    struct feasibee_me me = {brain, 0, 0, 0, 0};
+    brain->draw_steps = steps;
+    brain->draw_words = words;
+    brain->draw_switch = adopts;
+    read_setting(&brain->setting, numbers);
+    read_settings(&brain->settings, numbers);
+    brain->settings.setting = &brain->setting;
+    brain->settings.task_of = task_of;
+    brain->wire = feasibee_wire_of(&brain->settings, NAME, brain->setting.id_bits);
+    me.id = (feasibee_id)numbers[ID];
+    me.hash = (uint32_t)numbers[MARK];
+    me.step = (uint32_t)numbers[STEP];
+    feasibee_begin(&brain->robot, &brain->settings, &me, (int8_t)numbers[OPINION]);
+    brain->robot.x = numbers[X];
+    brain->robot.y = numbers[Y];
+}
+
+EXPORT void brain_move(struct brain *brain, double x, double y)
+{
+    brain->robot.x = x;
+    brain->robot.y = y;
+}
+
+/* Write the frame of this step; return its length, 0 if the robot is silent, -1 if the message can't be encoded. */
+EXPORT int32_t brain_speak(struct brain *brain, uint8_t *frame, uint32_t room)
+{
+    struct feasibee_message message;
+    if (!feasibee_message(&brain->robot, &message))
+        return 0;
+    size_t length = feasibee_encode(&brain->wire, brain->robot.me.id, &message, frame, room);
+    return length > 0 ? (int32_t)length : -1;
+}
+
+EXPORT void brain_observe(struct brain *brain, uint16_t robots, uint16_t tasks)
+{
+    feasibee_observe(&brain->robot, robots, tasks);
+}
+
+EXPORT void brain_recognise(struct brain *brain, bool is_robot, int32_t id, uint32_t hash, double x, double y)
+{
+    struct feasibee_thing thing = {is_robot, id, 0, hash, x, y};
+    feasibee_recognise(&brain->robot, &thing);
+}
+
+/* Decode a frame and keep its message; return the sender's id, -1 if it isn't sent, -2 if it is no frame. */
+EXPORT int32_t brain_decode(struct brain *brain, const uint8_t *frame, uint32_t length)
+{
+    feasibee_id sender;
+    if (!feasibee_decode(&brain->wire, frame, length, &sender, &brain->received))
+        return -2;
+    return (int32_t)sender;
+}
+
+EXPORT void brain_hear(struct brain *brain, uint32_t sender)
+{
+    feasibee_hear(&brain->robot, sender, &brain->received);
+}
+
+EXPORT void brain_end_step(struct brain *brain)
+{
+    feasibee_end_step(&brain->robot);
+}
+
+/* Write opinion, declaration, phase, steps left in it, and whether messages count. */
+EXPORT void brain_state(struct brain *brain, int32_t *state)
+{
+    state[0] = brain->robot.opinion;
+    state[1] = brain->robot.declared;
+    state[2] = brain->robot.disseminating;
+    state[3] = (int32_t)brain->robot.phase_left;
+    state[4] = feasibee_listens(&brain->robot);
+}

@@ -1,0 +1,219 @@
+"""The brain of a robot in C: the program that is flashed, compiled for this machine, in a robot's process."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterable
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, Final
+
+from feasibee.errors import FeasibeeError, how_to_install
+from feasibee.model.purposes import FIRST_OPINION, PHASE
+from feasibee.reference.mind import STUBBORN, Draw, Mind, Settings
+from feasibee.robot import firmware
+from feasibee.robot.wire import WireError
+from feasibee.strategies.contract import Setting, Strategy, Thing
+
+SOURCE: Final = Path(__file__).parent / "brain.c"
+FLAGS: Final = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
+"""No contraction: each operation rounds as in Python."""
+FRAME: Final = 65_535
+"""Most bytes of a frame."""
+CLASSES: Final = "robots and tasks of several classes"
+
+
+def compiler() -> list[str]:
+    """Return the command of a C compiler.
+
+    Raises
+    ------
+    FeasibeeError
+        If there is none.
+    """
+    found = next((each for each in ("cc", "gcc", "clang") if shutil.which(each)), None)
+    if found:
+        return [found]
+    if find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc"]
+    raise FeasibeeError(f"C: there is no compiler here; install gcc or clang, or {how_to_install('c')}")
+
+
+def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
+    """Compile the program of the robots of a scenario; return the library in the folder.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        What the robots run.
+    setting : Setting
+        The numbers of the scenario, which say how much they know.
+    folder : Path
+        Where the header and the library go.
+
+    Raises
+    ------
+    FeasibeeError
+        If the scenario has what robots in C don't have, there is no compiler, or it fails.
+    """
+    if max(setting.robot_classes, setting.task_classes) > 1:
+        raise FeasibeeError("--c: robots in C are all alike, and so are tasks; leave out the classes")
+    (folder / "feasibee.h").write_text(firmware.header(strategy), encoding="utf-8")
+    known, told = strategy.row_lengths(setting) if strategy.knowledge else (0, 0)
+    macros = {
+        "FEASIBEE_DOUBLE": "1",
+        "FEASIBEE_ID": "uint32_t",
+        "FEASIBEE_INBOX": min(max(setting.robots, 1), 65_535),
+        "FEASIBEE_WORDS": known,
+        "FEASIBEE_MESSAGE_WORDS": max(told, 1),
+        "FEASIBEE_PARAMETERS": max(len(strategy.parameters), 1),
+        "STRATEGY": firmware.constant(strategy),
+        "NAME": f'"{strategy.name}"',
+    }
+    library = folder / "brain.so"
+    defined = [f"-D{name}={value}" for name, value in macros.items()]
+    command = [*compiler(), *FLAGS, *defined, f"-I{folder}", str(SOURCE), "-o", str(library), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise FeasibeeError(f"C: {command[0]} fails: {done.stderr.strip().splitlines()[0]}")
+    return library
+
+
+def numbers_of(strategy: Strategy, settings: Settings, opinion: int) -> list[float]:
+    """Return the numbers of a robot, in the order in which brain.c takes them."""
+    rule, setting, listens = settings.declare, settings.setting, settings.listens_for
+    given = dict(zip(strategy.parameters, setting.parameters, strict=True))
+    named = {
+        "exploration": settings.exploration,
+        "gain": settings.gain,
+        "dissemination_floor": settings.dissemination_floor,
+        "quality_floor": settings.quality_floor,
+        "listens_for": -1 if listens is None else listens,
+        "inbox_size": min(settings.inbox_size or setting.robots, setting.robots, 65_535),
+        "own_vote": settings.own_vote,
+        "every_message": settings.every_message,
+        "switches": settings.switching is not None,
+        "stubborn": settings.fault == STUBBORN,
+        "rounds": rule.rounds if rule else 0,
+        "heard": rule.heard if rule else 0,
+        "quorum": rule.quorum.numerator if rule else 1,
+        "quorum_of": rule.quorum.denominator if rule else 1,
+        "id": settings.me[0],
+        "mark": settings.me[2],
+        "step": settings.step,
+        "opinion": opinion,
+        **{
+            name: getattr(setting, name)
+            for name in (
+                *("id_bits", "robots", "count", "tasks", "robot_ids", "task_ids", "knows_count", "walled"),
+                *("width", "height", "sight", "radio", "speed", "mean_run"),
+            )
+        },
+        "x": settings.place[0],
+        "y": settings.place[1],
+        **firmware.rule_parameters(given),
+    }
+    return [float(each) for each in (*named.values(), *setting.parameters)]
+
+
+class CompiledMind(Mind):
+    """The mind of one robot, which runs in C; its draws are made here, and its frames are C's, too.
+
+    Parameters
+    ----------
+    library : Path
+        What `compiled` made.
+    strategy, settings, words
+        As those of `Mind`.
+    task_of : callable, optional
+        Given the name of a task in a message, returns its id.
+    """
+
+    def __init__(
+        self,
+        library: Path,
+        strategy: Strategy,
+        settings: Settings,
+        words: Draw,
+        task_of: Callable[[int], int] | None = None,
+    ) -> None:
+        self.strategy, self.settings, self._words = strategy, settings, words
+        self.phases, self.knowledge = settings.phases, None
+        self._remembered, self._remembers_since = set(), 0
+        self.robots_seen, self.tasks_seen = [0], [0]
+        self._library = ctypes.CDLL(str(library))
+        self._brain = ctypes.create_string_buffer(self._library.brain_size())
+        self._state = (ctypes.c_int32 * 5)()
+        self._frame = (ctypes.c_uint8 * FRAME)()
+        self._begin(numbers_of(strategy, settings, words(settings.joined, FIRST_OPINION)[0] >> 31), task_of)
+
+    def _begin(self, numbers: list[float], task_of: Callable[[int], int] | None) -> None:
+        void, u32, i32, real = None, ctypes.c_uint32, ctypes.c_int32, ctypes.c_double
+        none: Any = ctypes.CFUNCTYPE(i32, u32)()
+        self._kept = (  # as long as C may use them
+            (real * len(numbers))(*numbers),
+            ctypes.CFUNCTYPE(u32, real)(self._duration),
+            ctypes.CFUNCTYPE(void, ctypes.POINTER(u32))(self._choose),
+            ctypes.CFUNCTYPE(ctypes.c_bool)(self._switches),
+            ctypes.CFUNCTYPE(i32, u32)(task_of) if task_of else none,
+        )
+        self._library.brain_move.argtypes = ctypes.c_void_p, real, real
+        self._library.brain_recognise.argtypes = ctypes.c_void_p, ctypes.c_bool, i32, u32, real, real
+        self._library.brain_begin(self._brain, *self._kept)
+
+    def _choose(self, words: Any) -> None:
+        _, words[0], words[1], _ = self._words(self.phases, PHASE)
+
+    def _read(self, place: int) -> int:
+        self._library.brain_state(self._brain, self._state)
+        return self._state[place]
+
+    opinion: Any = property(lambda self: self._read(0))
+    declared: Any = property(lambda self: self._read(1))
+    disseminating: Any = property(lambda self: bool(self._read(2)))
+    phase_left: Any = property(lambda self: self._read(3))
+    listens: Any = property(lambda self: bool(self._read(4)))
+
+    explorations: Any = property(lambda self: (self.phases - self.settings.phases + 1) // 2)
+
+    def move_to(self, x: float, y: float) -> None:
+        """Store the robot's position in the frame that all robots share, in units."""
+        self._library.brain_move(self._brain, x, y)
+
+    def message(self) -> Any:
+        """Return the frame of this step, None if the robot is silent, empty if it can't be encoded."""
+        length = self._library.brain_speak(self._brain, self._frame, FRAME)
+        return None if length == 0 else bytes(self._frame[: max(length, 0)])
+
+    def observe(self, robots: Any, tasks: Any) -> None:
+        """Count robots and tasks in sight."""
+        self._library.brain_observe(self._brain, robots[0], tasks[0])
+
+    def recognise(self, things: Iterable[Thing]) -> None:
+        """Add robots and tasks in sight to the knowledge."""
+        for thing in things:
+            self._library.brain_recognise(self._brain, thing.is_robot, thing.id, thing.hash, thing.x, thing.y)
+
+    def encode(self, _: int, frame: bytes) -> bytes:
+        """Return a message as bytes, as `Wire` does."""
+        if not frame:
+            raise WireError("doesn't fit its bits")
+        return frame
+
+    def decode(self, frame: bytes) -> tuple[int, None]:
+        """Return the sender of a frame, -1 if it isn't sent; its message stays in C."""
+        sender = self._library.brain_decode(self._brain, frame, len(frame))
+        if sender < -1:
+            raise WireError("is no frame of this strategy")
+        return sender, None
+
+    def hear(self, sender: int, message: Any) -> None:
+        """Take the message that was decoded last."""
+        self._library.brain_hear(self._brain, sender)
+
+    def end_step(self) -> None:
+        """End a step."""
+        self._library.brain_end_step(self._brain)
