@@ -117,10 +117,9 @@ def launch(
 
     \b
     Examples:
-      feasibee launch --lockstep --json
+      feasibee launch --lockstep --c --json
       feasibee launch mine.toml --hz 50 --drift 0.01 --delay 200ms
       feasibee launch --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
-      feasibee launch --lockstep --c --set decision.strategy=turns
       feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
     from feasibee.field.connections import is_loopback

@@ -5,9 +5,6 @@ its last. It gives each call what to write, and stores what the call returns: th
 what was read. It returns the sender's id, -1 if it isn't sent. ``pack`` and ``unpack`` are made of it.
 """
 
-from collections.abc import Callable
-from typing import Any
-
 
 class Bits:
     """The bits of one message, which go to a ``BitWriter`` or, if ``reads``, come from a ``BitReader``."""
@@ -43,7 +40,7 @@ class Bits:
             self.stream.check(holds, problem)
 
 
-def both_ways(layout: Callable[..., int]) -> dict[str, Callable[..., Any]]:
+def both_ways(layout):
     """Return the functions ``pack`` and ``unpack`` of a layout."""
 
     def pack(writer, message, sender, setting):
