@@ -18,6 +18,7 @@ from feasibee.robot.controller import Message
 from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.wire import Wire, WireError
 from feasibee.scenario.setting import WORDS_LIMIT, setting_from
+from feasibee.strategies import layout
 from feasibee.strategies.contract import (
     ARGUMENTS,
     CONSTANTS,
@@ -29,10 +30,11 @@ from feasibee.strategies.contract import (
     Strategy,
     Thing,
 )
-from feasibee.strategies.layout import both_ways
 from feasibee.strategies.words import Words
 
 Rule = tuple[str, Callable[[Any], bool]]
+_LAYOUT: Final[Any] = layout
+"""The module, whose functions have no types."""
 
 
 def _whole(least: int, most: int) -> Rule:
@@ -86,7 +88,7 @@ def tried(manifest: Manifest) -> Strategy:
         name: _checked(getattr(module, name), name, file) for name in ARGUMENTS if hasattr(module, name)
     }
     if "layout" in functions:
-        functions |= both_ways(functions["layout"])
+        functions |= _LAYOUT.both_ways(functions["layout"])
     declared: dict[str, Any] = {field: getattr(manifest, field) for field in CONSTANTS.values()}
     strategy = Strategy(
         name=manifest.name, source=manifest.source, functions=frozenset(functions), **declared, **functions
