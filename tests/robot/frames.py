@@ -5,8 +5,8 @@ from __future__ import annotations
 from array import array
 from zlib import crc32
 
-from benchmarks.sizes import setting_in_c
 from feasibee.robot import Controller, Settings, Wire, firmware
+from feasibee.robot.sizes import setting_in_c
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Thing

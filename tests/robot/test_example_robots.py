@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from benchmarks.sizes import PROCESSORS, SHARED
 from feasibee.robot.firmware import header
+from feasibee.robot.sizes import PROCESSORS, SHARED
 from tests.robot import boards
 from tests.robot.driving import needs, run
 

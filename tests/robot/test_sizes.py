@@ -8,6 +8,8 @@ import sys
 import pytest
 
 from benchmarks import sizes
+from feasibee import FeasibeeError
+from feasibee.robot.sizes import output
 from tests.robot import boards
 from tests.robot.driving import needs
 
@@ -66,5 +68,5 @@ def test_the_sizes_are_on_the_page(name, processor):
 
 
 def test_a_failing_compiler_is_reported_with_its_command():
-    with pytest.raises(SystemExit, match=r"(?s)sizes_of_nothing.*ended with status"):
-        sizes.output(sys.executable, "-c", "raise SystemExit('sizes_of_nothing')")
+    with pytest.raises(FeasibeeError, match=r"sizes_of_nothing.*: ended with status 1: sizes_of_nothing"):
+        output(sys.executable, "-c", "raise SystemExit('sizes_of_nothing')")

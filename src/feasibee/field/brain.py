@@ -15,7 +15,7 @@ from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.model.purposes import FIRST_OPINION, PHASE
 from feasibee.reference.mind import STUBBORN, Draw, Mind, Settings
 from feasibee.robot import firmware
-from feasibee.robot.wire import WireError
+from feasibee.robot.wire import WireError, name_of
 from feasibee.strategies.contract import Setting, Strategy, Thing
 
 SOURCE: Final = Path(__file__).parent / "brain.c"
@@ -71,7 +71,7 @@ def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
         "FEASIBEE_MESSAGE_WORDS": max(told, 1),
         "FEASIBEE_PARAMETERS": max(len(strategy.parameters), 1),
         "STRATEGY": firmware.constant(strategy),
-        "NAME": f'"{strategy.name}"',
+        "NAME": f'"{name_of(strategy)}"',
     }
     library = folder / "brain.so"
     defined = [f"-D{name}={value}" for name, value in macros.items()]

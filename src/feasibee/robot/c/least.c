@@ -1,7 +1,7 @@
 /* The least program that uses the whole controller; with NOTHING, one that does nothing.
  *
  * With FRAMES, messages come and go as bytes in the radio's memory. With KNOWLEDGE, they hold knowledge:
- * sizes.py makes swarm.h, which has the setting.
+ * robot/sizes.py makes swarm.h, which has the setting.
  */
 
 #ifdef NOTHING
