@@ -27,6 +27,17 @@ def check_equal(scenario, folder, result):
     assert result["lost"] == []
 
 
+CLASSES = {
+    "robots.classes": [
+        {"name": "a", "count": 3, "skills": ["x"]},
+        {"name": "b", "count": 2, "skills": ["x", "y"]},
+    ],
+    "tasks.classes": [
+        {"name": "c", "count": 2, "needs": {"x": 1, "y": 1}},
+        {"name": "d", "count": 1, "needs": {"y": 1}},
+        {"name": "e", "count": 2, "needs": {"x": 1}},
+    ],
+}
 WORLDS = {
     **{name: {"decision.strategy": name, "robots.know_count": True} for name in STRATEGIES},
     "a rule to declare, and knowledge": {
@@ -50,6 +61,10 @@ WORLDS = {
         "decision.strategy": "fading-votes",
         "faults.byzantine": 0.3,
         "faults.byzantine_says": "random",
+    },
+    **{
+        f"classes and {name}": {**CLASSES, "decision.strategy": name}
+        for name in ("dmmd", "accumulate", "tally", "census", "sketch")
     },
     "bad senses and radio": {
         "sensing.miss": 0.2,
@@ -118,10 +133,17 @@ WORLDS = {
 }
 
 
+def of(world):
+    """Return a small world; classes have their own numbers of robots and tasks."""
+    if "classes" in world:
+        return Scenario().replace({"arena.side": 8.0, "run.steps": 40, **WORLDS[world]})
+    return small(**WORLDS[world])
+
+
 @pytest.mark.quick(8)
 @pytest.mark.parametrize("world", WORLDS)
 def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
-    scenario = small(**WORLDS[world])
+    scenario = of(world)
     check_equal(scenario, tmp_path, play_in_memory(a_plan(scenario), tmp_path)[1])
 
 
@@ -130,7 +152,7 @@ def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
 def test_robots_in_c_equal_the_run(world, tmp_path):
     """The program that is flashed, in the simulated world; Byzantine robots stay in Python."""
     needs("cc", "gcc")
-    scenario = small(**WORLDS[world])
+    scenario = of(world)
     brain = compiled(strategy_of(scenario.manifest), scenario.setting, tmp_path)
     check_equal(scenario, tmp_path, play_in_memory(a_plan(scenario), tmp_path, brain=brain)[1])
 

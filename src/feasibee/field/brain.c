@@ -10,8 +10,9 @@
 /* The numbers of a robot, in the order of numbers_of in brain.py; then come the strategy's parameters. */
 enum number {
     EXPLORATION, GAIN, DISSEMINATION_FLOOR, QUALITY_FLOOR, LISTENS_FOR, INBOX_SIZE, OWN_VOTE, EVERY_MESSAGE, SWITCHES,
-    STUBBORN, ROUNDS, HEARD, QUORUM, QUORUM_OF, ID, MARK, STEP, OPINION, ID_BITS, ROBOTS, COUNT, TASKS, ROBOT_IDS,
-    TASK_IDS, KNOWS_COUNT, WALLED, WIDTH, HEIGHT, SIGHT, RADIO, SPEED, MEAN_RUN, X, Y, K, VOTERS, CREDENCE, POSITIVE_FEEDBACK, PARAMETERS
+    STUBBORN, ROUNDS, HEARD, QUORUM, QUORUM_OF, ID, KIND, MARK, STEP, OPINION, ID_BITS, ROBOTS, COUNT, TASKS, ROBOT_IDS,
+    TASK_IDS, ROBOT_CLASSES, TASK_CLASSES, KNOWS_COUNT, WALLED, WIDTH, HEIGHT, SIGHT, RADIO, SPEED, MEAN_RUN, X, Y, K,
+    VOTERS, CREDENCE, POSITIVE_FEEDBACK, PARAMETERS
 };
 
 struct brain {
@@ -55,7 +56,8 @@ static void read_setting(struct feasibee_setting *setting, const double *numbers
     setting->tasks = (int16_t)numbers[TASKS];
     setting->robot_ids = (int16_t)numbers[ROBOT_IDS];
     setting->task_ids = (int16_t)numbers[TASK_IDS];
-    setting->robot_classes = setting->task_classes = 1;
+    setting->robot_classes = (uint8_t)numbers[ROBOT_CLASSES];
+    setting->task_classes = (uint8_t)numbers[TASK_CLASSES];
     setting->id_bits = (uint8_t)numbers[ID_BITS];
     setting->knows_count = numbers[KNOWS_COUNT] != 0.0;
     setting->walled = numbers[WALLED] != 0.0;
@@ -102,7 +104,8 @@ EXPORT uint32_t brain_size(void)
 }
 
 EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*steps)(double),
-                        void (*words)(uint32_t *), bool (*adopts)(void), int32_t (*task_of)(uint32_t))
+                        void (*words)(uint32_t *), bool (*adopts)(void), int32_t (*task_of)(uint32_t),
+                        const struct feasibee_set *sets, uint16_t set_count)
 {
     struct feasibee_me me = {brain, 0, 0, 0, 0};
     brain->draw_steps = steps;
@@ -112,8 +115,11 @@ EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*s
     read_settings(&brain->settings, numbers);
     brain->settings.setting = &brain->setting;
     brain->settings.task_of = task_of;
+    brain->settings.sets = sets;
+    brain->settings.set_count = set_count;
     brain->wire = feasibee_wire_of(&brain->settings, NAME, brain->setting.id_bits);
     me.id = (feasibee_id)numbers[ID];
+    me.kind = (uint8_t)numbers[KIND];
     me.hash = (uint32_t)numbers[MARK];
     me.step = (uint32_t)numbers[STEP];
     feasibee_begin(&brain->robot, &brain->settings, &me, (int8_t)numbers[OPINION]);
@@ -137,14 +143,15 @@ EXPORT int32_t brain_speak(struct brain *brain, uint8_t *frame, uint32_t room)
     return length > 0 ? (int32_t)length : -1;
 }
 
-EXPORT void brain_observe(struct brain *brain, uint16_t robots, uint16_t tasks)
+EXPORT void brain_observe(struct brain *brain, bool is_robot, uint8_t kind)
 {
-    feasibee_observe(&brain->robot, robots, tasks);
+    feasibee_observe_one(&brain->robot, is_robot, kind);
 }
 
-EXPORT void brain_recognise(struct brain *brain, bool is_robot, int32_t id, uint32_t hash, double x, double y)
+EXPORT void brain_recognise(struct brain *brain, bool is_robot, int32_t id, uint8_t kind, uint32_t hash,
+                            double x, double y)
 {
-    struct feasibee_thing thing = {is_robot, id, 0, hash, x, y};
+    struct feasibee_thing thing = {is_robot, id, kind, hash, x, y};
     feasibee_recognise(&brain->robot, &thing);
 }
 

@@ -19,11 +19,24 @@ from feasibee.robot.wire import WireError, name_of
 from feasibee.strategies.contract import Setting, Strategy, Thing
 
 SOURCE: Final = Path(__file__).parent / "brain.c"
-FLAGS: Final = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-fvisibility=hidden")
+FLAGS: Final = (
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-fPIC",
+    "-shared",
+    "-fvisibility=hidden",
+    "-Werror=implicit-function-declaration",
+)
 """No contraction: each operation rounds as in Python."""
 FRAME: Final = 65_535
 """Most bytes of a frame."""
-CLASSES: Final = "robots and tasks of several classes"
+
+OF_SETTING: Final = (
+    *("id_bits", "robots", "count", "tasks", "robot_ids", "task_ids", "robot_classes", "task_classes"),
+    *("knows_count", "walled", "width", "height", "sight", "radio", "speed", "mean_run"),
+)
+"""The numbers of a setting, in the order in which brain.c takes them."""
 
 
 def compiler() -> list[str]:
@@ -57,15 +70,14 @@ def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
     Raises
     ------
     FeasibeeError
-        If the scenario has what robots in C don't have, there is no compiler, or it fails.
+        If there is no compiler, or it fails.
     """
-    if max(setting.robot_classes, setting.task_classes) > 1:
-        raise FeasibeeError("--c: robots in C are all alike, and so are tasks; leave out the classes")
     (folder / "feasibee.h").write_text(firmware.header(strategy), encoding="utf-8")
     known, told = strategy.row_lengths(setting) if strategy.knowledge else (0, 0)
     macros = {
         "FEASIBEE_DOUBLE": "1",
         "FEASIBEE_ID": "uint32_t",
+        "FEASIBEE_CLASSES": max(setting.robot_classes, setting.task_classes),
         "FEASIBEE_INBOX": min(max(setting.robots, 1), 65_535),
         "FEASIBEE_WORDS": known,
         "FEASIBEE_MESSAGE_WORDS": max(told, 1),
@@ -101,17 +113,10 @@ def numbers_of(strategy: Strategy, settings: Settings, opinion: int) -> list[flo
         "heard": rule.heard if rule else 0,
         "quorum": rule.quorum.numerator if rule else 1,
         "quorum_of": rule.quorum.denominator if rule else 1,
-        "id": settings.me[0],
-        "mark": settings.me[2],
+        **dict(zip(("id", "kind", "mark"), settings.me, strict=True)),
         "step": settings.step,
         "opinion": opinion,
-        **{
-            name: getattr(setting, name)
-            for name in (
-                *("id_bits", "robots", "count", "tasks", "robot_ids", "task_ids", "knows_count", "walled"),
-                *("width", "height", "sight", "radio", "speed", "mean_run"),
-            )
-        },
+        **{name: getattr(setting, name) for name in OF_SETTING},
         "x": settings.place[0],
         "y": settings.place[1],
         **firmware.rule_parameters(given),
@@ -143,7 +148,8 @@ class CompiledMind(Mind):
         self.strategy, self.settings, self._words = strategy, settings, words
         self.phases, self.knowledge = settings.phases, None
         self._remembered, self._remembers_since = set(), 0
-        self.robots_seen, self.tasks_seen = [0], [0]
+        robots, tasks = settings.sets[0]
+        self.robots_seen, self.tasks_seen = [0] * len(robots), [0] * len(tasks)
         self._library = ctypes.CDLL(str(library))
         self._brain = ctypes.create_string_buffer(self._library.brain_size())
         self._state = (ctypes.c_int32 * 5)()
@@ -159,10 +165,31 @@ class CompiledMind(Mind):
             ctypes.CFUNCTYPE(void, ctypes.POINTER(u32))(self._choose),
             ctypes.CFUNCTYPE(ctypes.c_bool)(self._switches),
             ctypes.CFUNCTYPE(i32, u32)(task_of) if task_of else none,
+            self._sets(),
+            len(self.settings.sets),
         )
         self._library.brain_move.argtypes = ctypes.c_void_p, real, real
-        self._library.brain_recognise.argtypes = ctypes.c_void_p, ctypes.c_bool, i32, u32, real, real
+        self._library.brain_recognise.argtypes = (
+            ctypes.c_void_p,
+            ctypes.c_bool,
+            i32,
+            ctypes.c_uint8,
+            u32,
+            real,
+            real,
+        )
         self._library.brain_begin(self._brain, *self._kept)
+
+    def _sets(self) -> Any:
+        """Return what each class adds to each set of skills, as `struct feasibee_set` has it."""
+        most = max(map(len, self.settings.sets[0]))
+        weights = [
+            weight
+            for sides in self.settings.sets
+            for side in sides
+            for weight in (*side, *[0] * (most - len(side)))
+        ]
+        return (ctypes.c_uint16 * len(weights))(*weights)
 
     def _choose(self, words: Any) -> None:
         _, words[0], words[1], _ = self._words(self.phases, PHASE)
@@ -190,12 +217,15 @@ class CompiledMind(Mind):
 
     def observe(self, robots: Any, tasks: Any) -> None:
         """Count robots and tasks in sight."""
-        self._library.brain_observe(self._brain, robots[0], tasks[0])
+        for is_robot, counts in ((True, robots), (False, tasks)):
+            for kind, number in enumerate(counts):
+                for _ in range(number):
+                    self._library.brain_observe(self._brain, is_robot, kind)
 
     def recognise(self, things: Iterable[Thing]) -> None:
         """Add robots and tasks in sight to the knowledge."""
         for thing in things:
-            self._library.brain_recognise(self._brain, thing.is_robot, thing.id, thing.hash, thing.x, thing.y)
+            self._library.brain_recognise(self._brain, *thing)
 
     def encode(self, _: int, frame: bytes) -> bytes:
         """Return a message as bytes, as `Wire` does."""

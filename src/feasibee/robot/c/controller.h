@@ -21,7 +21,7 @@
  *   FEASIBEE_LOG      a function of a double, where there is no math.h; by default log
  *   FEASIBEE_WORDS, FEASIBEE_MESSAGE_WORDS
  *                     most words of knowledge, and of knowledge in a message; by default 0: none
- *   FEASIBEE_CLASSES  robots and tasks of several classes; by default all are alike
+ *   FEASIBEE_CLASSES  most classes of robots, and of tasks; needs FEASIBEE_DOUBLE. By default all are alike
  *   FEASIBEE_INT32    whole numbers of translated strategies have 32 bits with FEASIBEE_DOUBLE, too, instead of 64
  *   FEASIBEE_STOP     what a robot does that would need FEASIBEE_DOUBLE; by default it stops for good
  */
@@ -50,6 +50,9 @@
 #endif
 
 #ifdef FEASIBEE_CLASSES
+#ifndef FEASIBEE_DOUBLE
+#error "FEASIBEE_CLASSES needs FEASIBEE_DOUBLE"
+#endif
 #define FEASIBEE_CLASSES_OF(number) (number)
 #define FEASIBEE_CLASS_OF(number) (number)
 #else
@@ -175,6 +178,14 @@ struct feasibee_parameters {
     bool positive_feedback; /* bayes */
 };
 
+#ifdef FEASIBEE_CLASSES
+/* A set of skills: what a robot and a task of each class add to its two sides (model.md 6.7). */
+struct feasibee_set {
+    uint16_t robots[FEASIBEE_CLASSES];
+    uint16_t tasks[FEASIBEE_CLASSES];
+};
+#endif
+
 /* What a scenario sets in [decision], the same for all robots; start with feasibee_defaults(). */
 struct feasibee_settings {
     const struct feasibee_strategy *strategy;
@@ -193,7 +204,11 @@ struct feasibee_settings {
     struct feasibee_choice (*draw_choice)(void *context);
     bool (*draw_switch)(void *context); /* whether to adopt what the own counts favour; NULL: never */
     int32_t (*task_of)(uint32_t name);  /* the id of a task by its name in messages; NULL: they are equal */
-    const struct feasibee_setting *setting; /* for strategies that pass on knowledge; otherwise NULL */
+    const struct feasibee_setting *setting; /* for translated strategies; otherwise NULL */
+#ifdef FEASIBEE_CLASSES
+    const struct feasibee_set *sets;
+    uint16_t set_count;
+#endif
 };
 
 /* Which robot it is. */
@@ -242,6 +257,9 @@ struct feasibee_robot {
     uint32_t phase_left; /* steps until the phase ends */
     uint32_t robots_seen;
     uint32_t tasks_seen;
+#ifdef FEASIBEE_CLASSES
+    uint32_t seen[2 * FEASIBEE_CLASSES]; /* robots, and then tasks, of each class */
+#endif
     struct feasibee_ratio feasible_quality;
     int8_t said; /* what it broadcasts in this dissemination; -1: it is silent */
     uint16_t value;
@@ -274,6 +292,11 @@ static inline void feasibee_begin(struct feasibee_robot *robot, const struct fea
 
 /* Count robots and tasks in sight while exploring (model.md 4.2). */
 static inline void feasibee_observe(struct feasibee_robot *robot, uint16_t robots, uint16_t tasks);
+
+#ifdef FEASIBEE_CLASSES
+/* Count a robot or task of a class instead. */
+static inline void feasibee_observe_one(struct feasibee_robot *robot, bool is_robot, uint8_t kind);
+#endif
 
 /* Add a robot or task in sight to the knowledge while exploring (model.md 6.11). */
 static inline void feasibee_recognise(struct feasibee_robot *robot, const struct feasibee_thing *thing);

@@ -34,13 +34,22 @@ static inline struct feasibee_settings feasibee_defaults(const struct feasibee_s
     return settings;
 }
 
+static inline void feasibee_forget(struct feasibee_robot *robot)
+{
+    robot->robots_seen = robot->tasks_seen = 0;
+#ifdef FEASIBEE_CLASSES
+    for (int k = 0; k < 2 * FEASIBEE_CLASSES; k++)
+        robot->seen[k] = 0;
+#endif
+}
+
 /* Begin exploring: empty the inbox; reset the counts if the strategy forgets (model.md 4.2, 4.6). */
 static inline void feasibee_explore(struct feasibee_robot *robot)
 {
     struct feasibee_mean mean = {robot->settings->exploration, {1, 1}, false};
     robot->disseminating = false;
     if (robot->settings->strategy->forgets)
-        robot->robots_seen = robot->tasks_seen = 0;
+        feasibee_forget(robot);
     robot->heard = robot->heard_feasible = robot->heard_infeasible = 0;
     robot->phase_left = robot->settings->draw_duration(robot->me.context, &mean);
 }
@@ -76,6 +85,59 @@ static inline void feasibee_count_known(struct feasibee_robot *robot, feasibee_a
 
 #endif
 
+#ifdef FEASIBEE_CLASSES
+
+/* Count robots and then tasks of each class by what is known; return whether the strategy does. */
+static inline bool feasibee_count_classes(struct feasibee_robot *robot, int64_t *found)
+{
+#if FEASIBEE_WORDS > 0
+    const struct feasibee_setting *setting = robot->settings->setting;
+    struct feasibee_counts counts = {found, (int16_t)(setting->robot_classes + setting->task_classes)};
+    if (robot->settings->strategy->knowledge == NULL)
+        return false;
+    robot->settings->strategy->knowledge->count(feasibee_known(robot), counts, robot);
+    return true;
+#else
+    (void)robot, (void)found;
+    return false;
+#endif
+}
+
+/* Return what robots or tasks of all classes add to a side of a set of skills. */
+static inline double feasibee_side(const uint16_t *weights, const int64_t *found, int classes)
+{
+    double side = 0.0;
+    for (int k = 0; k < classes; k++)
+        side += (double)(weights[k] * found[k]);
+    return side;
+}
+
+/* Rate feasible by the least quality of all sets of skills of which something was seen (model.md 6.7). */
+static inline void feasibee_rate(struct feasibee_robot *robot)
+{
+    const struct feasibee_settings *settings = robot->settings;
+    int robots = settings->setting->robot_classes, tasks = settings->setting->task_classes;
+    int64_t found[2 * FEASIBEE_CLASSES] = {0};
+    double floor = settings->quality_floor;
+    bool rated = false;
+    if (!feasibee_count_classes(robot, found))
+        for (int k = 0; k < robots + tasks; k++)
+            found[k] = robot->seen[k < robots ? k : FEASIBEE_CLASSES + k - robots];
+    robot->feasible_quality = settings->strategy->quality(floor, floor);
+    for (uint16_t k = 0; k < settings->set_count; k++) {
+        double one = feasibee_side(settings->sets[k].robots, found, robots);
+        double other = feasibee_side(settings->sets[k].tasks, found + robots, tasks);
+        struct feasibee_ratio quality =
+            settings->strategy->quality(one < floor ? floor : one, other < floor ? floor : other);
+        if (one + other > 0.0 && (!rated || feasibee_double(quality) < feasibee_double(robot->feasible_quality))) {
+            robot->feasible_quality = quality;
+            rated = true;
+        }
+    }
+}
+
+#else
+
 /* Rate feasible by the counts (model.md 4.3). */
 static inline void feasibee_rate(struct feasibee_robot *robot)
 {
@@ -88,6 +150,8 @@ static inline void feasibee_rate(struct feasibee_robot *robot)
     robot->feasible_quality = robot->settings->strategy->quality(robots < floor ? floor : robots,
                                                                  tasks < floor ? floor : tasks);
 }
+
+#endif
 
 /* Return the mean duration of dissemination; 1/2 is the quality of no opinion. */
 static inline struct feasibee_mean feasibee_dissemination(const struct feasibee_robot *robot)
@@ -210,6 +274,16 @@ static inline void feasibee_observe(struct feasibee_robot *robot, uint16_t robot
         robot->tasks_seen += tasks;
     }
 }
+
+#ifdef FEASIBEE_CLASSES
+
+static inline void feasibee_observe_one(struct feasibee_robot *robot, bool is_robot, uint8_t kind)
+{
+    if (!robot->disseminating)
+        robot->seen[(is_robot ? 0 : FEASIBEE_CLASSES) + kind]++;
+}
+
+#endif
 
 static inline void feasibee_recognise(struct feasibee_robot *robot, const struct feasibee_thing *thing)
 {
