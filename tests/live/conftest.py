@@ -18,7 +18,7 @@ from feasibee.engine import runner
 from feasibee.engine.compile import on_compile
 from feasibee.live import server
 from feasibee.live.catalogue import Catalogue
-from feasibee.live.page import WASM
+from feasibee.live.world.build import WASM
 from feasibee.live.world.lowering import numbers_of
 from feasibee.simulation import loading
 from feasibee.simulation.loading import load_engine

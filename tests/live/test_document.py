@@ -10,7 +10,7 @@ from commands import invoke, refused
 
 from feasibee import Scenario, ScenarioError
 from feasibee.live.page import page_of
-from feasibee.live.world.lowering import PAGE_STRATEGIES, check_scenario
+from feasibee.live.world.lowering import check_scenario, variants_of
 from feasibee.scenario.fields import fields
 from feasibee.scenario.supported import PAGE
 from feasibee.strategies import STRATEGIES
@@ -39,7 +39,7 @@ def test_the_page_begins_with_the_scenario(tmp_path):
     assert found["settings"] == {
         "robots": 7,
         "tasks": 9,
-        "strategy": PAGE_STRATEGIES.index("voter"),
+        "strategy": list(STRATEGIES).index("voter"),
         "seed": str(2**64 - 1),
         "run": 0,
     }
@@ -55,15 +55,16 @@ def test_all_that_a_page_cannot_simulate_is_told_at_once(tmp_path):
     out = tmp_path / "run.html"
     out.write_text("before")
     said = refused(
-        *("page", "--out", str(out), "--set", "arena.boundary=walls", "--set", "faults.byzantine=0.1"),
-        *("--set", "tasks.count=401", "--set", "decision.strategy=census"),
+        *("page", "--out", str(out), "--set", "robots.placement=clusters", "--set", "faults.byzantine=0.1"),
+        *("--set", "tasks.count=401", "--set", "decision.strategy=roster"),
+        *("--set", "decision.parameters.tolerates=9"),
     )
     assert [line.split(" = ")[0] for line in said] == [
         f"feasibee: {path}"
-        for path in ("arena.boundary", "faults.byzantine", "tasks.count", "decision.strategy")
+        for path in ("robots.placement", "faults.byzantine", "tasks.count", "decision.strategy")
     ]
     assert "feasibee: tasks.count = 401: must be at most 400 in a page; use 400 or less" in said
-    assert said[0].endswith('; set arena.boundary = "torus", or use feasibee watch')
+    assert said[0].endswith('; set robots.placement = "uniform", or use feasibee watch')
     assert out.read_text() == "before"
 
 
@@ -80,7 +81,6 @@ def test_a_remedy_is_a_value_as_in_a_file():
 @pytest.mark.parametrize(
     ("changes", "paths"),
     [
-        ({"arena.side": [20.0, 10.0]}, ["arena.side"]),
         ({"robots.count": 201, "run.steps": 10_001}, ["robots.count", "run.steps"]),
         ({"events": [{"step": 5, "tasks": 3}]}, ["events"]),
         ({"decision.inbox": "every-message", "decision.strategy": "dc"}, ["decision.inbox"]),
@@ -101,9 +101,23 @@ def test_a_page_simulates_the_presets(preset):
     check_scenario(Scenario(preset=preset))
 
 
-def test_the_pages_fields_are_fields_and_its_strategies_pass_on_opinions_only():
+def test_the_pages_fields_are_fields():
     assert set(fields()) >= PAGE
-    assert {name for name, each in STRATEGIES.items() if not each.knowledge} == set(PAGE_STRATEGIES)
+
+
+def test_a_page_offers_all_strategies_that_go_with_its_scenario():
+    def offered(**tables):
+        return [each.decision.strategy for each in variants_of(Scenario(**tables))]
+
+    assert offered() == list(STRATEGIES)
+    assert offered(decision={"switching": 0.1}) == [
+        name for name, each in STRATEGIES.items() if not each.knowledge
+    ]
+    strategies = given(page_of(Scenario()))["strategies"]
+    assert [each["numbers"]["knows_count"] for each in strategies] == [
+        each.needs_count for each in STRATEGIES.values()
+    ]
+    assert [each["declares"] for each in strategies] == [each.declares for each in STRATEGIES.values()]
 
 
 def test_the_file_must_be_html(tmp_path):

@@ -12,13 +12,16 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm
-from feasibee.live.page import WASM
 from feasibee.live.world import build
-from feasibee.live.world.lowering import PAGE_STRATEGIES, numbers_of
+from feasibee.live.world.build import WASM
+from feasibee.live.world.lowering import check_scenario, numbers_of
 from feasibee.model import purposes
 from feasibee.simulation.snapshot import FLAGS
+from feasibee.strategies import STRATEGIES
+from tests.robot.swarms import VARIANTS
 
 BITS = {name: 1 << k for k, name in enumerate(FLAGS)}
+NAMES = list(STRATEGIES)
 SHOWN = BITS["feasible"] | BITS["neutral"] | BITS["disseminating"] | BITS["declared"]
 
 
@@ -44,55 +47,79 @@ def compare(play, runs):
         expected, positions = simulated(scenario, seed, run)
         where = f"{scenario.decision.strategy}, seed {seed}, run {run}"
         assert np.array_equal(flags & SHOWN, expected), where
-        assert np.array_equal(places * (scenario.arena.size[0] / 2**32), positions), where
+        assert np.array_equal(places * numbers_of(scenario)["unit"], positions), where
 
 
-@pytest.mark.parametrize(("number", "steps"), [(22, 80), pytest.param(66, 300, marks=pytest.mark.slow)])
-def test_runs_of_all_strategies_equal_the_engines(play, number, steps):
+def scenario_of(draw, number, steps, **tables):
+    """Return a random swarm with one strategy after the other, and random parameters of knowledge."""
+    name = NAMES[number % len(NAMES)]
+    parameters = {key: float(draw.choice(values)) for key, values in VARIANTS.get(name, {}).items()}
+    return Scenario(
+        robots={
+            "count": int(draw.integers(1, 60)),
+            "know_count": STRATEGIES[name].needs_count or bool(draw.integers(2)),
+            **tables.pop("robots", {}),
+        },
+        tasks={"count": int(draw.integers(0, 90))},
+        decision={"strategy": name, "parameters": parameters, **tables.pop("decision", {})},
+        run={"steps": steps},
+        **tables,
+    )
+
+
+@pytest.mark.parametrize(("rounds", "steps"), [(1, 80), pytest.param(6, 300, marks=pytest.mark.slow)])
+def test_runs_of_all_strategies_equal_the_engines(play, rounds, steps):
     draw = np.random.default_rng(17)
-    runs = []
-    for k in range(number):
-        scenario = Scenario(
-            robots={"count": int(draw.integers(1, 60))},
-            tasks={"count": int(draw.integers(0, 90))},
-            decision={"strategy": PAGE_STRATEGIES[k % len(PAGE_STRATEGIES)]},
-            run={"steps": steps},
-        )
-        runs.append((scenario, int(draw.integers(0, 2**63)) * 2 + k % 2, 7 * k))
-    compare(play, runs)
+    compare(
+        play,
+        [
+            (scenario_of(draw, k, steps), int(draw.integers(0, 2**63)) * 2 + k % 2, 7 * k)
+            for k in range(rounds * len(NAMES))
+        ],
+    )
 
 
 @pytest.mark.slow  # it compiles the general engine
-def test_any_fields_that_a_page_simulates_equal_the_engines(play):
+@pytest.mark.parametrize("boundary", ["torus", "walls"])
+def test_any_fields_that_a_page_simulates_equal_the_engines(play, boundary):
     draw = np.random.default_rng(18)
 
     def any_of(*values):
         return values[draw.integers(len(values))]
 
     runs = []
-    for k in range(66):
-        decision = {
-            "strategy": PAGE_STRATEGIES[k % len(PAGE_STRATEGIES)],
-            "listen": any_of("always", "dissemination", {"last": 3}),
-            "own_vote": any_of(True, False),
-            "exploration": any_of(10.0, 5.1),
-            "gain": any_of(10.0, 3.3, 17.9),
-            "declare": any_of(None, {"quorum": 0.85}),
-            "switching": any_of(None, 0.05),
-            "inbox_size": any_of(None, 2),
-            "quality_floor": any_of(0, 2),
-            "dissemination_floor": any_of(0, 3),
-        }
-        scenario = Scenario(
-            arena={"side": any_of(20.0, 10.7)},
-            robots={"count": int(draw.integers(2, 60)), "speed": any_of(1.0, 0.7, 2.2)},
-            tasks={"count": int(draw.integers(0, 90))},
+    for k in range(4 * len(NAMES)):
+        strategy = STRATEGIES[NAMES[k % len(NAMES)]]
+        scenario = scenario_of(
+            draw,
+            k,
+            300,
+            arena={"side": any_of(20.0, 10.7, [20.0, 9.3], [8.1, 14.0]), "boundary": boundary},
+            robots={"speed": any_of(1.0, 0.7, 2.2), "diameter": any_of(1.0, 0.3)},
             walk={"mean_run": any_of(10.0, 3.7)},
-            sensing={"range": any_of(2.0, 1.3, 5.0), "count_self": any_of(True, False)},
-            radio={"range": any_of(2.0, 3.7), "id_bits": any_of(None, 4)},
-            decision=decision,
-            run={"steps": 300},
+            sensing={
+                "range": any_of(2.0, 1.3, 3.9),
+                "count_self": any_of(True, False),
+                "miss": any_of(0.0, 0.3),
+            },
+            radio={
+                "range": any_of(2.0, 3.7),
+                "id_bits": None if strategy.needs_ids else any_of(None, 4),
+                "loss": any_of(0.0, 0.2, 1.0),
+            },
+            decision={
+                "listen": any_of("always", "dissemination", {"last": 3}),
+                "own_vote": any_of(True, False),
+                "exploration": any_of(10.0, 5.1),
+                "gain": any_of(10.0, 3.3, 17.9),
+                "declare": None if strategy.declares else any_of(None, {"quorum": 0.85}),
+                "switching": None if strategy.knowledge else any_of(None, 0.05),
+                "inbox_size": any_of(None, 2),
+                "quality_floor": 0 if strategy.knowledge else any_of(0, 2),
+                "dissemination_floor": any_of(0, 3),
+            },
         )
+        check_scenario(scenario)
         runs.append((scenario, int(draw.integers(0, 2**63)), k))
     compare(play, runs)
 
@@ -136,7 +163,9 @@ def constants(text, name):
 
 def test_the_page_and_the_package_agree_on_numbers_flags_and_purposes():
     world, draws = ((build.FOLDER / name).read_text("utf-8") for name in ("world.c", "draws.h"))
-    assert list(constants(world, "number")) == [*(name.upper() for name in numbers_of(Scenario())), "NUMBERS"]
+    strategy = {"strategy": "k-unanimity", "parameters": {"k": 2.0}}
+    numbers = [name.upper() for name in numbers_of(Scenario(decision=strategy))]
+    assert [*numbers[:-1], "NUMBERS"] == [*constants(world, "number")]
     for name, bit in constants(world, "flag").items():
         assert bit == BITS[name.lower()]
     for name, number in constants(draws, "purpose").items():
@@ -146,5 +175,5 @@ def test_the_page_and_the_package_agree_on_numbers_flags_and_purposes():
 def test_the_compiled_world_is_that_of_the_source(tmp_path):
     if importlib.util.find_spec("ziglang") is None:
         pytest.skip("no ziglang: install the dependency group wasm of pyproject.toml, from PyPI")
-    build.compile_world(tmp_path / "world.wasm")
+    build.compile_world(tmp_path / "world.wasm", tuple(STRATEGIES.values()), *build.WARNINGS)
     assert (tmp_path / "world.wasm").read_bytes() == WASM.read_bytes()

@@ -18,7 +18,6 @@ from feasibee.scenario.runs import Runs
 if TYPE_CHECKING:
     from feasibee.scenario.feasibility import Verdict
     from feasibee.scenario.scenario import Scenario
-    from feasibee.strategies.contract import Manifest
 
 
 @command()
@@ -214,7 +213,7 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
     """Return what a line says of a strategy; without bits if the scenario doesn't support it."""
     from feasibee.errors import ScenarioError
     from feasibee.scenario.messages import message_bits
-    from feasibee.scenario.plugins import manifest_of
+    from feasibee.scenario.plugins import manifest_of, rule_of
     from feasibee.studies.needs import strategy_change
 
     manifest, own = manifest_of(name), scenario.decision.strategy
@@ -234,22 +233,8 @@ def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
         "one_class": manifest.one_class,
         "declares": manifest.declares,
         "bits": bits,
-        "rule": _rule(manifest),
+        "rule": rule_of(manifest),
     }
-
-
-def _rule(manifest: Manifest) -> str:
-    """Return the first line of a strategy's file, without its name."""
-    import ast
-    from importlib import import_module
-
-    if manifest.source:
-        text = ast.get_docstring(ast.parse(manifest.source)) or ""
-    else:
-        text = import_module(f"feasibee.strategies.{manifest.name.replace('-', '_')}").__doc__ or ""
-    line = text.partition("\n")[0]
-    name, _, rule = line.partition(": ")
-    return line if "," in name or not rule else rule
 
 
 def _print_rows(rows: Sequence[dict[str, Any]], columns: Sequence[str], as_json: bool) -> None:

@@ -19,14 +19,14 @@ def page(
     given: Given,
     seed: int,
     run: int,
-    out: Path = option("HTML file to write; about 100 KB.", path_type, "run.html"),
+    out: Path = option("HTML file to write; about 200 KB.", path_type, "run.html"),
     opens: bool = option("Open the file in the browser.", name="--open", is_flag=True),
 ) -> None:
     """Write one HTML file that simulates swarms, without server or network.
 
     FILE is a scenario in TOML; without one, the paper's defaults. The page begins with its values, and has
     sliders for robots, tasks, strategy, seed and run. Its opinions are those of `feasibee run` at every step.
-    It simulates the paper's world with up to 200 robots and 400 tasks.
+    It has all strategies, on a torus or within walls, with up to 200 robots and 400 tasks.
 
     \b
     Examples:

@@ -5,22 +5,25 @@ from __future__ import annotations
 import base64
 import json
 import re
-from importlib import import_module
 from importlib.metadata import version
 from pathlib import Path
 from string import Template
+from tempfile import TemporaryDirectory
 from typing import Any, Final
 from urllib.parse import quote
 
 from feasibee.files import atomic_write
+from feasibee.live.world.build import WASM, compile_world
 from feasibee.live.world.lowering import (
-    PAGE_STRATEGIES,
     ROBOTS_LIMIT,
     TASKS_LIMIT,
     check_scenario,
     numbers_of,
+    strategies_of,
+    variants_of,
 )
 from feasibee.model.codes import exact
+from feasibee.scenario.plugins import rule_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 
@@ -28,8 +31,6 @@ STATIC: Final = Path(__file__).parent / "static"
 IMPORTED: Final = re.compile(r'(?m)^import [^;]+ from "\./(\w+)\.js";\n')
 MARKUP: Final = Path(__file__).with_name("page.html")
 """A template, so it doesn't stand among the files that the live server gives."""
-WASM: Final = Path(__file__).parent / "world" / "world.wasm"
-"""The compiled world: see world/build.py."""
 
 
 def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> str:
@@ -71,25 +72,33 @@ def write_page(scenario: Scenario, out: Path, seed: int = 0, run: int = 0, name:
 
 def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
     """Return what world.js calls Given."""
-    threshold = exact(scenario.decision.threshold)
+    threshold, variants = exact(scenario.decision.threshold), list(variants_of(scenario))
     return {
         "name": name,
         "version": version("feasibee"),
         "toml": scenario.to_toml(),
-        "wasm": base64.b64encode(WASM.read_bytes()).decode(),
-        "numbers": numbers_of(scenario),
-        "strategies": [{"name": each, "rule": _rule(each)} for each in PAGE_STRATEGIES],
+        "wasm": base64.b64encode(_wasm(scenario)).decode(),
+        "strategies": [
+            {
+                "name": each.decision.strategy,
+                "rule": _capital(rule_of(each.manifest)),
+                "declares": each.declares,
+                "numbers": numbers_of(each),
+            }
+            for each in variants
+        ],
         "threshold": [str(threshold.numerator), str(threshold.denominator)],
         "most": {"robots": ROBOTS_LIMIT, "tasks": TASKS_LIMIT},
         "settings": {
             "robots": scenario.robots.count,
             "tasks": scenario.tasks.count,
-            "strategy": PAGE_STRATEGIES.index(scenario.decision.strategy),
+            "strategy": variants.index(scenario),
             "seed": str(runs.seed),
             "run": runs.first,
         },
         "lengths": {
-            "side": scenario.arena.size[0],
+            "size": scenario.arena.size,
+            "walls": scenario.setting.walled,
             "diameter": scenario.robots.diameter,
             "sight": scenario.sensing.range,
             "radio": scenario.radio.range,
@@ -98,12 +107,16 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
     }
 
 
-def _rule(strategy: str) -> str:
-    """Return the first line of a strategy's file, without its name."""
-    module = import_module(f"feasibee.strategies.{strategy.replace('-', '_')}")
-    line = (module.__doc__ or "").partition("\n")[0]
-    name, _, rule = line.partition(": ")
-    text = line if "," in name or not rule else rule
+def _wasm(scenario: Scenario) -> bytes:
+    """Return the compiled world: that of the package, or one with the user's own strategy."""
+    if not scenario.strategy.source:
+        return WASM.read_bytes()
+    with TemporaryDirectory() as folder:
+        compile_world(out := Path(folder) / "world.wasm", strategies_of(scenario))
+        return out.read_bytes()
+
+
+def _capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 

@@ -271,7 +271,7 @@ def _knowledge(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]
     yield from (
         f"static const struct feasibee_knowledge {name}_knowledge = {{",
         f"    {len(strategy.parameters)}, {_flag(strategy.by_name)}, {_flag(bool(laid))},",
-        *(f"    {each}," for each in [*table, laid or "feasibee_as_they_are"]),
+        *(f"    {each}," for each in [*table, f"FEASIBEE_LAYOUT({laid or 'feasibee_as_they_are'})"]),
         "};",
         "",
     )

@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from hashlib import sha256
+from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -109,6 +110,17 @@ def _tried(manifest: Manifest) -> Strategy:
     from feasibee.scenario.trial import tried
 
     return tried(manifest)
+
+
+def rule_of(manifest: Manifest) -> str:
+    """Return the first line of a strategy's file, without its name."""
+    if manifest.source:
+        text = ast.get_docstring(ast.parse(manifest.source)) or ""
+    else:
+        text = import_module(f"feasibee.strategies.{manifest.name.replace('-', '_')}").__doc__ or ""
+    line = text.partition("\n")[0]
+    name, _, rule = line.partition(": ")
+    return line if "," in name or not rule else rule
 
 
 def digest_of(manifest: Manifest) -> str:

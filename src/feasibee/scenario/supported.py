@@ -27,11 +27,14 @@ COMMON: Final = frozenset(
 """Fields that every backend supports."""
 FAST_PATH: Final = COMMON | {"robots.know_count", "units.metres", "units.seconds"}
 """Fields that the fast path of the engine implements; the general engine simulates any other scenario."""
-IN_C: Final = COMMON | {"decision.inbox_size", "decision.switching", "decision.declare"}
+IN_C: Final = COMMON | {
+    *("decision.inbox_size", "decision.switching", "decision.declare"),
+    *("arena.boundary", "sensing.miss", "radio.loss"),
+}
 """Fields that a world around the controller in C has."""
 PAGE: Final = IN_C | {"radio.id_bits", "robots.know_count", "units.metres", "units.seconds"}
 """Fields that a page simulates."""
-ARGOS: Final = IN_C | {"arena.boundary", "robots.avoid_collisions", "sensing.miss", "radio.loss"}
+ARGOS: Final = IN_C | {"robots.avoid_collisions"}
 """Fields that an experiment of ARGoS expresses."""
 FAST_PATH_LIMITS: Final[Mapping[str, Callable[[Scenario], bool]]] = {
     "arena.side": lambda scenario: scenario.arena.size[0] == scenario.arena.size[1],

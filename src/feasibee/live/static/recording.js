@@ -3,11 +3,6 @@
 /** @import { Frame } from "./frames.js" */
 /** @import { Settings, World } from "./world.js" */
 
-const SHIFT = 16; // a place has 32 bits in the world, and 16 on the canvas
-
-/** @param {Uint32Array} places */
-const shortened = (places) => Uint16Array.from(places, (each) => each >>> SHIFT);
-
 export class Recording {
   /**
    * Begin a run.
@@ -21,8 +16,8 @@ export class Recording {
     this.last = steps;
     this.stops = stops;
     world.begin(settings);
-    this.taskX = shortened(world.places("world_task_x"));
-    this.taskY = shortened(world.places("world_task_y"));
+    this.taskX = world.places("world_task_x");
+    this.taskY = world.places("world_task_y");
     /** @type {Pick<Frame, "x" | "y" | "flags" | "heading">[]} */
     this.steps = [];
     /** @type {number[]} */
@@ -56,8 +51,8 @@ export class Recording {
     const { world } = this,
       { world_feasible, world_infeasible, world_decision } = world.exports;
     this.steps.push({
-      x: shortened(world.places("world_x")),
-      y: shortened(world.places("world_y")),
+      x: world.places("world_x"),
+      y: world.places("world_y"),
       flags: world.flags.slice(),
       heading: world.headings.slice(),
     });

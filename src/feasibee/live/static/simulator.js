@@ -48,8 +48,6 @@ class Page {
     this.curved = 0;
     this.shown = -1;
     this.said = "";
-    this.declares = given.numbers.rounds > 0;
-    $("legend-declared").hidden = !this.declares;
     this.controls = new Controls(given, (settings) => this.begin(settings));
     this.player.play(!this.player.calm.matches);
     this.setSpeed(this.player.speed);
@@ -62,17 +60,18 @@ class Page {
    */
   begin(settings) {
     const { given, player, arena } = this,
-      { robots, tasks } = settings,
-      { side, ...lengths } = given.lengths,
+      { robots, tasks, strategy } = settings,
+      { declares } = given.strategies[strategy],
       playing = player.playing || player.ended;
     this.recording = new Recording(this.world, settings);
     const { last, taskX, taskY } = this.recording;
     arena.open({
-      ...lengths,
-      ...{ size: [side, side], walls: false, robots, numbers: robots, tasks, last },
-      ...{ truth: robots >= tasks, changes: false, declares: this.declares },
+      ...given.lengths,
+      ...{ robots, numbers: robots, tasks, last },
+      ...{ truth: robots >= tasks, changes: false, declares },
     });
     arena.setTasks({ x: taskX, y: taskY });
+    $("legend-declared").hidden = !declares;
     this.restart();
     player.play(playing);
     const { question, answer } = questionOf(settings);

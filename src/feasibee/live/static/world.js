@@ -7,12 +7,12 @@
  * @property {string} version Of feasibee.
  * @property {string} toml
  * @property {string} wasm In base64.
- * @property {Record<string, number>} numbers In the order of world.c.
- * @property {{name: string, rule: string}[]} strategies By their numbers.
+ * @property {{name: string, rule: string, declares: boolean, numbers: Record<string, number>}[]} strategies Numbers in
+ *   the order of world.c.
  * @property {[string, string]} threshold Numerator and denominator.
  * @property {{robots: number, tasks: number}} most
  * @property {Settings} settings
- * @property {{side: number, diameter: number, sight: number, radio: number}} lengths
+ * @property {{size: [number, number], walls: boolean, diameter: number, sight: number, radio: number}} lengths
  * @property {{steps: number, stops: boolean}} run
  */
 
@@ -64,7 +64,7 @@ export class World {
   begin({ robots, tasks, strategy, seed, run }) {
     const { given, exports } = this,
       needed = neededOf(given.threshold, robots),
-      numbers = Object.values({ ...given.numbers, robots, tasks, strategy, needed });
+      numbers = Object.values({ ...given.strategies[strategy].numbers, robots, tasks, needed });
     new Float64Array(exports.memory.buffer, exports.world_numbers(), numbers.length).set(numbers);
     this.robots = robots;
     this.tasks = tasks;
@@ -72,11 +72,18 @@ export class World {
     exports.world_begin(Number(words & 0xffffffffn), Number(words >> 32n), run);
   }
 
-  /** @param {"world_x" | "world_y" | "world_task_x" | "world_task_y"} name */
+  /**
+   * Return a coordinate of all robots or tasks in 65,536ths of the longer side, which has 2**32 units, within walls 2**31.
+   * @param {"world_x" | "world_y" | "world_task_x" | "world_task_y"} name
+   */
   places(name) {
     const { memory } = this.exports,
-      count = name.includes("task") ? this.tasks : this.robots;
-    return new Uint32Array(memory.buffer, this.exports[name](), count);
+      count = name.includes("task") ? this.tasks : this.robots,
+      shift = this.given.lengths.walls ? 15 : 16;
+    return Uint16Array.from(
+      new Uint32Array(memory.buffer, this.exports[name](), count),
+      (each) => each >>> shift,
+    );
   }
 
   get flags() {

@@ -1,1 +1,1 @@
-"""The world of `feasibee page`: the paper's, in C, compiled to WebAssembly."""
+"""The world of `feasibee page`: in C, compiled to WebAssembly."""

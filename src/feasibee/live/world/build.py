@@ -5,45 +5,55 @@ Needs the PyPI package ziglang, whose version pyproject.toml pins: another one m
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Final
 
-from feasibee.live.page import WASM
-from feasibee.live.world.lowering import PAGE_STRATEGIES, ROBOTS_LIMIT, TASKS_LIMIT
-from feasibee.robot.firmware import header
+from feasibee.errors import FeasibeeError, how_to_install
+from feasibee.live.world.lowering import ROBOTS_LIMIT, TASKS_LIMIT, WORDS_LIMIT
+from feasibee.robot.firmware import constant, header
+from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Strategy
 
 FOLDER: Final = Path(__file__).parent
+WASM: Final = FOLDER / "world.wasm"
+"""The world compiled with all built-in strategies."""
 FLAGS: Final = (
-    *("-target", "wasm32-freestanding", "-nostdlib", "-Wl,--no-entry", "-s"),
+    *("-target", "wasm32-wasi", "-mexec-model=reactor", "-s"),
     *("-std=c99", "-O2", "-ffp-contract=off"),
-    *("-Wall", "-Wextra", "-Wpedantic", "-Werror"),
 )
+WARNINGS: Final = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
 
 
-def limits() -> str:
+def limits(strategies: Sequence[Strategy]) -> str:
     """Return the text of limits.h: sizes of arrays, and the table of strategies."""
-    table = ", ".join(f"&feasibee_{name.replace('-', '_')}" for name in PAGE_STRATEGIES)
-    values = {"ROBOTS": ROBOTS_LIMIT, "TASKS": TASKS_LIMIT, "STRATEGIES": table}
+    table = ", ".join(f"&{constant(each)}" for each in strategies)
+    values = {"ROBOTS": ROBOTS_LIMIT, "TASKS": TASKS_LIMIT, "WORDS": WORDS_LIMIT, "STRATEGIES": table}
     return "".join(f"#define WORLD_{name} {value}\n" for name, value in values.items())
 
 
-def compile_world(out: Path) -> None:
-    """Compile world.c to WebAssembly, with the headers that it needs."""
+def compile_world(out: Path, strategies: Sequence[Strategy] = tuple(STRATEGIES.values()), *more: str) -> None:
+    """Compile world.c and strategies to WebAssembly, with the headers that it needs.
+
+    Raises
+    ------
+    FeasibeeError
+        If the compiler isn't installed, or a strategy can't be compiled.
+    """
+    if find_spec("ziglang") is None:
+        raise FeasibeeError(f"ziglang: not installed; {how_to_install('page')}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "limits.h").write_text(limits(), encoding="utf-8")
-        (folder / "feasibee.h").write_text(header(PAGE_STRATEGIES), encoding="utf-8")
-        zig = [sys.executable, "-m", "ziglang", "cc", *FLAGS, "-I", name]
-        cache = {"ZIG_GLOBAL_CACHE_DIR": str(folder / "global"), "ZIG_LOCAL_CACHE_DIR": str(folder / "local")}
-        subprocess.run(
-            [*zig, "-o", str(out), str(FOLDER / "world.c")], check=True, env={**os.environ, **cache}
-        )
+        (folder / "limits.h").write_text(limits(strategies), encoding="utf-8")
+        (folder / "feasibee.h").write_text(header(strategies), encoding="utf-8")
+        zig = [sys.executable, "-m", "ziglang", "cc", *FLAGS, *more, "-I", name]
+        subprocess.run([*zig, "-o", str(out), str(FOLDER / "world.c")], check=True)
     out.chmod(0o644)  # the linker makes it executable
 
 
 if __name__ == "__main__":
-    compile_world(WASM)
+    compile_world(WASM, tuple(STRATEGIES.values()), *WARNINGS)

@@ -9,9 +9,12 @@ from typing import Any, Final
 
 from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import exact
+from feasibee.robot.firmware import constant
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import PAGE, unsupported
+from feasibee.simulation.lowering import fixed, probability, squared, unit_of
 from feasibee.strategies import STRATEGIES
+from feasibee.strategies.contract import Strategy
 
 TURN: Final = 2**32
 ROBOTS_LIMIT: Final = 200
@@ -20,8 +23,8 @@ TASKS_LIMIT: Final = 400
 """Most tasks in a page."""
 STEPS_LIMIT: Final = 10_000
 """Most steps of a run in a page."""
-PAGE_STRATEGIES: Final = tuple(name for name, each in STRATEGIES.items() if not each.knowledge)
-"""The strategies in a page, by their numbers there: those that pass on opinions only."""
+WORDS_LIMIT: Final = 10_000
+"""Most words that a robot knows in a page, and most words of a message."""
 MOST: Final = {
     "robots.count": ROBOTS_LIMIT,
     "tasks.count": TASKS_LIMIT,
@@ -42,21 +45,54 @@ def check_scenario(scenario: Scenario) -> None:
         raise ScenarioError(problems)
 
 
+def strategies_of(scenario: Scenario) -> list[Strategy]:
+    """Return the strategies that a scenario's page is compiled with, by their numbers there.
+
+    These are the built-in ones and the scenario's own, which replaces one of the same name in C.
+    """
+    return list({constant(each): each for each in (*STRATEGIES.values(), scenario.strategy)}.values())
+
+
+def variants_of(scenario: Scenario) -> Iterator[Scenario]:
+    """Yield a scenario with each strategy with which a page can simulate it, and its robots' number known."""
+    for each in strategies_of(scenario):
+        if each == scenario.strategy:
+            yield scenario
+            continue
+        known = scenario.robots.know_count or each.needs_count
+        changes = {"decision.strategy": each.name, "decision.parameters": {}, "robots.know_count": known}
+        try:
+            changed = scenario.replace(changes)
+            check_scenario(changed)
+        except ScenarioError:
+            continue
+        yield changed
+
+
 def numbers_of(scenario: Scenario) -> dict[str, float]:
     """Return the numbers of a scenario, in the order in which world.c takes them."""
-    decision, rule = scenario.decision, scenario.decision.declare
-    unit = max(map(exact, scenario.arena.size)) / TURN
-    quorum = exact(rule.quorum) if rule else Fraction(1)
-    switching = decision.switching
+    decision, sensing, radio = scenario.decision, scenario.sensing, scenario.radio
+    unit, walled, (width, height) = unit_of(scenario), scenario.setting.walled, scenario.arena.size
     return {
         "robots": scenario.robots.count,
         "tasks": scenario.tasks.count,
+        "width": width,
+        "height": height,
+        "span_x": fixed(width, unit),
+        "span_y": fixed(height, unit),
+        "unit": float(unit),
+        "walled": int(walled),
+        "radius": math.ceil(exact(scenario.robots.diameter) / unit / 2) if walled else 0,
+        "speed": scenario.robots.speed,
         "reach": float(exact(scenario.robots.speed) / unit),
         "mean_run": scenario.walk.mean_run,
-        **_squared("sight", scenario.sensing.range, unit),
-        **_squared("radio", scenario.radio.range, unit),
-        "count_self": int(scenario.sensing.count_self),
-        "strategy": PAGE_STRATEGIES.index(decision.strategy),
+        **_range("sight", sensing.range, unit),
+        **_range("radio", radio.range, unit),
+        "miss": int(probability(sensing.miss)),
+        "lost": int(probability(radio.loss)),
+        "count_self": int(sensing.count_self),
+        "knows_count": int(scenario.robots.know_count),
+        "strategy": strategies_of(scenario).index(scenario.strategy),
         "exploration": decision.exploration,
         "gain": decision.gain,
         "dissemination_floor": decision.dissemination_floor,
@@ -65,21 +101,31 @@ def numbers_of(scenario: Scenario) -> dict[str, float]:
         "inbox_size": min(decision.inbox_size or ROBOTS_LIMIT, ROBOTS_LIMIT),
         "own_vote": int(decision.own_vote),
         "every_message": int(decision.inbox == "every-message"),
-        "switching": -1 if switching is None else math.ceil(exact(switching) * TURN),
+        "switching": -1 if decision.switching is None else int(probability(decision.switching)),
+        **_declaring(scenario),
+        **_parameters_by_hand(scenario),
+        "id_bits": radio.id_bits or 0,
+        "needed": math.floor(exact(decision.threshold) * scenario.robots.count) + 1,
+        **{f"parameter_{k}": value for k, value in enumerate(scenario.setting.parameters)},
+    }
+
+
+def _range(name: str, length: float, unit: Fraction) -> dict[str, float]:
+    """Return a range, and both halves of its square; no squared distance is larger than 2**63."""
+    high, low = divmod(min(squared(length, unit), 2**63), TURN)
+    return {name: length, f"{name}_high": high, f"{name}_low": low}
+
+
+def _declaring(scenario: Scenario) -> dict[str, float]:
+    """Return the rule by which robots declare; 0 rounds if there is none."""
+    rule = scenario.decision.declare
+    quorum = exact(rule.quorum) if rule else Fraction(1)
+    return {
         "rounds": rule.rounds if rule else 0,
         "heard": rule.heard if rule else 0,
         "quorum": quorum.numerator,
         "quorum_of": quorum.denominator,
-        **_parameters(scenario),
-        "id_bits": scenario.radio.id_bits or 0,
-        "needed": math.floor(exact(decision.threshold) * scenario.robots.count) + 1,
     }
-
-
-def _squared(name: str, length: float, unit: Fraction) -> dict[str, float]:
-    """Return both halves of a range's square; no squared distance is larger than 2**63."""
-    high, low = divmod(min(math.floor((exact(length) / unit) ** 2), 2**63), TURN)
-    return {f"{name}_high": high, f"{name}_low": low}
 
 
 def _listens_for(listen: Any) -> int:
@@ -89,10 +135,10 @@ def _listens_for(listen: Any) -> int:
     return min(int(listen["last"]), 65_535)
 
 
-def _parameters(scenario: Scenario) -> dict[str, float]:
-    """Return the parameters of all strategies in the page; those of the scenario's are its own."""
-    given = {key: value for name in PAGE_STRATEGIES for key, value in STRATEGIES[name].parameters.items()}
-    given |= scenario.decision.parameters
+def _parameters_by_hand(scenario: Scenario) -> dict[str, float]:
+    """Return the parameters of strategies written by hand in C; those of the scenario's are its own."""
+    built_in = {key: value for each in STRATEGIES.values() for key, value in each.parameters.items()}
+    given = built_in | scenario.decision.parameters
     return {
         "k": min(max(1, math.ceil(given["k"])), 65_535),
         "voters": min(max(0, math.ceil(exact(given["voters"]) * TURN)), TURN - 1),
@@ -103,7 +149,7 @@ def _parameters(scenario: Scenario) -> dict[str, float]:
 
 def _problems(scenario: Scenario) -> Iterator[Problem]:
     """Yield a problem for each value that a page can't simulate."""
-    rule = "isn't simulated by a page, which has the paper's world only"
+    rule = "isn't simulated by a page"
     yield from unsupported(scenario, PAGE, rule, ", or use feasibee watch")
     for path, most in MOST.items():
         if path.startswith("decision.declare.") and scenario.decision.declare is None:
@@ -114,15 +160,10 @@ def _problems(scenario: Scenario) -> Iterator[Problem]:
 
 
 def _combinations(scenario: Scenario) -> Iterator[Problem]:
-    """Yield the problems of shape, strategy, inbox and declaration."""
-    decision, (width, height) = scenario.decision, scenario.arena.size
-    if width != height:
-        rule = "must be a square in a page"
-        yield Problem("arena.side", [width, height], rule, f"use {max(width, height)}, or use feasibee watch")
-    if decision.strategy not in PAGE_STRATEGIES:
-        rule = "isn't in a page, which has the strategies that pass on opinions only"
-        remedy = f"use {', '.join(PAGE_STRATEGIES)}, or use feasibee watch"
-        yield Problem("decision.strategy", decision.strategy, rule, remedy)
+    """Yield the problems of knowledge, inbox and declaration."""
+    decision = scenario.decision
+    if scenario.manifest.knowledge:
+        yield from _knowledge(scenario)
     if decision.inbox == "every-message":
         yield from _every_message(scenario)
     if decision.declare and exact(decision.declare.quorum).denominator > 65_535:
@@ -130,6 +171,18 @@ def _combinations(scenario: Scenario) -> Iterator[Problem]:
         yield Problem(
             "decision.declare.quorum", decision.declare.quorum, rule, f"use {decision.declare.quorum:.4f}"
         )
+
+
+def _knowledge(scenario: Scenario) -> Iterator[Problem]:
+    """Yield a problem if what a robot knows, or a message, takes too many words for most robots and tasks."""
+    setting = scenario.replace({"robots.count": ROBOTS_LIMIT, "tasks.count": TASKS_LIMIT}).setting
+    if (words := max(scenario.strategy.row_lengths(setting))) > WORDS_LIMIT:
+        rule = (
+            f"takes {words:,} words with {ROBOTS_LIMIT} robots and {TASKS_LIMIT} tasks, above the limit of "
+            f"{WORDS_LIMIT:,} in a page"
+        )
+        remedy = "choose another strategy or other parameters, or use feasibee watch"
+        yield Problem("decision.strategy", scenario.decision.strategy, rule, remedy)
 
 
 def _every_message(scenario: Scenario) -> Iterator[Problem]:

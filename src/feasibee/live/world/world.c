@@ -1,23 +1,27 @@
-/* The paper's world in a page: torus, walk, sight and radio (docs/model.md 1 to 4) around the firmware's controller.
+/* The world in a page: arena, walk, sight and radio (docs/model.md 1 to 4, 6.1) around the controller of robots in C.
  *
  * The page writes the numbers of a scenario to world_numbers(), calls world_begin() and then world_step(), and
  * reads the arrays. Each run equals that of the engine to the last bit.
  */
 #include "draws.h"
-#include "limits.h" /* made by build.py: WORLD_ROBOTS, WORLD_TASKS, WORLD_STRATEGIES */
+#include "limits.h" /* made by build.py: WORLD_ROBOTS, WORLD_TASKS, WORLD_WORDS, WORLD_STRATEGIES */
 
 #define FEASIBEE_INBOX WORLD_ROBOTS
+#define FEASIBEE_WORDS WORLD_WORDS
 #define FEASIBEE_DOUBLE
 #define FEASIBEE_LOG natural_log
+#define FEASIBEE_LAYOUT(layout) NULL /* messages stay words: 17 KB less */
 #include "feasibee.h"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
-/* The numbers of a scenario, in the order of numbers_of in lowering.py; a test compares them. */
+/* The numbers of a scenario, in the order of numbers_of in lowering.py; a test compares them. Those of the strategy's
+ * own parameters follow. */
 enum number {
-    ROBOTS, TASKS, REACH, MEAN_RUN, SIGHT_HIGH, SIGHT_LOW, RADIO_HIGH, RADIO_LOW, COUNT_SELF, STRATEGY, EXPLORATION,
-    GAIN, DISSEMINATION_FLOOR, QUALITY_FLOOR, LISTENS_FOR, INBOX_SIZE, OWN_VOTE, EVERY_MESSAGE, SWITCHING, ROUNDS,
-    HEARD, QUORUM, QUORUM_OF, K, VOTERS, CREDENCE, POSITIVE_FEEDBACK, ID_BITS, NEEDED, NUMBERS
+    ROBOTS, TASKS, WIDTH, HEIGHT, SPAN_X, SPAN_Y, UNIT, WALLED, RADIUS, SPEED, REACH, MEAN_RUN, SIGHT, SIGHT_HIGH,
+    SIGHT_LOW, RADIO, RADIO_HIGH, RADIO_LOW, MISS, LOST, COUNT_SELF, KNOWS_COUNT, STRATEGY, EXPLORATION, GAIN,
+    DISSEMINATION_FLOOR, QUALITY_FLOOR, LISTENS_FOR, INBOX_SIZE, OWN_VOTE, EVERY_MESSAGE, SWITCHING, ROUNDS, HEARD,
+    QUORUM, QUORUM_OF, K, VOTERS, CREDENCE, POSITIVE_FEEDBACK, ID_BITS, NEEDED, NUMBERS
 };
 
 /* Bits of a robot's flags, as FLAGS in simulation/snapshot.py; a test compares them. */
@@ -26,23 +30,31 @@ enum flag { FEASIBLE = 1, NEUTRAL = 2, DISSEMINATING = 4, DECLARED = 8, WORKING 
 /* A robot's body: its place is in the arrays that the page reads. */
 struct body {
     uint32_t number;
-    uint32_t step_x, step_y;    /* of a step; adding them wraps round the torus */
+    int64_t step_x, step_y;     /* of a step, in units of fixed point */
     uint32_t walks, walk_left;
     uint32_t phases;
+    bool blocked;
 };
 
-static double numbers[NUMBERS];
+/* A side of the arena in units of fixed point, and the length of the way round; none within walls is as long. */
+struct side {
+    uint64_t length, round;
+};
+
+static double numbers[NUMBERS + FEASIBEE_PARAMETERS];
+static struct side side_x, side_y;
 static uint64_t seed;
-static uint32_t run;
+static uint32_t run, now;
 static uint32_t x[WORLD_ROBOTS], y[WORLD_ROBOTS], task_x[WORLD_TASKS], task_y[WORLD_TASKS];
 static uint16_t flags[WORLD_ROBOTS];
 static uint8_t headings[WORLD_ROBOTS];
 static struct body bodies[WORLD_ROBOTS];
 static struct feasibee_settings settings;
+static struct feasibee_setting setting;
 static struct feasibee_robot minds[WORLD_ROBOTS];
 static struct feasibee_message messages[WORLD_ROBOTS];
 static bool speaks[WORLD_ROBOTS];
-static feasibee_id ids[WORLD_ROBOTS];
+static struct feasibee_thing robots_seen[WORLD_ROBOTS], tasks_seen[WORLD_TASKS];
 static uint32_t feasible, infeasible;
 
 static uint32_t whole(enum number which)
@@ -55,11 +67,31 @@ static uint64_t limit(enum number high)
     return (uint64_t)numbers[high] << 32 | (uint64_t)numbers[high + 1];
 }
 
-/* Return the square of the distance, the short way round on the torus. */
-static uint64_t squared_distance(uint32_t from_x, uint32_t from_y, uint32_t to_x, uint32_t to_y)
+static struct side side_of(enum number span)
 {
-    int64_t across = (int32_t)(to_x - from_x), along = (int32_t)(to_y - from_y);
-    return (uint64_t)(across * across) + (uint64_t)(along * along);
+    uint64_t length = (uint64_t)numbers[span];
+    return (struct side){length, whole(WALLED) ? UINT64_MAX : length};
+}
+
+/* Return the distance of two coordinates, the short way round on the torus. */
+static uint64_t distance(const struct side *side, uint32_t from, uint32_t to)
+{
+    uint64_t straight = from < to ? to - from : from - to, other = side->round - straight;
+    return straight < other ? straight : other;
+}
+
+/* Return whether a place is within a range of a robot, given by its square. */
+static bool within(uint32_t robot, uint32_t to_x, uint32_t to_y, uint64_t reach)
+{
+    uint64_t across = distance(&side_x, x[robot], to_x), along = distance(&side_y, y[robot], to_y);
+    return across * across + along * along <= reach;
+}
+
+/* Return whether an event of a probability in 1/2^32 happens to a robot with another, or a task, in this step. */
+static bool happens(uint32_t robot, uint32_t other, enum number probability, enum purpose purpose)
+{
+    double limit = numbers[probability];
+    return limit > 0 && philox(seed, run, robot, now, purpose + PAIR * other).word[0] < limit;
 }
 
 /* Draw a heading and how long it lasts (model.md 2.1). */
@@ -68,8 +100,8 @@ static void turn(struct body *body)
     struct words drawn = philox(seed, run, body->number, body->walks++, WALK);
     double cosine, sine;
     cos_sin(drawn.word[0], &cosine, &sine);
-    body->step_x = (uint32_t)(int64_t)__builtin_floor(numbers[REACH] * cosine + 0.5);
-    body->step_y = (uint32_t)(int64_t)__builtin_floor(numbers[REACH] * sine + 0.5);
+    body->step_x = (int64_t)__builtin_floor(numbers[REACH] * cosine + 0.5);
+    body->step_y = (int64_t)__builtin_floor(numbers[REACH] * sine + 0.5);
     body->walk_left = duration(drawn.word[1], numbers[MEAN_RUN]);
     headings[body->number] = (uint8_t)(drawn.word[0] >> 24);
 }
@@ -95,6 +127,27 @@ static bool draw_switch(void *context)
     return philox(seed, run, body->number, body->phases, PHASE).word[3] < numbers[SWITCHING];
 }
 
+/* Read what knowledge may depend on. */
+static void read_setting(void)
+{
+    uint16_t robots = (uint16_t)whole(ROBOTS), tasks = (uint16_t)whole(TASKS);
+    uint8_t least_bits = robots > 2 ? (uint8_t)(32 - __builtin_clz(robots - 1u)) : 1;
+    setting = (struct feasibee_setting){
+        .robots = robots, .count = robots, .tasks = tasks, .robot_ids = robots, .task_ids = tasks,
+        .robot_classes = 1, .task_classes = 1, .id_bits = whole(ID_BITS) ? (uint8_t)whole(ID_BITS) : least_bits,
+        .knows_count = whole(KNOWS_COUNT), .walled = whole(WALLED), .width = numbers[WIDTH], .height = numbers[HEIGHT],
+        .sight = numbers[SIGHT], .radio = numbers[RADIO], .speed = numbers[SPEED],
+        .exploration = numbers[EXPLORATION], .dissemination = numbers[GAIN] + numbers[DISSEMINATION_FLOOR],
+        .mean_run = numbers[MEAN_RUN],
+    };
+    for (uint32_t k = 0; k < FEASIBEE_PARAMETERS; k++)
+        setting.parameters[k] = numbers[NUMBERS + k];
+    const struct feasibee_knowledge *knowledge = settings.strategy->knowledge;
+    if (knowledge && (knowledge->words(&setting) > FEASIBEE_WORDS ||
+                      feasibee_message_words(knowledge, &setting) > FEASIBEE_MESSAGE_WORDS))
+        __builtin_trap(); /* lowering.py has refused it for the most robots and tasks */
+}
+
 static void read_settings(void)
 {
     static const struct feasibee_strategy *const strategies[] = {WORLD_STRATEGIES};
@@ -114,30 +167,62 @@ static void read_settings(void)
     settings.draw_duration = draw_duration;
     settings.draw_choice = draw_choice;
     settings.draw_switch = numbers[SWITCHING] < 0 ? NULL : draw_switch;
+    settings.setting = &setting;
+    read_setting();
 }
 
 /* Return a robot's id: the number of the first robot with the same random id (model.md 6.10.5). */
-static feasibee_id id_of(uint32_t number)
+static uint32_t id_of(uint32_t number)
 {
     if (whole(ID_BITS) == 0)
-        return (feasibee_id)number;
+        return number;
     uint32_t other = 0, lost = 32 - whole(ID_BITS), word = philox(seed, run, number, 0, IDENTITY).word[0];
     while (philox(seed, run, other, 0, IDENTITY).word[0] >> lost != word >> lost)
         other++;
-    return (feasibee_id)other;
+    return other;
+}
+
+/* Draw a place, at least a margin away from walls. */
+static void place(uint32_t number, enum purpose purpose, uint32_t margin, uint32_t *to_x, uint32_t *to_y)
+{
+    struct words drawn = philox(seed, run, number, 0, purpose);
+    *to_x = margin + (uint32_t)(drawn.word[0] * (side_x.length - 2 * margin) >> 32);
+    *to_y = margin + (uint32_t)(drawn.word[1] * (side_y.length - 2 * margin) >> 32);
+}
+
+/* Let robots know where a robot or task is. */
+static void show_at(struct feasibee_thing *thing, uint32_t at_x, uint32_t at_y)
+{
+    thing->x = at_x * numbers[UNIT];
+    thing->y = at_y * numbers[UNIT];
+}
+
+static void begin_task(uint32_t number)
+{
+    place(number, PLACE_TASK, 0, &task_x[number], &task_y[number]);
+    uint32_t hash = philox(seed, run, whole(ROBOTS) + number, 0, IDENTITY).word[1];
+    tasks_seen[number] = (struct feasibee_thing){.id = (int32_t)number, .hash = hash};
+    show_at(&tasks_seen[number], task_x[number], task_y[number]);
+}
+
+static void show_robot(uint32_t number)
+{
+    show_at(&robots_seen[number], x[number], y[number]);
+    minds[number].x = robots_seen[number].x;
+    minds[number].y = robots_seen[number].y;
 }
 
 static void begin_robot(uint32_t number)
 {
-    struct words place = philox(seed, run, number, 0, PLACE_ROBOT);
-    x[number] = place.word[0];
-    y[number] = place.word[1];
+    place(number, PLACE_ROBOT, whole(RADIUS), &x[number], &y[number]);
     bodies[number] = (struct body){.number = number};
     turn(&bodies[number]);
-    ids[number] = id_of(number);
-    struct feasibee_me me = {.context = &bodies[number], .id = ids[number]};
+    uint32_t id = id_of(number), hash = philox(seed, run, id, 0, IDENTITY).word[1];
+    robots_seen[number] = (struct feasibee_thing){.is_robot = true, .id = (int32_t)id, .hash = hash};
+    struct feasibee_me me = {.context = &bodies[number], .id = (feasibee_id)id, .hash = hash};
     int8_t opinion = philox(seed, run, number, 0, FIRST_OPINION).word[0] >> 31;
     feasibee_begin(&minds[number], &settings, &me, opinion);
+    show_robot(number);
 }
 
 /* Write the flags of all robots, and count opinions. */
@@ -154,23 +239,55 @@ static void show(void)
     }
 }
 
-/* Let a robot see and hear all others within range (model.md 1.4, 4.2, 4.5). */
-static void sense(uint32_t i)
+/* Return a coordinate after a step, round the torus; sets blocked at a wall. */
+static uint32_t moved(const struct side *side, uint32_t from, int64_t step, bool *blocked)
 {
-    uint64_t sight = limit(SIGHT_HIGH), radio = limit(RADIO_HIGH);
-    uint16_t robots_seen = (uint16_t)whole(COUNT_SELF), tasks_seen = 0;
-    bool listens = feasibee_listens(&minds[i]);
-    for (uint32_t j = 0; j < whole(ROBOTS); j++) {
-        if (j == i)
-            continue;
-        uint64_t distance = squared_distance(x[i], y[i], x[j], y[j]);
-        robots_seen += distance <= sight;
-        if (listens && speaks[j] && distance <= radio)
-            feasibee_hear(&minds[i], ids[j], &messages[j]);
+    int64_t to = from + step, length = (int64_t)side->length;
+    if (!whole(WALLED))
+        return (uint32_t)((to % length + length) % length);
+    *blocked = *blocked || to < numbers[RADIUS] || to > length - numbers[RADIUS];
+    return (uint32_t)to;
+}
+
+/* Let a robot go a step; at a wall it stands, and turns at the end of the step (model.md 3.1, 6.2). */
+static void move(uint32_t i)
+{
+    struct body *body = &bodies[i];
+    body->blocked = false;
+    uint32_t to_x = moved(&side_x, x[i], body->step_x, &body->blocked);
+    uint32_t to_y = moved(&side_y, y[i], body->step_y, &body->blocked);
+    if (!body->blocked) {
+        x[i] = to_x;
+        y[i] = to_y;
     }
-    for (uint32_t j = 0; !minds[i].disseminating && j < whole(TASKS); j++)
-        tasks_seen += squared_distance(x[i], y[i], task_x[j], task_y[j]) <= sight;
-    feasibee_observe(&minds[i], robots_seen, tasks_seen);
+    show_robot(i);
+}
+
+/* Let a robot that explores see all that is within range (model.md 1.4, 4.2, 6.3). */
+static void see(uint32_t i)
+{
+    uint64_t sight = limit(SIGHT_HIGH);
+    uint16_t robots = 0, tasks = 0;
+    for (uint32_t j = 0; j < whole(ROBOTS); j++)
+        if (j == i ? whole(COUNT_SELF) : within(i, x[j], y[j], sight) && !happens(i, j, MISS, MISS_ROBOT)) {
+            feasibee_recognise(&minds[i], &robots_seen[j]);
+            robots++;
+        }
+    for (uint32_t j = 0; j < whole(TASKS); j++)
+        if (within(i, task_x[j], task_y[j], sight) && !happens(i, j, MISS, MISS_TASK)) {
+            feasibee_recognise(&minds[i], &tasks_seen[j]);
+            tasks++;
+        }
+    feasibee_observe(&minds[i], robots, tasks);
+}
+
+/* Let a robot hear all that speak within range (model.md 4.5, 6.5). */
+static void listen(uint32_t i)
+{
+    uint64_t radio = limit(RADIO_HIGH);
+    for (uint32_t j = 0; j < whole(ROBOTS); j++)
+        if (speaks[j] && j != i && within(i, x[j], y[j], radio) && !happens(i, j, LOST, LOSS))
+            feasibee_hear(&minds[i], (feasibee_id)robots_seen[j].id, &messages[j]);
 }
 
 /* Return the numbers, for the page to write. */
@@ -184,12 +301,12 @@ EXPORT(world_begin) void world_begin(uint32_t seed_low, uint32_t seed_high, uint
 {
     seed = (uint64_t)seed_high << 32 | seed_low;
     run = number;
+    now = 0;
+    side_x = side_of(SPAN_X);
+    side_y = side_of(SPAN_Y);
     read_settings();
-    for (uint32_t j = 0; j < whole(TASKS); j++) {
-        struct words place = philox(seed, run, j, 0, PLACE_TASK);
-        task_x[j] = place.word[0];
-        task_y[j] = place.word[1];
-    }
+    for (uint32_t j = 0; j < whole(TASKS); j++)
+        begin_task(j);
     for (uint32_t i = 0; i < whole(ROBOTS); i++)
         begin_robot(i);
     show();
@@ -199,15 +316,19 @@ EXPORT(world_begin) void world_begin(uint32_t seed_low, uint32_t seed_high, uint
 EXPORT(world_step) void world_step(void)
 {
     uint32_t robots = whole(ROBOTS);
+    now++;
     for (uint32_t i = 0; i < robots; i++) {
-        x[i] += bodies[i].step_x;
-        y[i] += bodies[i].step_y;
+        move(i);
         speaks[i] = feasibee_message(&minds[i], &messages[i]);
     }
-    for (uint32_t i = 0; i < robots; i++)
-        sense(i);
     for (uint32_t i = 0; i < robots; i++) {
-        if (--bodies[i].walk_left == 0)
+        if (!minds[i].disseminating)
+            see(i);
+        if (feasibee_listens(&minds[i]))
+            listen(i);
+    }
+    for (uint32_t i = 0; i < robots; i++) {
+        if (--bodies[i].walk_left == 0 || bodies[i].blocked)
             turn(&bodies[i]);
         feasibee_end_step(&minds[i]);
     }

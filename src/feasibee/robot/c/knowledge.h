@@ -3,6 +3,10 @@
 #include "controller.h"
 #include "bits.h"
 
+#ifndef FEASIBEE_LAYOUT /* NULL in programs without frames */
+#define FEASIBEE_LAYOUT(layout) layout
+#endif
+
 /* The words that a robot knows, or that a message holds. */
 struct feasibee_row {
     int32_t *words;
