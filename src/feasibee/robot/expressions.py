@@ -338,7 +338,8 @@ class Expressions:
         if MATH.get(name) != len(values):
             self.fail(node, f"math.{name}", f"use one of {', '.join(MATH)}, floor, ceil, or write it out")
         self.floating = True
-        return Value(f"FEASIBEE_{name.upper()}({told})", REAL)
+        function = f"FEASIBEE_{name.upper()}" if name in ("log", "pow", "sqrt") else name
+        return Value(f"{function}({told})", REAL)
 
     def _call_len(self, node: ast.Call) -> Value:
         (row,) = [self.value(each) for each in node.args]

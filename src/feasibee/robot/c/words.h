@@ -5,28 +5,16 @@
 
 #define FEASIBEE_INFINITY FEASIBEE_REAL(1e30) /* a float may have 32 bits */
 
-/* The functions of math.h; a program may define its own where there is none. */
-#if defined(FEASIBEE_DOUBLE) && !defined(FEASIBEE_SQRT)
+/* Functions of math.h; a program may define its own where there is none, as numbers.h has it for FEASIBEE_LOG. */
+#ifdef FEASIBEE_DOUBLE
+#ifndef FEASIBEE_POW
+#include <math.h>
+#define FEASIBEE_POW pow
+#endif
+#ifndef FEASIBEE_SQRT
 #include <math.h>
 #define FEASIBEE_SQRT sqrt
-#define FEASIBEE_POW pow
-#define FEASIBEE_LOG2 log2
-#define FEASIBEE_LOG10 log10
-#define FEASIBEE_LOG1P log1p
-#define FEASIBEE_EXP exp
-#define FEASIBEE_EXPM1 expm1
-#define FEASIBEE_SIN sin
-#define FEASIBEE_COS cos
-#define FEASIBEE_TAN tan
-#define FEASIBEE_ATAN atan
-#define FEASIBEE_ASIN asin
-#define FEASIBEE_ACOS acos
-#define FEASIBEE_TANH tanh
-#define FEASIBEE_TRUNC trunc
-#define FEASIBEE_ATAN2 atan2
-#define FEASIBEE_HYPOT hypot
-#define FEASIBEE_FMOD fmod
-#define FEASIBEE_COPYSIGN copysign
+#endif
 #endif
 
 /* --- Rows --- */
