@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import inspect
 import math
 import re
@@ -178,7 +179,9 @@ def _functions(strategy: Strategy, translation: Translation) -> dict[str, Signat
     skipped = {"pack", "unpack"} if "layout" in strategy.functions else set()
     try:
         return {
-            each: translation.entry(each, inspect.unwrap(getattr(strategy, each)), strategy.source)
+            each: translation.entry(
+                each, inspect.unwrap(getattr(strategy, each)), constant(strategy), strategy.source
+            )
             for each in ARGUMENTS
             if each in strategy.functions - skipped
         }
@@ -213,7 +216,14 @@ def _translated(strategy: Strategy, translation: Translation) -> str:
     if conditions:
         glue = [f"#if {' && '.join(conditions)}", "", *glue, "", "#endif"]
     named = [f'#define {name}_name "{name_of(strategy)}" /* for feasibee_wire_of */', ""]
-    return "\n".join([*(named if strategy.source else []), *glue, ""])
+    return "\n".join([*_said(strategy), *(named if strategy.source else []), *glue, ""])
+
+
+def _said(strategy: Strategy) -> Iterable[str]:
+    """Yield the docstring of a user's file as a comment; those of built-in ones are in the documentation."""
+    told = ast.get_docstring(ast.parse(strategy.source))
+    if told:
+        yield from ("/* " + told.replace("*/", "* /").replace("\n", "\n * ") + " */", "")
 
 
 def _flag(flag: bool) -> str:
@@ -231,7 +241,7 @@ def _lasts(found: dict[str, Signature]) -> str:
 
 
 def _ratings(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]:
-    """Yield the functions that rate, tell and choose opinions, as the controller calls them."""
+    """Yield the functions that rate, broadcast and choose opinions, as the controller calls them."""
     name, robot = constant(strategy), "struct feasibee_robot *robot"
 
     def function(result: str, what: str, arguments: str, value: str) -> list[str]:

@@ -17,8 +17,8 @@ Type = str | tuple[str, ...]
 """A type of C, a record by its name in Python, or the types of a tuple."""
 WHOLE: Final = (BOOL, SMALL, INT, WORD, LONG)
 NUMBERS: Final = (*WHOLE, REAL)
-"""Types of numbers: of two that meet, the later one is taken, and instead of a word of 32 bits without a sign
-one that holds both."""
+"""Types of numbers: of two that meet, the later one is taken. A word of 32 bits has no sign: with another type
+it becomes one that holds both."""
 ELEMENTS: Final = {ROW: INT, REALS: REAL, COUNTS: LONG}
 """Types of what a row holds."""
 RECORDS: Final = {
@@ -215,7 +215,7 @@ SHORT: Final = {INT: "int", WORD: "word", LONG: "long", REAL: "real", BOOL: "boo
 
 
 def joined(one: Type, other: Type) -> Type | None:
-    """Return the type of what is one or the other, None if there is none."""
+    """Return the type of what is one or the other; None where they have no common one."""
     if one == other:
         return one
     if isinstance(one, tuple) and isinstance(other, tuple) and len(one) == len(other):

@@ -40,20 +40,20 @@ from feasibee.robot.language import (
 class Translation:
     """Functions in C, each once for each combination of types."""
 
-    sources: dict[str, str] = field(default_factory=dict)
-    """Texts of modules that aren't files, by the name of the module."""
+    texts: dict[str, tuple[str, str]] = field(default_factory=dict)
+    """With what the functions of modules that aren't files begin in C, and the texts of these modules."""
     functions: list[str] = field(default_factory=list)
     """Definitions, each after those that it calls."""
     tuples: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """Types of tuples, by their names in C."""
-    _done: dict[tuple[str, int, tuple[Type | None, ...]], Signature] = field(default_factory=dict)
-    _under_way: list[tuple[str, int, tuple[Type | None, ...]]] = field(default_factory=list)
+    _done: dict[tuple[str, int, tuple[Type, ...]], Signature] = field(default_factory=dict)
+    _under_way: list[tuple[str, int, tuple[Type, ...]]] = field(default_factory=list)
     _trees: dict[str, ast.Module] = field(default_factory=dict)
 
-    def entry(self, name: str, function: FunctionType, source: str = "") -> Signature:
+    def entry(self, name: str, function: FunctionType, prefix: str = "", source: str = "") -> Signature:
         """Translate a function of the contract; its module's text is needed if that isn't a file."""
         if source:
-            self.sources[function.__module__] = source
+            self.texts[function.__module__] = prefix, source
         return self.function(function, ARGUMENTS[name], RESULTS.get(name, INT))
 
     def function(
@@ -66,9 +66,10 @@ class Translation:
         FeasibeeError
             If it has what the language of strategies doesn't have.
         """
-        key = (function.__module__, function.__code__.co_firstlineno, (*arguments, result))
-        if key in self._done:
-            return self._done[key]
+        key = (function.__module__, function.__code__.co_firstlineno, arguments)
+        done = self._done.get(key)
+        if done is not None and result in (None, done.result):
+            return done
         body = _Body(self, function, self._definition(function))
         if key in self._under_way:
             body.fail(body.tree, f"{function.__name__} calls itself", "write a loop")
@@ -100,8 +101,9 @@ class Translation:
         ]
 
     def _name(self, function: FunctionType) -> str:
-        module = function.__module__.rpartition(".")[2]
-        base = f"feasibee_{module}_{function.__name__}"
+        module = function.__module__
+        prefix, _ = self.texts.get(module, (f"feasibee_{module.rpartition('.')[2]}", ""))
+        base = f"{prefix}_{function.__name__}"
         taken = {signature.name for signature in self._done.values()}
         return next(each for each in (base, *(f"{base}_{n}" for n in range(2, 100))) if each not in taken)
 
@@ -109,7 +111,7 @@ class Translation:
         """Return the syntax tree of a function."""
         name = function.__module__
         if name not in self._trees:
-            text = self.sources.get(name) or inspect.getsource(sys.modules[name])
+            text = self.texts[name][1] if name in self.texts else inspect.getsource(sys.modules[name])
             self._trees[name] = ast.parse(text)
         for node in ast.walk(self._trees[name]):
             if isinstance(node, ast.FunctionDef) and node.lineno == function.__code__.co_firstlineno:

@@ -168,7 +168,7 @@ class BitReader:
 
 
 def name_of(strategy: Strategy) -> str:
-    """Return the name by which frames tell a strategy: of a user's file, the CRC-32 of its text."""
+    """Return the name by which frames know a strategy: of a user's file, the CRC-32 of its text."""
     return f"{crc32(strategy.source.encode()):08x}" if strategy.source else strategy.name
 
 

@@ -135,7 +135,7 @@ def list_names(wire, message, first, end, in_word, classes, is_robot, setting):
 
 
 def next_member(row, first, end, in_word, member):
-    """Return the first member from this one on of the sets in these words; their size if there is none."""
+    """Return the first member from this one on of the sets in these words; after the last, their size."""
     while first + member // in_word < end and row[first + member // in_word] >> (member % in_word) & 1 == 0:
         member += 1
     return member

@@ -393,7 +393,7 @@ def list_robots(wire, message, setting):
 
 
 def next_robot(message, robot, robots):
-    """Return the first robot from this one on that is there; the number of robots if there is none."""
+    """Return the first robot from this one on that is there; after the last, the number of robots."""
     while robot < robots and message[ENTRIES + robot] == 0:
         robot += 1
     return robot

@@ -144,7 +144,7 @@ def layout(wire, message, sender, setting):
 
 
 def next_row(table, row, classes):
-    """Return the first row from this one on that isn't zero; the number of rows if there is none."""
+    """Return the first row from this one on that isn't zero; after the last, the number of rows."""
     k = row * classes
     while k < len(table) and table[k] == 0:
         k += 1
