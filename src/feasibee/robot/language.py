@@ -17,8 +17,8 @@ Type = str | tuple[str, ...]
 """A type of C, a record by its name in Python, or the types of a tuple."""
 WHOLE: Final = (BOOL, SMALL, INT, WORD, LONG)
 NUMBERS: Final = (*WHOLE, REAL)
-"""Types of numbers: of two that meet, the later one is taken. A word of 32 bits has no sign: with another type
-it becomes one that holds both."""
+"""Types of numbers: of two that meet, the later one is taken. A word of 32 bits has no sign: with another one
+it becomes a type that holds both."""
 ELEMENTS: Final = {ROW: INT, REALS: REAL, COUNTS: LONG}
 """Types of what a row holds."""
 RECORDS: Final = {
