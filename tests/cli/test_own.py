@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 from commands import json_of, output_of, refused_in_a_line
 
-from feasibee import Scenario
+from feasibee import FeasibeeError, Scenario
+from feasibee.field.brain import CompiledMind
 from feasibee.robot.firmware import header, needs_double
 from feasibee.scenario.plugins import load
+from feasibee.scenario.skeletons import skeleton
+from feasibee.studies import check
 
 KINDS = pytest.mark.parametrize("options", [(), ("--knowledge",)], ids=["opinions", "knowledge"])
 BAD = "def decide(mind, inbox):\n    return [1][0]\n"
@@ -119,3 +123,99 @@ def test_a_missing_file_is_told_with_its_path(here):
     line = refused_in_a_line("header", "mine.py")
     assert line == "feasibee: mine.py: can't be read: No such file or directory; name a file of Python"
     assert "must be one of dmmd" in refused_in_a_line("header", "mine")
+
+
+# --- Checked ---
+
+NEEDS_CC = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: Debian's package gcc")
+QUIET = (Path(__file__).parents[2] / "examples" / "quiet_census.py").read_text()
+
+
+@NEEDS_CC
+def test_a_check_says_all_of_a_strategy_in_one_screen(here):
+    (here / "mine.py").write_text(QUIET)
+    lines = output_of("check", "mine.py", "--runs", 20, "--seed", 1).splitlines()
+    assert lines[:6] == [
+        "Needs     the number of robots.",
+        "Messages  1 to 661 bits.",
+        "Memory    20 words known, 20 in a message, 2 floats.",
+        "Engine    equal to Python in six random worlds.",
+        "C         equal to Python in six random worlds.",
+        "          needs FEASIBEE_DOUBLE.",
+    ]
+    assert "x86-64: " in lines[6]
+    assert len(lines) <= 20
+    row = next(line for line in lines if line.strip().startswith("20 (1.00)")).split()
+    assert row[2] == "100.0"
+
+
+@NEEDS_CC
+def test_json_has_all_of_it(here):
+    (here / "mine.py").write_text(skeleton("mine.py", knowledge=True))
+    found = json_of("check", "mine.py", "--runs", 5)
+    assert (found["bits"], found["words"], found["needs"]) == ({"first": 40, "full": 40}, 40, [])
+    assert (found["engine"], found["c"], found["in_c"], found["needs_double"]) == (
+        "agree",
+        "agree",
+        "",
+        False,
+    )
+    assert {(each["contender"], each["runs"]) for each in found["outcomes"]} == {
+        ("mine.py", 5),
+        ("dmmd", 5),
+        ("census", 5),
+    }
+    assert [each["tasks"] for each in found["outcomes"][:6]] == [10, 16, 20, 21, 25, 40]
+    for flash, _ in (each for each in found["sizes"].values() if isinstance(each, list)):
+        assert 3000 < flash < 20_000
+
+
+@NEEDS_CC
+def test_a_brain_that_differs_is_found(here, monkeypatch):
+    """Each fault is one that a wrong translation could have."""
+    (here / "mine.py").write_text(skeleton("mine.py", knowledge=True))
+    (scenario, *_) = check._worlds("mine.py", 0)
+    check._same_in_c(scenario, 0)
+    with monkeypatch.context() as patch:
+        patch.setattr(CompiledMind, "hear", lambda *_: None)
+        with pytest.raises(FeasibeeError, match=r"step \d+: Python sends [0-9a-f]+, and C [0-9a-f]+"):
+            check._same_in_c(scenario, 0)
+    text = header(load("mine.py")).replace("part >= ", "part < ")
+    monkeypatch.setattr("feasibee.robot.firmware.header", lambda *_: text)
+    with pytest.raises(FeasibeeError, match=r"step \d+: opinion, .* in Python, and \(\d, .* in C"):
+        check._same_in_c(scenario, 0)
+
+
+def test_an_engine_that_differs_is_found(here, monkeypatch):
+    (here / "mine.py").write_text(skeleton("mine.py", knowledge=False))
+    assert check._agreement("mine.py", 0, check._same_in_engine) == "agree"
+    simulate = check.simulate_record
+
+    def other(scenario, runs, *, backend, **options):
+        record = simulate(scenario, runs, backend=backend, **options)
+        record.feasible_count[0, 3] += backend == "engine"
+        return record
+
+    monkeypatch.setattr(check, "simulate_record", other)
+    found = check._agreement("mine.py", 0, check._same_in_engine)
+    assert found.startswith("world 0 (")
+    assert "feasible_count differs between engine and Python" in found
+
+
+def test_a_large_strategy_does_not_fit_a_small_processor(here):
+    if shutil.which("avr-gcc") is None:
+        pytest.skip("no avr-gcc; Debian has it in gcc-avr and avr-libc")
+    text = skeleton("mine.py", knowledge=True).replace("+ setting.task_ids", "+ setting.task_ids + 3000", 1)
+    (here / "mine.py").write_text(text)
+    assert check._size("ATmega328P", check._paper("mine.py")) == "too large for its memory"
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("nothing.py", "nothing.py: can't be read: No such"),
+        ("dmmd", "dmmd: is built in; name a file of your"),
+    ],
+)
+def test_what_cannot_be_checked_is_told(here, name, words):
+    assert words in refused_in_a_line("check", name)

@@ -17,6 +17,7 @@ from click.exceptions import NoArgsIsHelpError
 from feasibee.cli import interrupts, streams
 from feasibee.cli.decide import assess, recommend, size
 from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
+from feasibee.cli.own import check
 from feasibee.cli.robots import header, launch, replay, robot
 from feasibee.cli.run import run
 from feasibee.cli.share import animate, page
@@ -109,7 +110,7 @@ def fail(message: str) -> NoReturn:
 
 GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Start": (run, watch, paper, new),
-    "Decide": (assess, size, recommend, compare),
+    "Decide": (assess, size, recommend, compare, check),
     "Study": (sweep, results, tune),
     "Share": (page, animate),
     "Robots": (launch, robot, replay, header),

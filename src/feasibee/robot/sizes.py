@@ -162,10 +162,11 @@ def output(*command: str) -> str:
     Raises
     ------
     FeasibeeError
-        If it fails: the command, its status, and its last line.
+        If it fails: its program, its status, and its first error.
     """
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        said = one_line((done.stderr.strip().splitlines() or ["it says nothing"])[-1])
-        raise FeasibeeError(f"{' '.join(command)}: ended with status {done.returncode}: {said}")
+        lines = done.stderr.strip().splitlines()
+        said = next((each for each in lines if "error" in each or "region" in each), "".join(lines[-1:]))
+        raise FeasibeeError(f"{command[0]}: ended with status {done.returncode}: {one_line(said)}")
     return done.stdout

@@ -1,0 +1,190 @@
+"""What a strategy needs and takes, whether it is the same everywhere, and how often it is right."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from feasibee.errors import FeasibeeError
+from feasibee.field.brain import compiled
+from feasibee.field.twins import live
+from feasibee.robot import firmware
+from feasibee.robot.sizes import PROCESSORS, available, size_of
+from feasibee.scenario.messages import MessageBits, message_bits
+from feasibee.scenario.plugins import manifest_of
+from feasibee.scenario.runs import Runs
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.comparison import Outcome, compare, contenders_of, origin
+from feasibee.sweeps.sweep import Execution
+
+TASKS: Final = (10, 16, 20, 21, 25, 40)
+"""Numbers of tasks for the paper's 20 robots: six ratios, two of them on either side of ratio one."""
+BESIDE: Final = ("dmmd", "census")
+"""Strategies to compare with: the paper's, and one that passes on all that is known."""
+BOARDS: Final = ("x86-64", "ATmega328P")
+"""Processors whose flash and RAM are measured."""
+WORLDS: Final = 6
+"""Number of random worlds in which Python, engine and C are compared."""
+STEPS: Final = 120
+"""Number of steps in each of them."""
+AGREE: Final = "agree"
+
+
+@dataclass(frozen=True)
+class Check:
+    """What was found of a strategy, in the paper's world unless said otherwise."""
+
+    strategy: str
+    """Its file."""
+    needs: tuple[str, ...]
+    """What a robot needs: ``"names"``, ``"ids"`` or ``"count"``."""
+    bits: MessageBits
+    """Length of a message in bits, at first and when the robot knows everything."""
+    words: int
+    """Number of words that a robot knows."""
+    message_words: int
+    """Number of words of a message, before it is encoded."""
+    memory: int
+    """Number of floats that a robot keeps."""
+    in_c: str
+    """Empty if it has been translated to C; otherwise why not."""
+    needs_double: bool
+    """Whether its C needs ``FEASIBEE_DOUBLE``."""
+    sizes: dict[str, tuple[int, int] | str]
+    """By processor, bytes in flash and in RAM, or why there are none."""
+    engine: str
+    """Whether the engine agrees with Python in random worlds: ``"agree"``, or where not."""
+    c: str
+    """Whether C agrees with Python."""
+    outcomes: tuple[Outcome, ...]
+    """Runs with the strategy and with those to compare with, at each number of tasks."""
+
+    def to_dict(self, seed: int) -> dict[str, Any]:
+        """Return it as plain tables, for programs."""
+        plain = {each.name: getattr(self, each.name) for each in fields(self)[:-1]}
+        outcomes = [each.to_dict() for each in self.outcomes]
+        return {**plain, "bits": self.bits._asdict(), **origin(seed), "outcomes": outcomes}
+
+
+def check(name: str, runs: int = 200, seed: int = 0, execution: Execution | None = None) -> Check:
+    """Check a user's strategy.
+
+    Parameters
+    ----------
+    name : str
+        The path of its file.
+    runs : int
+        Number of runs at each number of tasks.
+    seed : int
+        Of the random worlds and of the runs.
+    execution : Execution, optional
+        Where to compute the runs.
+
+    Raises
+    ------
+    FeasibeeError
+        If it isn't a strategy, or fails in a run.
+    """
+    scenario = _paper(name)
+    strategy, setting = scenario.strategy, scenario.setting
+    if not strategy.source:
+        raise FeasibeeError(f"{name}: is built in; name a file of your own, such as mine.py")
+    Runs.of_point(0, runs, seed)  # raises before any work
+    known, told = strategy.row_lengths(setting) if strategy.knowledge else (0, 0)
+    contenders = contenders_of(scenario, [name, *BESIDE])
+    in_c = _problem(lambda: firmware.header(strategy))
+    return Check(
+        strategy=name,
+        needs=strategy.needs(strategy.parameters),
+        bits=message_bits(scenario),
+        words=known,
+        message_words=told,
+        memory=strategy.memory,
+        in_c=in_c,
+        needs_double=not in_c and firmware.needs_double(strategy),
+        sizes={} if in_c else {each: _size(each, scenario) for each in BOARDS},
+        engine=_agreement(name, seed, _same_in_engine),
+        c=in_c or _agreement(name, seed, _same_in_c),
+        outcomes=tuple(compare(contenders, TASKS, runs, seed, execution, curves=False)),
+    )
+
+
+def _paper(name: str) -> Scenario:
+    """Return the paper's swarm with a strategy, whose robots know their number if it needs that."""
+    needs_count = manifest_of(name).needs_count
+    return Scenario(robots={"know_count": needs_count}, decision={"strategy": name})
+
+
+def _problem(work: Callable[[], object]) -> str:
+    """Return the error that a function raises, empty if none."""
+    try:
+        work()
+    except FeasibeeError as error:
+        return str(error)
+    return ""
+
+
+def _size(processor: str, scenario: Scenario) -> tuple[int, int] | str:
+    """Return the bytes of a robot's controller in flash and RAM, or why there are none."""
+    if processor not in available():
+        return f"no compiler here; install {PROCESSORS[processor].packages}"
+    try:
+        return size_of(processor, scenario.strategy, scenario.setting)
+    except FeasibeeError as error:
+        return "too large for its memory" if "region" in str(error) else str(error)
+
+
+# --- The same everywhere ---
+
+
+def _worlds(name: str, seed: int) -> Iterator[Scenario]:
+    """Yield random worlds that a strategy supports."""
+    draw, base = random.Random(f"{seed}"), _paper(name)
+    for _ in range(WORLDS):
+        count = draw.randint(3, 10)
+        yield base.replace(
+            {
+                "robots.count": count,
+                "tasks.count": draw.randint(1, count + 5),
+                "robots.know_count": base.robots.know_count or draw.random() < 0.5,
+                "arena.side": draw.choice([8.0, 12.0]),
+                "arena.boundary": draw.choice(["torus", "walls"]),
+                "sensing.miss": draw.choice([0.0, 0.3]),
+                "radio.loss": draw.choice([0.0, 0.3]),
+                "radio.range": draw.choice([2.0, 4.0]),
+                "run.steps": STEPS,
+            }
+        )
+
+
+def _agreement(name: str, seed: int, check_one: Callable[[Scenario, int], None]) -> str:
+    """Return whether a check holds in all random worlds, or where it doesn't."""
+    for number, scenario in enumerate(_worlds(name, seed)):
+        problem = _problem(lambda scenario=scenario: check_one(scenario, seed))  # type: ignore[misc]
+        if problem:
+            return f"world {number} ({scenario.robots.count} robots, {scenario.tasks.count} tasks): {problem}"
+    return AGREE
+
+
+def _same_in_engine(scenario: Scenario, seed: int) -> None:
+    """Raise an error if the engine and Python simulate a world in two ways."""
+    options: Any = {"curves": True}
+    one, other = (
+        simulate_record(scenario, Runs(2, seed), backend=each, **options) for each in ("engine", "reference")
+    )
+    for each in fields(one):
+        if not np.array_equal(getattr(one, each.name), getattr(other, each.name)):
+            raise FeasibeeError(f"{each.name} differs between engine and Python; report this file as a bug")
+
+
+def _same_in_c(scenario: Scenario, seed: int) -> None:
+    """Raise an error if robots in C and in Python don't do the same."""
+    with tempfile.TemporaryDirectory() as folder:
+        live(scenario, compiled(scenario.strategy, scenario.setting, Path(folder)), seed, 0)
