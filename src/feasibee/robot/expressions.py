@@ -226,8 +226,22 @@ class Expressions:
         ratio = f"{mind.text}->feasible_quality"
         return f"({ratio}.part {_COMPARISONS[type(sign)]} {ratio}.whole - {ratio}.part)"
 
+    def wide(self, node: ast.expr) -> Value:
+        """Translate what is divided or counted: 64 bits for a product, or a real number that is cut off."""
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "int":
+            value = self.value(node)
+            return Value("(int64_t)" + value.text.removeprefix("(feasibee_int)"), LONG)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
+            one, other = self.number(node.left), self.number(node.right)
+            if {one.type, other.type} <= {SMALL, INT} and None in (one.known, other.known):
+                return Value(f"({_of(one, LONG)} * {_of(other, LONG)})", LONG)
+        return self.value(node)
+
     def _v_binop(self, node: ast.BinOp) -> Value:
         one, other = self.number(node.left), self.number(node.right)
+        narrow = {one.type, other.type} <= {BOOL, SMALL, INT}
+        if isinstance(node.op, ast.Div | ast.FloorDiv) and not _is_power(other):
+            one = self.wide(node.left)
         if one.known is not None and other.known is not None:
             found = constant(_folded(node.op, one.known, other.known))
             if found is not None:
@@ -241,6 +255,8 @@ class Expressions:
         if not text:
             self.fail(node, ast.unparse(node), "use whole numbers, or math.floor and math.fmod")
         self.floating |= text.startswith("FEASIBEE_POW")
+        if kind == LONG and narrow:
+            return Value(f"(feasibee_int){text}", INT)
         return Value(text, kind)
 
     def _wrapped(self, node: ast.BinOp, one: Value, other: Value) -> Value | None:

@@ -17,6 +17,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.robot.expressions import Expressions, c_name
 from feasibee.robot.language import (
     ARGUMENTS,
+    COUNTS,
     ELEMENTS,
     INT,
     NUMBERS,
@@ -325,7 +326,9 @@ class _Body(Expressions):
         if isinstance(target, ast.Tuple | ast.List):
             self._assign_several(target, given, depth)
             return
-        value = given if isinstance(given, Value) else self.value(given)
+        counts = isinstance(target, ast.Subscript) and self.value(target.value).type == COUNTS
+        read = self.wide if counts else self.value
+        value = given if isinstance(given, Value) else read(given)
         if isinstance(target, ast.Name) and target.id == "_":
             return
         if isinstance(target, ast.Name):

@@ -141,7 +141,8 @@ static inline void feasibee_rate(struct feasibee_robot *robot)
 /* Rate feasible by the counts (model.md 4.3). */
 static inline void feasibee_rate(struct feasibee_robot *robot)
 {
-    feasibee_amount robots = robot->robots_seen, tasks = robot->tasks_seen;
+    feasibee_amount robots = (feasibee_amount)robot->robots_seen;
+    feasibee_amount tasks = (feasibee_amount)robot->tasks_seen;
     uint16_t floor = robot->settings->quality_floor;
 #if FEASIBEE_WORDS > 0
     if (robot->settings->strategy->knowledge)
