@@ -137,7 +137,7 @@ int main(void)
         uint32_t steps = read_number(4);
         struct feasibee_settings settings = feasibee_defaults(strategies[read_number(1)]);
         struct draws draws = {0, 0, 0.0};
-        struct feasibee_me me = {&draws, 0, 0, 0};
+        struct feasibee_me me = {.context = &draws};
         struct feasibee_robot robot;
         int8_t opinion = (int8_t)read_number(1);
         read_settings(&settings, &draws);

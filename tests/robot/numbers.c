@@ -5,7 +5,12 @@
 
 static const struct feasibee_strategy *const strategies[] = {
     &feasibee_tally, &feasibee_estimate, &feasibee_totals, &feasibee_census, &feasibee_quiet_census,
-    &feasibee_roster_turns, &feasibee_average};
+#ifdef FEASIBEE_DOUBLE
+    &feasibee_roster_turns,
+#else
+    NULL,
+#endif
+    &feasibee_average};
 enum { TOTALS = 2, AVERAGE = 6 };
 static struct feasibee_robot robot;
 
@@ -26,13 +31,16 @@ static void begin(int number, double parameter)
 {
     static struct feasibee_setting setting;
     static struct feasibee_settings settings;
-    struct feasibee_me me = {NULL, 0, 0, 0};
+    struct feasibee_me me = {0};
     setting.robots = setting.robot_ids = 20;
     setting.tasks = setting.task_ids = 40;
     setting.id_bits = 5;
+    setting.robot_classes = setting.task_classes = 1;
+#ifdef FEASIBEE_DOUBLE
     setting.width = setting.height = setting.sight = setting.radio = 20.0;
     setting.speed = setting.exploration = 20.0;
-    setting.parameters[0] = parameter;
+#endif
+    setting.parameters[0] = FEASIBEE_REAL(parameter);
     settings = feasibee_defaults(strategies[number]);
     settings.setting = &setting;
     settings.draw_duration = draw_duration;
@@ -42,25 +50,23 @@ static void begin(int number, double parameter)
 
 uint32_t row_of(uint32_t robots, uint32_t tasks)
 {
-    return feasibee_totals_row_of(robots, tasks);
+    return (uint32_t)feasibee_totals_row_of((feasibee_int)robots, (feasibee_int)tasks);
 }
 
-void write_counts(uint64_t robots_found, uint64_t tasks_found, uint32_t *counts)
-{
-    feasibee_write_counts(robots_found, tasks_found, &counts[0], &counts[1]);
-}
-
-void seen(int number, uint32_t robots, uint32_t tasks, bool is_robot, uint32_t *counts)
+void seen(int number, uint32_t robots, uint32_t tasks, bool is_robot, double *counts)
 {
     struct feasibee_thing thing = {0};
+    feasibee_amount found[2];
     begin(number, 0.0);
-    robot.known[0] = robots;
-    robot.known[1] = tasks;
+    robot.known[0] = (int32_t)robots;
+    robot.known[1] = (int32_t)tasks;
     thing.is_robot = is_robot;
     feasibee_recognise(&robot, &thing);
     counts[0] = robot.known[0];
     counts[1] = robot.known[1];
-    strategies[number]->knowledge->count(&robot, &counts[2], &counts[3]);
+    feasibee_count_known(&robot, &found[0], &found[1]);
+    counts[2] = (double)found[0];
+    counts[3] = (double)found[1];
 }
 
 double kept(uint32_t robots, uint32_t tasks) /* quality after one more exploration of a life */
@@ -72,7 +78,7 @@ double kept(uint32_t robots, uint32_t tasks) /* quality after one more explorati
     feasibee_end_step(&robot);
     feasibee_observe(&robot, UINT16_MAX, UINT16_MAX);
     feasibee_end_step(&robot);
-    return feasibee_double(robot.feasible_quality);
+    return (double)robot.feasible_quality.part / (double)robot.feasible_quality.whole;
 }
 
 uint32_t changed(int number, bool is_robot, int32_t id) /* words that seeing a thing changes */

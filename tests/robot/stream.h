@@ -77,7 +77,9 @@ static uint8_t read_setting(void)
     setting.tasks = (int16_t)read_short();
     setting.robot_ids = (int16_t)read_short();
     setting.task_ids = (int16_t)read_short();
-    setting.robot_classes = setting.task_classes = 1;
+    setting.robot_classes = read_byte();
+    setting.task_classes = read_byte();
+    setting.colluding = read_byte();
     setting.id_bits = read_byte();
     setting.knows_count = read_byte();
     bool walled = read_byte();
@@ -105,6 +107,13 @@ static uint8_t read_setting(void)
     settings.draw_duration = duration;
     settings.draw_choice = choice;
     settings.setting = &setting;
+#ifdef FEASIBEE_CLASSES
+    static struct feasibee_set all; /* of the same skill */
+    for (int k = 0; k < FEASIBEE_CLASSES; k++)
+        all.robots[k] = all.tasks[k] = 1;
+    settings.sets = &all;
+    settings.set_count = 1;
+#endif
     memory = read_byte();
     wire = feasibee_wire_of(&settings, names[strategy], setting.id_bits);
     return strategy;

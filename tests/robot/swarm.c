@@ -8,6 +8,15 @@ static struct feasibee_robot robots[ROBOTS];
 static uint32_t last[ROBOTS];
 static uint8_t frames[ROBOTS][FRAME];
 static size_t lengths[ROBOTS];
+static uint32_t bits[ROBOTS], lies[ROBOTS];
+
+/* The functions of a strategy that a robot doesn't need: the length of a message, lies, and the gap. */
+static const struct extra {
+    feasibee_int (*bits)(struct feasibee_row message, struct feasibee_robot *me);
+    void (*lie)(struct feasibee_row message, feasibee_int feasible, struct feasibee_robot *me);
+    feasibee_int (*gap)(struct feasibee_row known, struct feasibee_robot *me);
+} extras[] = {EXTRAS};
+static const struct extra *extra;
 
 static void hear_frame(struct feasibee_robot *robot, const uint8_t *frame, size_t length)
 {
@@ -29,6 +38,7 @@ static void observe(struct feasibee_robot *robot)
         int16_t id;
         take(&id, sizeof id);
         thing.id = id;
+        thing.kind = read_byte();
         take(&thing.hash, sizeof thing.hash);
 #ifdef FEASIBEE_DOUBLE
         take(&thing.x, sizeof thing.x);
@@ -38,11 +48,24 @@ static void observe(struct feasibee_robot *robot)
     }
 }
 
+/* Note how many bits a message has, and what a Byzantine robot would make of it. */
+static void measure(uint8_t number, const struct feasibee_message *message)
+{
+    struct feasibee_message lie = *message;
+    struct feasibee_row row = feasibee_words_of(&robots[number], lie.words);
+    if (extra->bits)
+        bits[number] = (uint32_t)extra->bits(row, &robots[number]);
+    if (extra->lie && setting.robot_ids > setting.robots)
+        extra->lie(row, number & 1, &robots[number]);
+    lies[number] = feasibee_crc((const uint8_t *)row.words, (size_t)row.length * sizeof row.words[0]);
+}
+
 static void speak(uint8_t number)
 {
     struct feasibee_message message;
-    lengths[number] = 0;
+    lengths[number] = bits[number] = lies[number] = 0;
     if (feasibee_message(&robots[number], &message)) {
+        measure(number, &message);
         lengths[number] = feasibee_encode(&wire, robots[number].me.id, &message, frames[number], FRAME);
         if (lengths[number] == 0)
             exit(5);
@@ -51,7 +74,7 @@ static void speak(uint8_t number)
 
 static void write_state(uint8_t number, uint32_t words)
 {
-    const struct feasibee_robot *robot = &robots[number];
+    struct feasibee_robot *robot = &robots[number];
     uint8_t flags = (uint8_t)robot->disseminating;
     uint8_t bytes[3] = {(uint8_t)(robot->opinion + 1), (uint8_t)(robot->declared + 1), flags};
     uint16_t length = (uint16_t)lengths[number];
@@ -69,6 +92,10 @@ static void write_state(uint8_t number, uint32_t words)
     give(&known, 4);
     give(&remembered, 4);
     give(&quality, 2);
+    uint32_t gap = extra->gap ? (uint32_t)extra->gap(feasibee_known(robot), robot) : 0;
+    give(&bits[number], 4);
+    give(&lies[number], 4);
+    give(&gap, 4);
 }
 
 static void step(uint8_t number, uint32_t words)
@@ -99,6 +126,7 @@ int main(void)
     for (int byte = getchar(); byte != EOF; byte = getchar()) {
         ungetc(byte, stdin);
         uint8_t strategy = read_setting();
+        extra = &extras[strategy];
         uint32_t words = (uint32_t)strategies[strategy]->knowledge->words(&setting);
         uint32_t steps;
         uint8_t number = read_byte();
@@ -107,6 +135,7 @@ int main(void)
             return 2;
         for (uint8_t k = 0; k < number; k++) {
             struct feasibee_me me = {.context = &last[k], .id = k};
+            me.kind = read_byte();
             take(&last[k], 4);
             take(&me.hash, 4);
             take(&me.step, 4);

@@ -8,10 +8,12 @@ import subprocess
 from array import array
 from contextlib import suppress
 from fractions import Fraction
+from functools import cache
 from zlib import crc32
 
-from feasibee.robot import Controller, Declare, Message, Settings, Wire, WireError
+from feasibee.robot import Controller, Declare, Message, Settings, Wire, WireError, firmware
 from feasibee.robot.knowledge import Knowledge
+from feasibee.robot.translate import Translation
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
@@ -19,8 +21,8 @@ from tests.robot.driving import Draws, assert_equal
 
 NAMES = list(STRATEGIES)
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
-STATE = struct.Struct("<BBBIHIIIH")
-"""Opinion + 1, declared + 1, phase, steps left, length and CRC of the frame, CRCs, rating."""
+STATE = struct.Struct("<BBBIHIIIHIII")
+"""Opinion + 1, declared + 1, phase, steps left, length and CRC of the frame, CRCs, rating; bits, lie, gap."""
 VARIANTS = {
     "turns": {
         "names": [-1.0, 0.0, 1.0, 3.0],
@@ -62,9 +64,46 @@ VARIANTS = {
 """Values of parameters to draw from."""
 EXACT = {"quiet": [20.0, 33.5], "arrivals": [0.0]}
 """Values without which C computes in floating point."""
+EXTRAS = "bits", "lie", "gap"
+"""Functions that robots don't need, which swarm.c calls by their names."""
+CLASSES = 4
+"""FEASIBEE_CLASSES, with which the programs are compiled that compute in double."""
+IN_DOUBLE = "-DFEASIBEE_DOUBLE", "-DFEASIBEE_BOUNDS", f"-DFEASIBEE_CLASSES={CLASSES}"
+"""Options of programs that compute in double: they check each place in a row, and have classes."""
 RULE = Declare(Fraction(9, 10), 2, 3)
 FIRST_STEPS = [0, 0, 3, 4_000, 100_000]
 """Steps that have passed when a robot begins."""
+
+
+@cache
+def extras_in_c():
+    """Return the functions of each strategy in C."""
+    translation = Translation()  # names depend on what was translated before, as in the whole header
+    return {
+        name: firmware.functions(strategy, translation)
+        for name, strategy in STRATEGIES.items()
+        if strategy.knowledge
+    }
+
+
+def has_extra(name, extra, whole_numbers):
+    """Return whether a strategy has a function in C."""
+    found = extras_in_c()[name].get(extra)
+    return found is not None and not (whole_numbers and any(found.needs))
+
+
+def extras(whole_numbers=False):
+    """Return the option of the compiler that lists them, as they stand in swarm.c."""
+    rows = [
+        ", ".join(
+            extras_in_c()[name][each].name if has_extra(name, each, whole_numbers) else "NULL"
+            for each in EXTRAS
+        )
+        if name in KNOWLEDGE
+        else "NULL"
+        for name in NAMES
+    ]
+    return "-DEXTRAS=" + ", ".join(f"{{{row}}}" for row in rows)
 
 
 def forged(frame, number, draw):
@@ -84,12 +123,13 @@ def setting_of(strategy, draw, whole_numbers, fixed):
     drawn = {name: draw.choice(variants[name]) for name in strategy.parameters}
     setting = setting_from(
         (robots, tasks),
-        (0, 0),
+        (0, 0) if whole_numbers or strategy.one_class else (draw.randint(1, 4), draw.randint(1, 3)),
         draw.random() < 0.5,
         None,
         drawn.values(),
         knows_count=strategy.needs_count or draw.choice(fixed.get("knows_count", [False, True])),
         size=(draw.choice([8.0, 20.0]), draw.choice([7.0, 20.0])),
+        colluding=draw.random() < 0.5,
         walled=draw.random() < 0.5,
         sight=draw.choice([1.0, 2.5]),
         radio=draw.choice([1.5, 2.0]),
@@ -106,9 +146,10 @@ def setting_bytes(name, setting, declares):
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
     numbers += [setting.exploration, setting.dissemination, setting.mean_run, *setting.parameters]
     return struct.pack(
-        "<BHHHHHBBB14dBB",
+        "<BHHHHH6B14dBB",
         NAMES.index(name),
         *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
+        *(setting.robot_classes, setting.task_classes, setting.colluding),
         *(setting.id_bits, setting.knows_count, setting.walled),
         *(*numbers, *[0.0] * (14 - len(numbers))),
         *(RULE.rounds if declares else 0, STRATEGIES[name].memory),
@@ -135,13 +176,18 @@ class Episode:
         self.liar = Knowledge(strategy, liar)
         self.frames = []
         things = range(setting.robot_ids + setting.task_ids)
+        self.kinds = [
+            draw.randrange(setting.robot_classes if thing < setting.robot_ids else setting.task_classes)
+            for thing in things
+        ]
         self.hashes = [draw.getrandbits(32) for _ in things]
         self.places = [self.place() for _ in things]
 
     def _robot(self, number, rule):
         word, mark = self.draw.randrange(1, 2**32), self.draw.getrandbits(32)
         opinion, step = self.draw.getrandbits(1), self.draw.choice(self.first_steps)
-        self.stream += struct.pack("<IIIB", word, mark, step, opinion)
+        kind = self.draw.randrange(self.setting.robot_classes)
+        self.stream += struct.pack("<BIIIB", kind, word, mark, step, opinion)
         draws = Draws(word, self.whole_numbers)
         return Controller(
             self.strategy,
@@ -153,7 +199,8 @@ class Episode:
                 gain=self.setting.dissemination,
                 parameters=self.setting.parameters,
                 declare=rule,
-                me=(number, 0, mark),
+                me=(number, kind, mark),
+                sets=[([1] * self.setting.robot_classes, [1] * self.setting.task_classes)],
                 setting=self.setting,
                 step=step,
             ),
@@ -169,7 +216,7 @@ class Episode:
             is_robot = self.draw.random() < 0.5
             number = self.draw.randrange(self.setting.robots if is_robot else self.setting.tasks)
             mark = number + (0 if is_robot else self.setting.robot_ids)
-            yield Thing(is_robot, number, 0, self.hashes[mark], *self.places[mark])
+            yield Thing(is_robot, number, self.kinds[mark], self.hashes[mark], *self.places[mark])
 
     def strange_frames(self):
         """Return frames of a robot that may lie, some of them damaged or forged."""
@@ -203,16 +250,31 @@ class Episode:
         out = bytearray()
         for _ in range(self.steps):
             said = [robot.message() for robot in self.robots]
+            measured = [self._measured(*each) for each in enumerate(said)]
             frames = [
                 self.wire.encode(number, message) if message else b"" for number, message in enumerate(said)
             ]
             self.frames += filter(None, frames)
             for robot in self.robots:
                 self._perceive(robot, frames)
-            for robot, frame in zip(self.robots, frames, strict=True):
+            for robot, frame, numbers in zip(self.robots, frames, measured, strict=True):
                 robot.end_step()
-                out += self._state(robot, frame)
+                out += self._state(robot, frame, numbers)
         return bytes(out)
+
+    def _measured(self, number, message):
+        """Return the length of a message in bits, and a CRC of what a Byzantine robot would make of it."""
+        if message is None:
+            return 0, 0
+        knowledge, has_liars = self.robots[number].knowledge, self.setting.robot_ids > self.setting.robots
+        length = knowledge.bits(message.knowledge) if self._has("bits") else 0
+        told = message.knowledge
+        if self._has("lie") and has_liars:
+            told = knowledge.lie(told, number & 1, [])
+        return length, crc32(array("i", told).tobytes())
+
+    def _has(self, extra):
+        return has_extra(self.strategy.name, extra, self.whole_numbers)
 
     def _perceive(self, robot, frames):
         things = list(self.things())
@@ -223,7 +285,7 @@ class Episode:
         robot.recognise(things)
         self.stream.append(len(things))
         for thing in things:
-            self.stream += struct.pack("<BhI", thing.is_robot, thing.id, thing.hash)
+            self.stream += struct.pack("<BhBI", thing.is_robot, thing.id, thing.kind, thing.hash)
             if not self.whole_numbers:
                 self.stream += struct.pack("<dd", thing.x, thing.y)
         own = self.robots.index(robot)
@@ -237,7 +299,7 @@ class Episode:
                 with suppress(WireError):
                     robot.hear(*self.wire.decode(frame))
 
-    def _state(self, robot, frame):
+    def _state(self, robot, frame, measured):
         knowledge = robot.knowledge
         known = crc32(array("i", knowledge.words).tobytes())
         memory = crc32(array("d", knowledge.me.memory).tobytes())
@@ -252,6 +314,8 @@ class Episode:
             known,
             memory,
             0 if self.whole_numbers else int(robot.feasible_quality * 4096),
+            *measured,
+            knowledge.gap() & 0xFFFFFFFF if self._has("gap") else 0,
         )
 
 

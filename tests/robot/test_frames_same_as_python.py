@@ -15,9 +15,9 @@ from feasibee.robot.firmware import header
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from tests.robot.driving import SANITIZED, built, mutated, program
-from tests.robot.swarms import NAMES, Episode, setting_bytes
+from tests.robot.swarms import IN_DOUBLE, NAMES, Episode, setting_bytes
 
-WORDS = 4096
+WORDS = 8192
 """FEASIBEE_MESSAGE_WORDS of stream.h."""
 RADIO = """
 #include "feasibee.h"
@@ -41,7 +41,7 @@ void get(const struct feasibee_wire *wire, struct feasibee_robot *robot, const u
 
 @pytest.fixture(scope="module")
 def frames(tmp_path_factory):
-    return program(tmp_path_factory.mktemp("frames"), "frames.c", NAMES, "-DFEASIBEE_DOUBLE", *SANITIZED)
+    return program(tmp_path_factory.mktemp("frames"), "frames.c", NAMES, *IN_DOUBLE, *SANITIZED)
 
 
 def opinions(name, draw):

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 import pytest
 
+from feasibee.robot.firmware import needs_double
 from feasibee.strategies import STRATEGIES
 from tests.robot.driving import SANITIZED, program
-from tests.robot.swarms import KNOWLEDGE, NAMES, assert_same
+from tests.robot.swarms import IN_DOUBLE, KNOWLEDGE, NAMES, assert_same, extras
 
-IN_DOUBLE = {name for name in KNOWLEDGE if STRATEGIES[name].judges} | {"map", "sketch"}
-"""Strategies that exist with FEASIBEE_DOUBLE only."""
-IN_WHOLE_NUMBERS = sorted(set(KNOWLEDGE) - IN_DOUBLE)
+NEED_DOUBLE = {name for name in KNOWLEDGE if needs_double(STRATEGIES[name])}
+IN_WHOLE_NUMBERS = sorted(set(KNOWLEDGE) - NEED_DOUBLE)
 MANY = pytest.param(30_000, marks=pytest.mark.slow)
 
 
 @pytest.fixture(scope="module")
 def swarm(tmp_path_factory):
-    return program(tmp_path_factory.mktemp("swarm"), "swarm.c", NAMES, "-DFEASIBEE_DOUBLE", *SANITIZED)
+    return program(tmp_path_factory.mktemp("swarm"), "swarm.c", NAMES, extras(), *IN_DOUBLE, *SANITIZED)
 
 
 @pytest.fixture(scope="module")
 def in_whole_numbers(tmp_path_factory):
-    return program(tmp_path_factory.mktemp("whole"), "swarm.c", NAMES, *SANITIZED, without=IN_DOUBLE)
+    options = extras(whole_numbers=True), "-DFEASIBEE_BOUNDS", *SANITIZED
+    return program(tmp_path_factory.mktemp("whole"), "swarm.c", NAMES, *options, without=NEED_DOUBLE)
 
 
 FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for before in (1, 20, 45)]

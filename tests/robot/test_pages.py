@@ -9,7 +9,7 @@ import pytest
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.robot import Message, Wire, WireError
-from feasibee.robot.firmware import header, strategies_in_c
+from feasibee.robot.firmware import header
 from feasibee.scenario.plugins import load
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
@@ -117,14 +117,12 @@ int main(void)
     assert declare.quorum == 0.9
 
 
-def test_the_page_of_the_controller_names_all_strategies_without_knowledge():
+def test_the_page_of_the_controller_names_all_strategies():
     text = page("firmware")
-    assert all(f"`{name}`" in text for name in strategies_in_c() if not STRATEGIES[name].knowledge)
+    assert all(f"`{name}`" in text for name in STRATEGIES)
 
 
-def test_the_page_lists_the_layout_of_each_strategy_and_those_in_c():
+def test_the_page_lists_the_layout_of_each_strategy():
     layouts = next(block for block in blocks_of("text") if "census" in block)
     with_knowledge = {name for name in STRATEGIES if STRATEGIES[name].knowledge}
     assert {line.split()[0] for line in layouts.splitlines() if line[0] != " "} == with_knowledge
-    said = re.split(r"Not\s+in\s+C: ", page("wire"))[1].partition(", and classes")[0]
-    assert set(re.findall("`(.*?)`", said)) == with_knowledge - set(strategies_in_c())

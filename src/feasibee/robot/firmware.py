@@ -171,11 +171,11 @@ def rule_parameters(given: Mapping[str, float]) -> dict[str, float]:
 
 def needs_double(strategy: Strategy) -> bool:
     """Whether a strategy exists in C with ``FEASIBEE_DOUBLE`` only."""
-    return not _by_hand(strategy) and _needs_double(_functions(strategy, Translation()))
+    return not _by_hand(strategy) and _needs_double(functions(strategy, Translation()))
 
 
-def _functions(strategy: Strategy, translation: Translation) -> dict[str, Signature]:
-    """Translate a strategy's functions."""
+def functions(strategy: Strategy, translation: Translation) -> dict[str, Signature]:
+    """Translate a strategy's functions; return each by its name in Python."""
     skipped = {"pack", "unpack"} if "layout" in strategy.functions else set()
     try:
         return {
@@ -197,7 +197,7 @@ def _needs_double(found: dict[str, Signature]) -> bool:
 
 def _translated(strategy: Strategy, translation: Translation) -> str:
     """Translate a strategy's functions; return its constants in C."""
-    name, found = constant(strategy), _functions(strategy, translation)
+    name, found = constant(strategy), functions(strategy, translation)
     glue = [*_ratings(strategy, found), *_knowledge(strategy, found)]
     glue += [
         f"static const struct feasibee_strategy {name} = {{",

@@ -67,7 +67,7 @@ static void hear(uint32_t word)
     struct feasibee_message message;
     message.opinion = word >> 8 & 1;
     message.declared = false;
-    message.value = settings.strategy->sends_value ? word >> 16 : 0;
+    message.value = settings.strategy->value_bits ? word >> 16 : 0;
 #ifdef FRAMES
     size_t length = feasibee_encode(&wire, sender, &message, frame, sizeof frame);
     message.opinion = message.value = 0;
