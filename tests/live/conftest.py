@@ -125,7 +125,7 @@ def node():
 def play(node):
     """Give a function that plays runs; each gives flags by step and robot, and positions at the end."""
 
-    def played(runs):
+    def played(runs, world=WASM):
         cases = [
             {
                 "numbers": list(numbers_of(scenario).values()),
@@ -136,7 +136,7 @@ def play(node):
             for scenario, seed, run in runs
         ]
         said = subprocess.run(
-            [node, str(PLAYER), str(WASM)], input=json.dumps(cases).encode(), capture_output=True, check=True
+            [node, str(PLAYER), str(world)], input=json.dumps(cases).encode(), capture_output=True, check=True
         ).stdout
         at = 0
         for scenario, _, _ in runs:

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import base64
 import importlib.util
 import json
 import math
 import re
 import subprocess
+from functools import partial
 
 import numpy as np
 import pytest
+from commands import invoke, refused
 
 from feasibee import Scenario, Swarm
+from feasibee.errors import how_to_install
 from feasibee.live.world import build
 from feasibee.live.world.build import WASM
 from feasibee.live.world.lowering import check_scenario, numbers_of
@@ -122,6 +126,61 @@ def test_any_fields_that_a_page_simulates_equal_the_engines(play, boundary):
         check_scenario(scenario)
         runs.append((scenario, int(draw.integers(0, 2**63)), k))
     compare(play, runs)
+
+
+TRUSTING = '''"""Trusting: adopt an opinion that was heard, the more likely the more was heard in life."""
+
+import math
+
+PARAMETERS = {"trust": 0.3}
+MEMORY = 1
+
+
+def decide(mind, inbox):
+    """Return an opinion heard with a probability that grows, or the robot's own."""
+    mind.memory[0] += inbox.feasible_votes + inbox.infeasible_votes
+    if inbox.heard_opinion >= 0 and inbox.chance > mind.parameters[0] ** math.sqrt(mind.memory[0] / 9):
+        return inbox.heard_opinion
+    return mind.opinion
+'''
+
+
+@pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="ziglang isn't installed")
+@pytest.mark.parametrize(
+    "options", [(), pytest.param(("--knowledge",), marks=pytest.mark.slow)], ids=["opinions", "knowledge"]
+)
+def test_a_users_own_strategy_equals_the_engines(play, tmp_path, options):
+    file, out, world = tmp_path / "dmmd.py", tmp_path / "run.html", tmp_path / "world.wasm"
+    if options:
+        assert invoke("new", "strategy", str(file), *options).exit_code == 0
+    else:
+        file.write_text(TRUSTING, encoding="utf-8")
+    said = invoke("page", "--strategy", str(file), "--set", "run.steps=200", "--out", str(out))
+    assert said.exit_code == 0, said.output
+    given = json.loads(out.read_text("utf-8").partition('id="given">')[2].partition("</script>")[0])
+    world.write_bytes(base64.b64decode(given["wasm"]))
+    chosen = given["strategies"][given["settings"]["strategy"]]
+    assert chosen["name"] == str(file)  # in place of the built-in one of this name
+    assert [each["name"] for each in given["strategies"]][:2] == [str(file), "dmvd"]
+    compare(
+        partial(play, world=world),
+        [
+            (
+                Scenario(decision={"strategy": str(file)}, tasks={"count": 14 + 4 * k}, run={"steps": 200}),
+                k,
+                3,
+            )
+            for k in range(4)
+        ],
+    )
+
+
+def test_without_a_compiler_a_page_of_ones_own_strategy_says_how_to_get_it(tmp_path, monkeypatch):
+    file = tmp_path / "mine.py"
+    file.write_text(TRUSTING, encoding="utf-8")
+    monkeypatch.setattr(build, "find_spec", lambda name: None)
+    (said,) = refused("page", "--strategy", str(file), "--out", str(tmp_path / "run.html"))
+    assert said == f"feasibee: ziglang: not installed; {how_to_install('c')}"
 
 
 @pytest.mark.quick(1)

@@ -9,7 +9,17 @@ from typing import Any
 import click
 from click.core import ParameterSource
 
-from feasibee.cli.options import Given, command, count_type, folder_type, option, path_type, progress
+from feasibee.cli.options import (
+    Given,
+    command,
+    complete_strategy,
+    count_type,
+    folder_type,
+    named,
+    option,
+    path_type,
+    progress,
+)
 from feasibee.errors import FeasibeeError
 
 
@@ -17,6 +27,9 @@ from feasibee.errors import FeasibeeError
 def page(
     *,
     given: Given,
+    strategy: str | None = option(
+        "Short for --set decision.strategy=...", callback=named, shell_complete=complete_strategy
+    ),
     seed: int,
     run: int,
     out: Path = option("HTML file to write; about 200 KB.", path_type, "run.html"),
@@ -26,18 +39,21 @@ def page(
 
     FILE is a scenario in TOML; without one, the paper's defaults. The page begins with its values, and has
     sliders for robots, tasks, strategy, seed and run. Its opinions are those of `feasibee run` at every step.
-    It has all strategies, on a torus or within walls, with up to 200 robots and 400 tasks.
+    It has all strategies, on a torus or within walls, with up to 200 robots and 400 tasks. Your own strategy
+    is compiled, which needs the extra 'c'.
 
     \b
     Examples:
       feasibee page --set tasks.count=50 --seed 1 --out fifty.html
       feasibee page mine.toml --open
+      feasibee page --strategy mine.py
     """
     from feasibee.files import check_output
     from feasibee.live.page import write_page
 
     check_output(out, (".html",), "--out")
-    write_page(given.read(), out, seed, run, name=given.file.name if given.file else "")
+    scenario = given.read({"decision.strategy": strategy})
+    write_page(scenario, out, seed, run, name=given.file.name if given.file else "")
     click.echo(f"Wrote {out}")
     if opens:
         webbrowser.open(out.resolve().as_uri())

@@ -11,6 +11,7 @@ import tempfile
 from collections.abc import Sequence
 from importlib.util import find_spec
 from pathlib import Path
+from subprocess import PIPE
 from typing import Final
 
 from feasibee.errors import FeasibeeError, how_to_install
@@ -45,13 +46,20 @@ def compile_world(out: Path, strategies: Sequence[Strategy] = tuple(STRATEGIES.v
         If the compiler isn't installed, or a strategy can't be compiled.
     """
     if find_spec("ziglang") is None:
-        raise FeasibeeError(f"ziglang: not installed; {how_to_install('page')}")
+        raise FeasibeeError(f"ziglang: not installed; {how_to_install('c')}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         (folder / "limits.h").write_text(limits(strategies), encoding="utf-8")
         (folder / "feasibee.h").write_text(header(strategies), encoding="utf-8")
         zig = [sys.executable, "-m", "ziglang", "cc", *FLAGS, *more, "-I", name]
-        subprocess.run([*zig, "-o", str(out), str(FOLDER / "world.c")], check=True)
+        done = subprocess.run(
+            [*zig, "-o", str(out), str(FOLDER / "world.c")], stderr=PIPE, text=True, check=False
+        )
+    if done.returncode:
+        said = next((line for line in done.stderr.splitlines() if "error:" in line), done.stderr[-300:])
+        raise FeasibeeError(
+            f"ziglang: can't compile a page's world: {said.strip()}; report it with the strategy"
+        )
     out.chmod(0o644)  # the linker makes it executable
 
 
