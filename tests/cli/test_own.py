@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import re
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -219,3 +222,43 @@ def test_a_large_strategy_does_not_fit_a_small_processor(here):
 )
 def test_what_cannot_be_checked_is_told(here, name, words):
     assert words in refused_in_a_line("check", name)
+
+
+# --- As the page says ---
+
+PAGE = Path(__file__).parents[2] / "docs" / "add-a-strategy.md"
+
+
+def steps_of(heading):
+    """Return a part of the page as the languages and texts of its blocks."""
+    part = PAGE.read_text(encoding="utf-8").partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
+    return re.findall(r"^   ```(\w+)\n(.*?)^   ```$", part, re.MULTILINE | re.DOTALL)
+
+
+def without_sizes(text):
+    """Return lines without those on sizes in C, which depend on the compiler, and without indentation."""
+    lines = [line.strip() for line in text.splitlines()]
+    return [line for line in lines if line and not line.startswith(("x86-64: ", "ATmega328P: "))]
+
+
+def test_a_reader_simulates_translates_and_flashes_a_strategy(here):
+    """Each block of commands prints what stands below it."""
+    for tool in ("cc", "avr-gcc", "simavr"):
+        if shutil.which(tool) is None:
+            pytest.skip(f"no {tool}; Debian has it in gcc, gcc-avr and avr-libc, or simavr")
+    shutil.copy(PAGE.parents[1] / "examples" / "witness.py", "mine.py")
+    (here / "feasibee").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m feasibee "$@"\n')
+    (here / "feasibee").chmod(0o755)
+    environment = {**os.environ, "PATH": f"{here}:{os.environ['PATH']}", "COLUMNS": "84", "NO_COLOR": "1"}
+    ran, printed = 0, ""
+    for language, text in steps_of("A strategy on a real robot, in C"):
+        if language == "c":
+            (here / "robot.c").write_text(re.sub(r"(?m)^   ", "", text))
+        elif language == "sh":
+            command = ["sh", "-c", text]
+            done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+            printed = re.sub(r"\x1b\[\d*m", "", done.stdout + done.stderr * ("simavr" in text))
+        else:
+            assert set(without_sizes(text)) <= set(without_sizes(printed)), printed
+            ran += 1
+    assert ran == 3

@@ -97,7 +97,7 @@ def _equal(agreement: str) -> str:
 
 
 def _print_accuracy(found: Check, runs: int) -> None:
-    """Print how often it is right, beside other strategies."""
+    """Print how often swarms with the strategy and with others are right."""
     by_tasks: dict[int, list[Outcome]] = {}
     for each in found.outcomes:
         by_tasks.setdefault(each.tasks, []).append(each)

@@ -185,6 +185,6 @@ def _same_in_engine(scenario: Scenario, seed: int) -> None:
 
 
 def _same_in_c(scenario: Scenario, seed: int) -> None:
-    """Raise an error if robots in C and in Python don't do the same."""
+    """Raise an error where a robot in C differs from one in Python."""
     with tempfile.TemporaryDirectory() as folder:
         live(scenario, compiled(scenario.strategy, scenario.setting, Path(folder)), seed, 0)
