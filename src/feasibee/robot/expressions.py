@@ -205,7 +205,8 @@ class Expressions:
 
     def _compared(self, node: ast.Compare, left: ast.expr, sign: ast.cmpop, right: ast.expr) -> str:
         if isinstance(sign, ast.In | ast.NotIn) and isinstance(right, ast.Tuple):
-            each = [f"{self.number(left).text} == {self.number(item).text}" for item in right.elts]
+            pairs = [_comparable(self.number(left), self.number(item)) for item in right.elts]
+            each = [f"{one} == {other}" for one, other in pairs]
             return f"{'!' if isinstance(sign, ast.NotIn) else ''}({' || '.join(each)})"
         if type(sign) not in _COMPARISONS:
             self.fail(node, ast.unparse(node), "compare numbers with ==, !=, <, <=, > or >=")
