@@ -104,6 +104,22 @@ static void read_settings(struct feasibee_settings *settings, struct draws *draw
     settings->draw_switch = draws->switching > 0 ? draw_switch : NULL;
 }
 
+#ifdef TRANSLATED
+
+/* Parameters of each strategy, in the order of its file: k, voters, credence, positive feedback. */
+static const int parameters[][4] = {TRANSLATED};
+
+static const struct feasibee_setting *setting_of(const struct feasibee_parameters *own, int strategy)
+{
+    static struct feasibee_setting setting;
+    const double given[] = {own->k, (double)own->voters / 4294967296.0, own->credence, own->positive_feedback};
+    for (int k = 0; k < FEASIBEE_PARAMETERS; k++)
+        setting.parameters[k] = given[parameters[strategy][k]];
+    return &setting;
+}
+
+#endif
+
 static void step(struct feasibee_robot *robot)
 {
     struct feasibee_message message = {0};
@@ -135,12 +151,16 @@ int main(void)
 {
     for (;;) { /* until the stream ends */
         uint32_t steps = read_number(4);
-        struct feasibee_settings settings = feasibee_defaults(strategies[read_number(1)]);
+        uint32_t strategy = read_number(1);
+        struct feasibee_settings settings = feasibee_defaults(strategies[strategy]);
         struct draws draws = {0, 0, 0.0};
         struct feasibee_me me = {.context = &draws};
         struct feasibee_robot robot;
         int8_t opinion = (int8_t)read_number(1);
         read_settings(&settings, &draws);
+#ifdef TRANSLATED
+        settings.setting = setting_of(&settings.parameters, (int)strategy);
+#endif
         feasibee_begin(&robot, &settings, &me, opinion);
         while (steps-- > 0)
             step(&robot);

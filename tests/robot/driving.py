@@ -62,7 +62,7 @@ def built(folder, code, text, *options, command=("cc", "-std=c99"), packages="gc
     return folder / "program"
 
 
-def compiled(folder, source, *options, command=None, name="program"):
+def compiled(folder, source, *options, command=None, name="program", text=None):
     """Return the program of a C file that includes feasibee.h; each is compiled once for all workers."""
     import fcntl
 
@@ -71,14 +71,14 @@ def compiled(folder, source, *options, command=None, name="program"):
     command = [*(command or ["cc"]), "-std=c99", *STRICT, *options]
     # A folder of pytest is in that of its worker, which is in that of the session.
     session = folder.parent.parent if folder.parent.name.startswith("popen-") else folder.parent
-    key = hashlib.sha256(repr((source, command)).encode()).hexdigest()[:16]
+    key = hashlib.sha256(repr((source, command, text)).encode()).hexdigest()[:16]
     shared = session / f"program-{key}"
     shared.mkdir(exist_ok=True)
     out = shared / name
     with (shared / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not out.exists():
-            (shared / "feasibee.h").write_text(header())
+            (shared / "feasibee.h").write_text(text or header())
             unfinished = shared / "unfinished"
             subprocess.run([*command, "-I", shared, HERE / source, "-o", unfinished, "-lm"], check=True)
             unfinished.rename(out)
