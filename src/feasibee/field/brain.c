@@ -4,16 +4,12 @@
  * logged. STRATEGY and NAME are the strategy's, in C and in Python.
  */
 #include "feasibee.h"
+#include "given.h"
 
 #define EXPORT __attribute__((visibility("default")))
 
-/* The numbers of a robot, in the order of numbers_of in brain.py; then come the strategy's parameters. */
-enum number {
-    EXPLORATION, GAIN, DISSEMINATION_FLOOR, QUALITY_FLOOR, LISTENS_FOR, INBOX_SIZE, OWN_VOTE, EVERY_MESSAGE, SWITCHES,
-    STUBBORN, ROUNDS, HEARD, QUORUM, QUORUM_OF, ID, KIND, MARK, STEP, OPINION, ID_BITS, ROBOTS, COUNT, TASKS, ROBOT_IDS,
-    TASK_IDS, ROBOT_CLASSES, TASK_CLASSES, KNOWS_COUNT, WALLED, WIDTH, HEIGHT, SIGHT, RADIO, SPEED, MEAN_RUN, X, Y, K,
-    VOTERS, CREDENCE, POSITIVE_FEEDBACK, PARAMETERS
-};
+/* Which robot it is, in the order of CompiledMind in brain.py; then come the numbers of given.h. */
+enum own { ID, KIND, MARK, STEP, OPINION, SWITCHES, STUBBORN, X, Y, GIVEN };
 
 struct brain {
     uint32_t (*draw_steps)(double mean);
@@ -49,55 +45,6 @@ static bool switches(void *context)
     return brain->draw_switch();
 }
 
-static void read_setting(struct feasibee_setting *setting, const double *numbers)
-{
-    setting->robots = (int16_t)numbers[ROBOTS];
-    setting->count = (int16_t)numbers[COUNT];
-    setting->tasks = (int16_t)numbers[TASKS];
-    setting->robot_ids = (int16_t)numbers[ROBOT_IDS];
-    setting->task_ids = (int16_t)numbers[TASK_IDS];
-    setting->robot_classes = (uint8_t)numbers[ROBOT_CLASSES];
-    setting->task_classes = (uint8_t)numbers[TASK_CLASSES];
-    setting->id_bits = (uint8_t)numbers[ID_BITS];
-    setting->knows_count = numbers[KNOWS_COUNT] != 0.0;
-    setting->walled = numbers[WALLED] != 0.0;
-    setting->width = numbers[WIDTH];
-    setting->height = numbers[HEIGHT];
-    setting->sight = numbers[SIGHT];
-    setting->radio = numbers[RADIO];
-    setting->speed = numbers[SPEED];
-    setting->exploration = numbers[EXPLORATION];
-    setting->dissemination = numbers[GAIN];
-    setting->mean_run = numbers[MEAN_RUN];
-    for (int k = 0; k < FEASIBEE_PARAMETERS; k++)
-        setting->parameters[k] = numbers[PARAMETERS + k];
-}
-
-static void read_settings(struct feasibee_settings *settings, const double *numbers)
-{
-    *settings = feasibee_defaults(&STRATEGY);
-    settings->exploration = numbers[EXPLORATION];
-    settings->gain = numbers[GAIN];
-    settings->dissemination_floor = (uint16_t)numbers[DISSEMINATION_FLOOR];
-    settings->quality_floor = (uint16_t)numbers[QUALITY_FLOOR];
-    settings->listens_for = (int32_t)numbers[LISTENS_FOR];
-    settings->inbox_size = (uint16_t)numbers[INBOX_SIZE];
-    settings->own_vote = numbers[OWN_VOTE] != 0.0;
-    settings->every_message = numbers[EVERY_MESSAGE] != 0.0;
-    settings->stubborn = numbers[STUBBORN] != 0.0;
-    settings->declare.rounds = (uint16_t)numbers[ROUNDS];
-    settings->declare.heard = (uint16_t)numbers[HEARD];
-    settings->declare.quorum = (uint16_t)numbers[QUORUM];
-    settings->declare.quorum_of = (uint16_t)numbers[QUORUM_OF];
-    settings->parameters.k = (uint16_t)numbers[K];
-    settings->parameters.voters = (uint32_t)numbers[VOTERS];
-    settings->parameters.credence = numbers[CREDENCE];
-    settings->parameters.positive_feedback = numbers[POSITIVE_FEEDBACK] != 0.0;
-    settings->draw_duration = duration;
-    settings->draw_choice = choice;
-    settings->draw_switch = numbers[SWITCHES] != 0.0 ? switches : NULL;
-}
-
 EXPORT uint32_t brain_size(void)
 {
     return sizeof(struct brain);
@@ -111,9 +58,12 @@ EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*s
     brain->draw_steps = steps;
     brain->draw_words = words;
     brain->draw_switch = adopts;
-    read_setting(&brain->setting, numbers);
-    read_settings(&brain->settings, numbers);
-    brain->settings.setting = &brain->setting;
+    brain->setting = feasibee_setting_given(numbers + GIVEN);
+    brain->settings = feasibee_settings_given(numbers + GIVEN, &STRATEGY, &brain->setting);
+    brain->settings.stubborn = numbers[STUBBORN] != 0.0;
+    brain->settings.draw_duration = duration;
+    brain->settings.draw_choice = choice;
+    brain->settings.draw_switch = numbers[SWITCHES] != 0.0 ? switches : NULL;
     brain->settings.task_of = task_of;
     brain->settings.sets = sets;
     brain->settings.set_count = set_count;

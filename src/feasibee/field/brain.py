@@ -15,6 +15,7 @@ from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.model.purposes import FIRST_OPINION, PHASE
 from feasibee.reference.mind import STUBBORN, Draw, Mind, Settings
 from feasibee.robot import firmware
+from feasibee.robot.given import LARGEST, numbers_of
 from feasibee.robot.wire import WireError, name_of
 from feasibee.strategies.contract import Setting, Strategy, Thing
 
@@ -31,12 +32,6 @@ FLAGS: Final = (
 """No contraction: each operation rounds as in Python."""
 FRAME: Final = 65_535
 """Most bytes of a frame."""
-
-OF_SETTING: Final = (
-    *("id_bits", "robots", "count", "tasks", "robot_ids", "task_ids", "robot_classes", "task_classes"),
-    *("knows_count", "walled", "width", "height", "sight", "radio", "speed", "mean_run"),
-)
-"""The numbers of a setting, in the order in which brain.c takes them."""
 
 
 def compiler() -> list[str]:
@@ -78,7 +73,7 @@ def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
         "FEASIBEE_DOUBLE": "1",
         "FEASIBEE_ID": "uint32_t",
         "FEASIBEE_CLASSES": max(setting.robot_classes, setting.task_classes),
-        "FEASIBEE_INBOX": min(max(setting.robots, 1), 65_535),
+        "FEASIBEE_INBOX": _inbox(setting),
         "FEASIBEE_WORDS": known,
         "FEASIBEE_MESSAGE_WORDS": max(told, 1),
         "FEASIBEE_PARAMETERS": max(len(strategy.parameters), 1),
@@ -87,41 +82,26 @@ def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
     }
     library = folder / "brain.so"
     defined = [f"-D{name}={value}" for name, value in macros.items()]
-    command = [*compiler(), *FLAGS, *defined, f"-I{folder}", str(SOURCE), "-o", str(library), "-lm"]
+    command = [
+        *compiler(),
+        *FLAGS,
+        *defined,
+        f"-I{folder}",
+        f"-I{firmware.FOLDER}",
+        str(SOURCE),
+        "-o",
+        str(library),
+        "-lm",
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise FeasibeeError(f"C: {command[0]} fails: {done.stderr.strip().splitlines()[0]}")
     return library
 
 
-def numbers_of(strategy: Strategy, settings: Settings, opinion: int) -> list[float]:
-    """Return the numbers of a robot, in the order in which brain.c takes them."""
-    rule, setting, listens = settings.declare, settings.setting, settings.listens_for
-    given = dict(zip(strategy.parameters, setting.parameters, strict=True))
-    named = {
-        "exploration": settings.exploration,
-        "gain": settings.gain,
-        "dissemination_floor": settings.dissemination_floor,
-        "quality_floor": settings.quality_floor,
-        "listens_for": -1 if listens is None else listens,
-        "inbox_size": min(settings.inbox_size or setting.robots, setting.robots, 65_535),
-        "own_vote": settings.own_vote,
-        "every_message": settings.every_message,
-        "switches": settings.switching is not None,
-        "stubborn": settings.fault == STUBBORN,
-        "rounds": rule.rounds if rule else 0,
-        "heard": rule.heard if rule else 0,
-        "quorum": rule.quorum.numerator if rule else 1,
-        "quorum_of": rule.quorum.denominator if rule else 1,
-        **dict(zip(("id", "kind", "mark"), settings.me, strict=True)),
-        "step": settings.step,
-        "opinion": opinion,
-        **{name: getattr(setting, name) for name in OF_SETTING},
-        "x": settings.place[0],
-        "y": settings.place[1],
-        **firmware.rule_parameters(given),
-    }
-    return [float(each) for each in (*named.values(), *setting.parameters)]
+def _inbox(setting: Setting) -> int:
+    """Return the most senders whose message a robot keeps."""
+    return min(max(setting.robots, 1), LARGEST)
 
 
 class CompiledMind(Mind):
@@ -154,7 +134,11 @@ class CompiledMind(Mind):
         self._brain = ctypes.create_string_buffer(self._library.brain_size())
         self._state = (ctypes.c_int32 * 5)()
         self._frame = (ctypes.c_uint8 * FRAME)()
-        self._begin(numbers_of(strategy, settings, words(settings.joined, FIRST_OPINION)[0] >> 31), task_of)
+        opinion = words(settings.joined, FIRST_OPINION)[0] >> 31
+        faults = settings.switching is not None, settings.fault == STUBBORN
+        numbers = numbers_of(strategy, settings, settings.setting, _inbox(settings.setting))
+        own = *settings.me, settings.step, opinion, *faults, *settings.place
+        self._begin([float(each) for each in (*own, *numbers.values())], task_of)
 
     def _begin(self, numbers: list[float], task_of: Callable[[int], int] | None) -> None:
         void, u32, i32, real = None, ctypes.c_uint32, ctypes.c_int32, ctypes.c_double

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import ast
 import inspect
-import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.model.codes import exact
 from feasibee.robot.language import ARGUMENTS, Signature
 from feasibee.robot.translate import Translation
 from feasibee.robot.wire import name_of
@@ -22,7 +20,7 @@ __all__ = ["header"]
 
 MOST_SENDERS = 65_535
 """Largest capacity of an inbox in C."""
-_FOLDER = Path(__file__).parent / "c"
+FOLDER = Path(__file__).parent / "c"
 _LOCAL_INCLUDE = re.compile(r'#include "(\w+\.h)"\n+')
 
 _QUIETLY = """/* --- Translated from Python --- */
@@ -112,7 +110,7 @@ def _part(strategy: Strategy) -> str:
 
 def _by_hand(strategy: Strategy) -> bool:
     """Whether a strategy is written by hand: those that pass on opinions only, for processors of 8 bits."""
-    return not strategy.source and (_FOLDER / _part(strategy)).exists()
+    return not strategy.source and (FOLDER / _part(strategy)).exists()
 
 
 def _beginning(strategies: Sequence[Strategy], inbox: int | None) -> str:
@@ -146,7 +144,7 @@ def _parts(names: Iterable[str]) -> Iterable[str]:
         if name in done:
             return
         done.add(name)
-        text = (_FOLDER / name).read_text(encoding="utf-8")
+        text = (FOLDER / name).read_text(encoding="utf-8")
         for included in _LOCAL_INCLUDE.findall(text):
             yield from with_included(included)
         yield "\n" + _LOCAL_INCLUDE.sub("", text)
@@ -156,17 +154,6 @@ def _parts(names: Iterable[str]) -> Iterable[str]:
 
 
 # --- Translated strategies ---
-
-
-def rule_parameters(given: Mapping[str, float]) -> dict[str, float]:
-    """Return ``struct feasibee_parameters`` of the rules written by hand, from a strategy's parameters."""
-    given = {"k": 3.0, "voters": 0.25, "credence": 0.95, "positive_feedback": 1.0, **given}
-    return {
-        "k": min(max(1, math.ceil(given["k"])), 65_535),
-        "voters": min(max(0, math.ceil(exact(given["voters"]) * 2**32)), 2**32 - 1),
-        "credence": given["credence"],
-        "positive_feedback": int(given["positive_feedback"] > 0),
-    }
 
 
 def needs_double(strategy: Strategy) -> bool:

@@ -1,0 +1,55 @@
+"""The settings of a robot as numbers, for programs in C that simulate its body: those of ``c/given.h``."""
+
+from __future__ import annotations
+
+import math
+from typing import Final
+
+from feasibee.model.codes import exact
+from feasibee.robot.controller import Settings
+from feasibee.strategies.contract import Setting, Strategy
+
+LARGEST: Final = 65_535
+"""Largest number of 16 bits."""
+OF_SETTING: Final = (
+    *("robots", "count", "tasks", "robot_ids", "task_ids", "robot_classes", "task_classes", "id_bits"),
+    *("knows_count", "walled", "width", "height", "sight", "radio", "speed", "dissemination", "mean_run"),
+)
+"""The numbers of a setting."""
+
+
+def numbers_of(strategy: Strategy, settings: Settings, setting: Setting, inbox: int) -> dict[str, float]:
+    """Return the numbers of a robot, in the order in which C takes them.
+
+    Parameters
+    ----------
+    strategy : Strategy
+        What the robot runs.
+    settings, setting
+        What a scenario sets for it.
+    inbox : int
+        Most senders whose message the program can keep.
+    """
+    rule, listens = settings.declare, settings.listens_for
+    given = {"k": 3.0, "voters": 0.25, "credence": 0.95, "positive_feedback": 1.0}
+    given |= dict(zip(strategy.parameters, setting.parameters, strict=True))
+    return {
+        "exploration": settings.exploration,
+        "gain": settings.gain,
+        "dissemination_floor": settings.dissemination_floor,
+        "quality_floor": settings.quality_floor,
+        "listens_for": -1 if listens is None else min(listens, LARGEST),
+        "inbox_size": min(settings.inbox_size or inbox, inbox),
+        "own_vote": float(settings.own_vote),
+        "every_message": float(settings.every_message),
+        "rounds": rule.rounds if rule else 0,
+        "heard": rule.heard if rule else 0,
+        "quorum": rule.quorum.numerator if rule else 1,
+        "quorum_of": rule.quorum.denominator if rule else 1,
+        "k": min(max(1, math.ceil(given["k"])), LARGEST),
+        "voters": min(max(0, math.ceil(exact(given["voters"]) * 2**32)), 2**32 - 1),
+        "credence": given["credence"],
+        "positive_feedback": float(given["positive_feedback"] > 0),
+        **{name: float(getattr(setting, name)) for name in OF_SETTING},
+        **{f"parameter_{k}": value for k, value in enumerate(setting.parameters)},
+    }
