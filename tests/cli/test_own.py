@@ -23,6 +23,23 @@ KINDS = pytest.mark.parametrize("options", [(), ("--knowledge",)], ids=["opinion
 BAD = "def decide(mind, inbox):\n    return [1][0]\n"
 
 
+PROGRAM = """
+#include "feasibee.h"
+
+int main(void)
+{
+    static struct feasibee_robot robot;
+    struct feasibee_setting setting = {.parameters = feasibee_mine_parameters};
+    struct feasibee_settings settings = feasibee_defaults(&feasibee_mine);
+    struct feasibee_votes votes = {.feasible = 1};
+    settings.setting = &setting;
+    robot.settings = &settings;
+    int decided = settings.strategy->decide(&robot, &votes);
+    return settings.inbox_size != 32 || !feasibee_mine_name[7] || decided != WANTED;
+}
+"""
+
+
 @pytest.fixture
 def here(tmp_path, monkeypatch):
     """An empty current folder."""
@@ -81,17 +98,15 @@ def test_what_a_new_file_cannot_be_is_told(here, arguments, words):
 @KINDS
 def test_a_file_is_translated_to_a_header_that_compiles(here, options):
     output_of("new", "strategy", "mine.py", *options)
+    own = (here / "mine.py").read_text().replace('"lead": 0.0', '"lead": 1.5')  # more than one vote
+    (here / "mine.py").write_text(own)
     text = output_of("header", "mine.py", "--inbox", 32)
     assert text == header(load("mine.py"), 32)
     if shutil.which("cc") is None:
         pytest.skip("no cc; Debian has it in gcc")
     (here / "feasibee.h").write_text(text)
-    (here / "main.c").write_text(
-        '#include "feasibee.h"\nint main(void)\n{\n    struct feasibee_settings settings = '
-        "feasibee_defaults(&feasibee_mine);\n"
-        "    return settings.inbox_size != 32 || !feasibee_mine_name[7];\n}\n"
-    )
-    flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-DFEASIBEE_WORDS=40"]
+    (here / "main.c").write_text(PROGRAM)
+    flags = ["-std=c99", "-Wall", "-Werror", "-DFEASIBEE_WORDS=40", f"-DWANTED={len(options)}"]
     subprocess.run(["cc", *flags, "main.c", "-o", "main", "-lm"], check=True)
     subprocess.run([here / "main"], check=True)
 
@@ -142,8 +157,8 @@ def test_a_check_says_all_of_a_strategy_in_one_screen(here):
         "Needs     the number of robots.",
         "Messages  1 to 661 bits.",
         "Memory    20 words known, 20 in a message, 2 floats.",
-        "Engine    equal to Python in six random worlds.",
-        "C         equal to Python in six random worlds.",
+        "Engine    equal to Python in 6 random worlds.",
+        "C         equal to Python in 6 random worlds.",
         "          needs FEASIBEE_DOUBLE.",
     ]
     assert "x86-64: " in lines[6]
@@ -203,6 +218,14 @@ def test_an_engine_that_differs_is_found(here, monkeypatch):
     found = check._agreement("mine.py", 0, check._same_in_engine)
     assert found.startswith("world 0 (")
     assert "feasible_count differs between engine and Python" in found
+
+
+def test_what_only_the_engine_takes_is_checked_without_c(here):
+    (here / "mine.py").write_text("def decide(mind, inbox):\n    return round(inbox.chance)\n")
+    told = "mine.py, line 2: round(...); write math.floor(number + 0.5)"
+    assert refused_in_a_line("header", "mine.py") == f"feasibee: {told}"
+    found = json_of("check", "mine.py", "--runs", 2)
+    assert (found["engine"], found["c"], found["in_c"], found["sizes"]) == ("agree", told, told, {})
 
 
 def test_a_large_strategy_does_not_fit_a_small_processor(here):

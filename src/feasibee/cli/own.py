@@ -46,7 +46,7 @@ def check(
     """Check a strategy of your own: what it needs, whether C agrees with Python, how often it is right.
 
     FILE is a strategy, .py. Its needs, messages and sizes are those in the paper's world of 20 robots and 20
-    tasks. The compiled engine, the reference in Python and the translation to C are compared in six random
+    tasks. The compiled engine, the reference in Python and the translation to C are compared in random
     worlds, in each step. It is compared with dmmd and census at six numbers of tasks.
 
     \b
@@ -91,9 +91,11 @@ def _rows(found: Check) -> Iterator[tuple[str, str]]:
 
 
 def _equal(agreement: str) -> str:
-    from feasibee.studies.check import AGREE
+    from feasibee.studies.check import AGREE, WORLDS
 
-    return "equal to Python in six random worlds" if agreement == AGREE else f"unlike Python: {agreement}"
+    return (
+        f"equal to Python in {WORLDS} random worlds" if agreement == AGREE else f"unlike Python: {agreement}"
+    )
 
 
 def _print_accuracy(found: Check, runs: int) -> None:

@@ -202,8 +202,15 @@ def _translated(strategy: Strategy, translation: Translation) -> str:
     ]
     if conditions:
         glue = [f"#if {' && '.join(conditions)}", "", *glue, "", "#endif"]
-    named = [f'#define {name}_name "{name_of(strategy)}" /* for feasibee_wire_of */', ""]
-    return "\n".join([*_said(strategy), *(named if strategy.source else []), *glue, ""])
+    return "\n".join([*_said(strategy), *(_own(strategy, name) if strategy.source else []), *glue, ""])
+
+
+def _own(strategy: Strategy, name: str) -> Iterable[str]:
+    """Yield what a program can't know of a user's file: its name in frames, and its parameters."""
+    parameters = ", ".join(f"FEASIBEE_REAL({value!r})" for value in strategy.parameters.values())
+    yield f'#define {name}_name "{name_of(strategy)}" /* for feasibee_wire_of */'
+    yield f"#define {name}_parameters {{{parameters or 0}}} /* for struct feasibee_setting */"
+    yield ""
 
 
 def _said(strategy: Strategy) -> Iterable[str]:
