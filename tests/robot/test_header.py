@@ -48,7 +48,7 @@ def test_each_part_is_in_the_header_once():
     text = header()
     assert text.count("#ifndef FEASIBEE_H\n") == 1
     assert '#include "' not in text
-    for path in FOLDER.glob("*.h"):
+    for path in {*FOLDER.glob("*.h")} - {FOLDER / "given.h"}:  # for programs that simulate a body
         assert text.count(path.read_text().partition("\n")[0]) == 1, path.name
 
 
