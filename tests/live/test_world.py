@@ -143,18 +143,50 @@ def decide(mind, inbox):
         return inbox.heard_opinion
     return mind.opinion
 '''
+EASTERN = '''"""Eastern: the easternmost place where a robot began or saw something, which robots pass on."""
+
+
+def words(setting):
+    return 1
+
+
+def start(known, me):
+    known[0] = int(me.x * 1000.0)
+
+
+def observe(known, thing, me):
+    known[0] = max(known[0], int(thing.x * 998.0 + me.y))
+
+
+def merge(known, message, sender, me):
+    known[0] = max(known[0], message[0])
+
+
+def count(known, counts, me):
+    counts[0], counts[1] = known[0], 19_500
+
+
+def bits(message, me):
+    return 32
+
+
+def decide(mind, inbox):
+    return int(mind.feasible_quality > 0.5)
+'''
 
 
 @pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="ziglang isn't installed")
 @pytest.mark.parametrize(
-    "options", [(), pytest.param(("--knowledge",), marks=pytest.mark.slow)], ids=["opinions", "knowledge"]
+    "text",
+    [TRUSTING, pytest.param(EASTERN, marks=pytest.mark.slow), pytest.param("", marks=pytest.mark.slow)],
+    ids=["opinions", "positions", "skeleton"],
 )
-def test_a_users_own_strategy_equals_the_engines(play, tmp_path, options):
+def test_a_users_own_strategy_equals_the_engines(play, tmp_path, text):
     file, out, world = tmp_path / "dmmd.py", tmp_path / "run.html", tmp_path / "world.wasm"
-    if options:
-        assert invoke("new", "strategy", str(file), *options).exit_code == 0
+    if text:
+        file.write_text(text, encoding="utf-8")
     else:
-        file.write_text(TRUSTING, encoding="utf-8")
+        assert invoke("new", "strategy", str(file), "--knowledge").exit_code == 0
     said = invoke("page", "--strategy", str(file), "--set", "run.steps=200", "--out", str(out))
     assert said.exit_code == 0, said.output
     given = json.loads(out.read_text("utf-8").partition('id="given">')[2].partition("</script>")[0])

@@ -54,7 +54,7 @@ EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*s
                         void (*words)(uint32_t *), bool (*adopts)(void), int32_t (*task_of)(uint32_t),
                         const struct feasibee_set *sets, uint16_t set_count)
 {
-    struct feasibee_me me = {brain, 0, 0, 0, 0};
+    struct feasibee_me me = {.context = brain, .x = numbers[X], .y = numbers[Y]};
     brain->draw_steps = steps;
     brain->draw_words = words;
     brain->draw_switch = adopts;
@@ -73,8 +73,6 @@ EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*s
     me.hash = (uint32_t)numbers[MARK];
     me.step = (uint32_t)numbers[STEP];
     feasibee_begin(&brain->robot, &brain->settings, &me, (int8_t)numbers[OPINION]);
-    brain->robot.x = numbers[X];
-    brain->robot.y = numbers[Y];
 }
 
 EXPORT void brain_move(struct brain *brain, double x, double y)

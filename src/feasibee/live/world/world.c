@@ -219,10 +219,12 @@ static void begin_robot(uint32_t number)
     turn(&bodies[number]);
     uint32_t id = id_of(number), hash = philox(seed, run, id, 0, IDENTITY).word[1];
     robots_seen[number] = (struct feasibee_thing){.is_robot = true, .id = (int32_t)id, .hash = hash};
+    show_at(&robots_seen[number], x[number], y[number]);
     struct feasibee_me me = {.context = &bodies[number], .id = (feasibee_id)id, .hash = hash};
+    me.x = robots_seen[number].x;
+    me.y = robots_seen[number].y;
     int8_t opinion = philox(seed, run, number, 0, FIRST_OPINION).word[0] >> 31;
     feasibee_begin(&minds[number], &settings, &me, opinion);
-    show_robot(number);
 }
 
 /* Write the flags of all robots, and count opinions. */

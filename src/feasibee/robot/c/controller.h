@@ -218,6 +218,9 @@ struct feasibee_me {
     uint8_t kind;    /* number of its class */
     uint32_t hash;   /* 32 random bits, the same for all who see a robot of this id */
     uint32_t step;   /* steps that have passed, modulo 2^32; not 0 if it joins robots that began earlier */
+#ifdef FEASIBEE_DOUBLE
+    double x, y; /* its first position in the frame that all robots share, in units */
+#endif
 };
 
 /* A robot or a task in sight, for strategies that pass on knowledge. */

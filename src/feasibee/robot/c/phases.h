@@ -252,6 +252,10 @@ static inline void feasibee_begin(struct feasibee_robot *robot, const struct fea
         bytes[place] = 0;
     robot->settings = settings;
     robot->me = *me;
+#ifdef FEASIBEE_DOUBLE
+    robot->x = me->x;
+    robot->y = me->y;
+#endif
     robot->opinion = settings->strategy->starts_neutral ? (int8_t)FEASIBEE_NONE : opinion;
     robot->declared = FEASIBEE_NONE;
     robot->feasible_quality.part = 1;
