@@ -81,6 +81,25 @@ def test_decision_and_hundred_swarms_are_the_engines(visit, file):
         expect(page.locator("#run")).to_have_value(str(run + 1))
 
 
+def test_knowledge_walls_and_a_bad_radio_are_the_engines(visit, tmp_path):
+    changes = {"arena.boundary": "walls", "arena.side": [20.0, 14.0], "radio.loss": 0.3, "sensing.miss": 0.2}
+    scenario = FIFTY.replace(changes)
+    write_page(scenario, file := tmp_path / "walls.html", seed=1)
+    page = visit(file)
+    expect(page.locator("#legend-declared")).to_be_hidden()
+    page.get_by_label("Strategy").select_option("turns")
+    expect(page.locator("#legend-declared")).to_be_visible()
+    other = {"decision.strategy": "turns", "robots.know_count": True}
+    alone = simulate(scenario.replace(other), seed=1)
+    page.locator("h1").click()
+    page.keyboard.press("d")
+    word = ("infeasible", "feasible")[int(alone.decision[0])]
+    decided = f"The swarm decided {word} at step {int(alone.decision_step[0])}."
+    expect(page.locator("#decision")).to_contain_text(decided)
+    box = page.locator("#arena").bounding_box()
+    assert abs(box["height"] / box["width"] - 0.7) < 0.01
+
+
 def test_sliders_change_the_swarm_and_the_address_keeps_it(visit, file):
     page = visit(file)
     page.get_by_label("Tasks, slider").focus()
