@@ -270,12 +270,12 @@ static void see(uint32_t i)
 {
     uint64_t sight = limit(SIGHT_HIGH);
     uint16_t robots = 0, tasks = 0;
-    for (uint32_t j = 0; j < whole(ROBOTS); j++)
+    for (uint32_t j = 0, count = whole(ROBOTS); j < count; j++)
         if (j == i ? whole(COUNT_SELF) : within(i, x[j], y[j], sight) && !happens(i, j, MISS, MISS_ROBOT)) {
             feasibee_recognise(&minds[i], &robots_seen[j]);
             robots++;
         }
-    for (uint32_t j = 0; j < whole(TASKS); j++)
+    for (uint32_t j = 0, count = whole(TASKS); j < count; j++)
         if (within(i, task_x[j], task_y[j], sight) && !happens(i, j, MISS, MISS_TASK)) {
             feasibee_recognise(&minds[i], &tasks_seen[j]);
             tasks++;
@@ -287,7 +287,7 @@ static void see(uint32_t i)
 static void listen(uint32_t i)
 {
     uint64_t radio = limit(RADIO_HIGH);
-    for (uint32_t j = 0; j < whole(ROBOTS); j++)
+    for (uint32_t j = 0, count = whole(ROBOTS); j < count; j++)
         if (speaks[j] && j != i && within(i, x[j], y[j], radio) && !happens(i, j, LOST, LOSS))
             feasibee_hear(&minds[i], (feasibee_id)robots_seen[j].id, &messages[j]);
 }
