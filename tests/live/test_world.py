@@ -18,7 +18,7 @@ from feasibee import Scenario, Swarm
 from feasibee.errors import how_to_install
 from feasibee.live.world import build
 from feasibee.live.world.build import WASM
-from feasibee.live.world.lowering import check_scenario, numbers_of
+from feasibee.live.world.lowering import ROBOTS_LIMIT, TASKS_LIMIT, check_scenario, numbers_of, variants_of
 from feasibee.model import purposes
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.strategies import STRATEGIES
@@ -81,6 +81,15 @@ def test_runs_of_all_strategies_equal_the_engines(play, rounds, steps):
             for k in range(rounds * len(NAMES))
         ],
     )
+
+
+@pytest.mark.slow
+def test_the_fewest_and_most_that_sliders_allow_equal_the_engines(play):
+    runs = []
+    for robots, tasks in [(1, 0), (1, 400), (2, 1), (3, 400), (ROBOTS_LIMIT, 0), (ROBOTS_LIMIT, TASKS_LIMIT)]:
+        for each in variants_of(Scenario(run={"steps": 60})):
+            runs.append((each.replace({"robots.count": robots, "tasks.count": tasks}), 5, 1))
+    compare(play, runs)
 
 
 @pytest.mark.slow  # it compiles the general engine
