@@ -117,7 +117,7 @@ def _range(name: str, length: float, unit: Fraction) -> dict[str, float]:
 
 
 def _declaring(scenario: Scenario) -> dict[str, float]:
-    """Return the rule by which robots declare; 0 rounds if there is none."""
+    """Return the rule by which robots declare by votes; without one, 0 rounds."""
     rule = scenario.decision.declare
     quorum = exact(rule.quorum) if rule else Fraction(1)
     return {
