@@ -15,6 +15,7 @@ from commands import json_of, output_of, refused_in_a_line
 from feasibee import FeasibeeError, Scenario
 from feasibee.field.brain import CompiledMind
 from feasibee.robot.firmware import header, needs_double
+from feasibee.robot.wire import WireError
 from feasibee.scenario.plugins import load
 from feasibee.scenario.skeletons import skeleton
 from feasibee.studies import check
@@ -188,6 +189,10 @@ def test_json_has_all_of_it(here):
         assert 3000 < flash < 20_000
 
 
+def unread(*_):
+    raise WireError("is no frame of this strategy")
+
+
 @NEEDS_CC
 def test_a_brain_that_differs_is_found(here, monkeypatch):
     """Each fault is one that a wrong translation could have."""
@@ -197,6 +202,10 @@ def test_a_brain_that_differs_is_found(here, monkeypatch):
     with monkeypatch.context() as patch:
         patch.setattr(CompiledMind, "hear", lambda *_: None)
         with pytest.raises(FeasibeeError, match=r"step \d+: Python sends [0-9a-f]+, and C [0-9a-f]+"):
+            check._same_in_c(scenario, 0)
+    with monkeypatch.context() as patch:
+        patch.setattr(CompiledMind, "decode", unread)
+        with pytest.raises(FeasibeeError, match="which Python sends, isn't read: it is no frame"):
             check._same_in_c(scenario, 0)
     text = header(load("mine.py")).replace("part >= ", "part < ")
     monkeypatch.setattr("feasibee.robot.firmware.header", lambda *_: text)

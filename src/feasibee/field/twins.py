@@ -8,11 +8,11 @@ from pathlib import Path
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.brain import CompiledMind
-from feasibee.reference.mind import Mind, Settings
+from feasibee.reference.mind import BYZANTINE, Mind, Settings
 from feasibee.reference.robot import Robot
 from feasibee.reference.swarm import Swarm
 from feasibee.robot.controller import Message
-from feasibee.robot.wire import Wire
+from feasibee.robot.wire import Wire, WireError
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Strategy, Thing
 
@@ -58,18 +58,31 @@ class Twin(Mind):
     def message(self) -> Message | None:
         """Return the message of this step, if any, as it is heard."""
         said, other = super().message(), self._other.message()
-        frame = None if said is None else self._wire.encode(self.settings.me[0], said)
+        frame = None if said is None else self._bytes(self.settings.me[0], said)
         if frame != other:
             shown = ("nothing" if each is None else each.hex() for each in (frame, other))
             raise FeasibeeError("Python sends {}, and C {}".format(*shown))
         return said
 
     def hear(self, sender: int, message: Message) -> None:
-        """Hear a message as the bytes that were sent."""
-        frame = self._wire.encode(sender, message)
-        self._other.decode(frame)
-        super().hear(sender, self._wire.decode(frame).message)
+        """Hear a message as the bytes that were sent; a lie may not fit its bits, and isn't heard."""
+        frame = self._bytes(sender, message)
+        if not frame:
+            return
+        try:
+            heard = self._wire.decode(frame).message
+            self._other.decode(frame)
+        except WireError as error:
+            raise FeasibeeError(f"{frame.hex()}, which Python sends, isn't read: it {error}") from None
+        super().hear(sender, heard)
         self._other.hear(sender, None)
+
+    def _bytes(self, sender: int, message: Message) -> bytes:
+        """Return a message as bytes, none if it doesn't fit its bits."""
+        try:
+            return self._wire.encode(sender, message)
+        except WireError:
+            return b""
 
     def end_step(self) -> None:
         """End a step."""
@@ -93,7 +106,7 @@ def live(scenario: Scenario, library: Path, seed: int, run: int) -> None:
     Parameters
     ----------
     scenario : Scenario
-        A world without classes and Byzantine robots.
+        A world without classes.
     library : Path
         The robots' program in C.
     seed, run : int
@@ -106,9 +119,11 @@ def live(scenario: Scenario, library: Path, seed: int, run: int) -> None:
     """
 
     class TwinRobot(Robot):
-        """A robot with two minds."""
+        """A robot with two minds, unless it is Byzantine."""
 
         def mind_of(self, settings: Settings) -> Mind:
+            if settings.fault == BYZANTINE:
+                return Mind(scenario.strategy, settings)
             return Twin(library, scenario.strategy, settings)
 
     class Twins(Swarm):

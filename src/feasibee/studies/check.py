@@ -147,6 +147,7 @@ def _size(processor: str, scenario: Scenario) -> tuple[int, int] | str:
 def _worlds(name: str, seed: int) -> Iterator[Scenario]:
     """Yield random worlds that a strategy supports."""
     draw, base = random.Random(f"{seed}"), _paper(name)
+    lies = "encode" not in base.manifest.functions or "lie" in base.manifest.functions
     for _ in range(WORLDS):
         count = draw.randint(3, 10)
         yield base.replace(
@@ -157,6 +158,7 @@ def _worlds(name: str, seed: int) -> Iterator[Scenario]:
                 "arena.side": draw.choice([8.0, 12.0]),
                 "arena.boundary": draw.choice(["torus", "walls"]),
                 "sensing.miss": draw.choice([0.0, 0.3]),
+                "faults.byzantine": draw.choice([0.0, 0.2]) if lies else 0.0,
                 "radio.loss": draw.choice([0.0, 0.3]),
                 "radio.range": draw.choice([2.0, 4.0]),
                 "run.steps": STEPS,
