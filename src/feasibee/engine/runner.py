@@ -36,7 +36,6 @@ from feasibee.engine.signatures import KNOWLEDGE, STRATEGY
 from feasibee.engine.team import parts_of
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
-from feasibee.robot.translate import Translation
 from feasibee.strategies.contract import Strategy
 
 CHUNK = 2_000_000  # robot-steps: about 30 ms, against 0.1 ms for the call
@@ -160,6 +159,8 @@ def _own_function(strategy: Strategy, name: str) -> Callable[..., Any]:
 
 def _explained(strategy: Strategy, name: str, error: Exception) -> str:
     """Return a message that says what doesn't compile, and in which line: the translator's, if it has one."""
+    from feasibee.robot.translate import Translation
+
     function: Any = _own_function(strategy, name)
     try:
         Translation().entry(name, function, strategy.source)
