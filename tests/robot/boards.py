@@ -61,7 +61,10 @@ BOARDS = {
         "Cortex-M0", ("qemu-system-arm", "-M", "microbit", *CORTEX, "-kernel"), "qemu-system-arm", LINK
     ),
     "Cortex-M4": Board(
-        "Cortex-M4", ("qemu-system-arm", "-M", "mps2-an386", *CORTEX, "-kernel"), "qemu-system-arm", LINK
+        "Cortex-M4",
+        ("qemu-system-arm", "-M", "mps2-an386", *CORTEX, "-kernel"),
+        "qemu-system-arm",
+        (*LINK, "-Wl,--defsym=RAM_SIZE=256K"),
     ),
 }
 

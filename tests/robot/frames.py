@@ -5,19 +5,20 @@ from __future__ import annotations
 from array import array
 from zlib import crc32
 
-from feasibee.robot import Controller, Settings, Wire, firmware
+from feasibee.robot import Controller, Settings, firmware
 from feasibee.robot.sizes import setting_in_c
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Thing
 from tests.robot import boards
 from tests.robot.driving import Draws, constant
+from tests.robot.swarms import names_of, wire_of
 
 ROBOTS = 3
 
 
-def in_c(strategy, setting, longest):
-    """Return the strategy, its setting and the length of its longest frame in C."""
+def in_c(strategy, setting, longest, names):
+    """Return the strategy, its setting, the names of tasks and the length of its longest frame in C."""
     knowledge = STRATEGIES[strategy].knowledge
     rows = STRATEGIES[strategy].row_lengths(setting) if knowledge else (0, 0)
     return "\n".join(
@@ -27,8 +28,9 @@ def in_c(strategy, setting, longest):
             f"#define FRAME {longest}",
             f'#define NAME "{strategy}"',
             f"#define STRATEGY {constant(strategy)}",
+            *([f"#define NAMES {', '.join(map(str, names))}"] if names else []),
             "#ifdef FEASIBEE_H",
-            setting_in_c(setting),
+            setting_in_c(setting if knowledge else setting._replace(parameters=())),
             "#endif",
             "",
         ]
@@ -38,7 +40,7 @@ def in_c(strategy, setting, longest):
 def build(board, swarm, folder, steps, *flags):
     """Compile the program of ``frames.c`` for a board and a swarm that was run in Python."""
     strategy = swarm.strategy
-    (folder / "swarm.h").write_text(in_c(strategy, swarm.setting, swarm.longest))
+    (folder / "swarm.h").write_text(in_c(strategy, swarm.setting, swarm.longest, swarm.names))
     header = '#include "swarm.h"\n' + firmware.header(strategy, inbox=12)
     source = boards.SOURCES / "frames.c"
     return boards.compiled(board, folder, header, source, f"-DSTEPS={steps}", *flags)
@@ -47,13 +49,16 @@ def build(board, swarm, folder, steps, *flags):
 class Swarm:
     """The robots of ``frames.c``, in Python."""
 
-    def __init__(self, strategy, quiet=0.0):
+    def __init__(self, strategy, quiet=0.0, has_places=False):
         self.strategy = strategy
+        self.has_places = has_places
         parameters = dict(STRATEGIES[strategy].parameters)
         parameters |= {"quiet": quiet} if "quiet" in parameters else {}
         self.longest = 0
         self.setting = setting_from((36, 34), (0, 0), False, None, parameters.values())
-        self.wire = Wire(STRATEGIES[strategy], self.setting.id_bits, setting=self.setting)
+        places = [place_of(hash_of(task, is_robot=False)) for task in range(self.setting.tasks)]
+        self.names = names_of(strategy, self.setting, places)
+        self.wire = wire_of(strategy, self.setting, self.names)
         self.draws = draws = Draws(17)
         self.robots = [
             Controller(
@@ -85,12 +90,25 @@ class Swarm:
             yield line_of(robot, frame)
 
     def _recognise(self, robot):
+        if self.has_places:
+            robot.move_to(*place_of(self.draws.word()))
         for _ in range(self.draws.word() & 3):
             word = self.draws.word()
             number = (word >> 1) % (self.setting.robots if word & 1 else self.setting.tasks)
-            mark = (number * 2 + (word & 1) + 1) * 2654435761 & 0xFFFFFFFF
-            robot.recognise([Thing(bool(word & 1), number, 0, mark)])
+            mark = hash_of(number, is_robot=word & 1)
+            place = place_of(mark) if self.has_places else ()
+            robot.recognise([Thing(bool(word & 1), number, 0, mark, *place)])
             robot.observe(word & 1, 1 - (word & 1))
+
+
+def hash_of(number, is_robot):
+    """Return the hash of a thing."""
+    return (number * 2 + is_robot + 1) * 2654435761 & 0xFFFFFFFF
+
+
+def place_of(word):
+    """Return a place in the arena."""
+    return (word & 255) / 16, (word >> 8 & 255) / 16
 
 
 def line_of(robot, frame):

@@ -15,6 +15,8 @@ static struct feasibee_settings settings;
 static struct feasibee_setting setting;
 static struct feasibee_wire wire;
 static uint32_t memory;
+static uint32_t names_of_tasks[UINT16_MAX];
+static uint16_t named;
 
 static void take(void *place, size_t size)
 {
@@ -69,6 +71,14 @@ static uint16_t read_short(void)
     return number;
 }
 
+static int32_t task_of(uint32_t name)
+{
+    for (int32_t task = named; task > 0; task--)
+        if (names_of_tasks[task - 1] == name)
+            return task - 1;
+    return -1;
+}
+
 static uint8_t read_setting(void)
 {
     uint8_t strategy = read_byte();
@@ -115,6 +125,9 @@ static uint8_t read_setting(void)
     settings.set_count = 1;
 #endif
     memory = read_byte();
+    named = read_short();
+    take(names_of_tasks, named * sizeof names_of_tasks[0]);
+    settings.task_of = named > 0 ? task_of : NULL;
     wire = feasibee_wire_of(&settings, names[strategy], setting.id_bits);
     return strategy;
 }

@@ -15,7 +15,7 @@ from feasibee.robot import Controller, Declare, Message, Settings, Wire, WireErr
 from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.translate import Translation
 from feasibee.scenario.setting import setting_from
-from feasibee.strategies import STRATEGIES
+from feasibee.strategies import STRATEGIES, roster
 from feasibee.strategies.contract import Me, Thing
 from tests.robot.driving import Draws, assert_equal
 
@@ -141,7 +141,21 @@ def setting_of(strategy, draw, whole_numbers, fixed):
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
 
 
-def setting_bytes(name, setting, declares):
+def names_of(name, setting, places):
+    """Return the names that tasks have in messages, if the strategy names them by their places."""
+    if name != "roster":
+        return []
+    return [roster.place_of(Thing(False, 0, 0, 0, *place), setting) for place in places]
+
+
+def wire_of(name, setting, names, declares=False):
+    """Return the wire of a swarm whose tasks have these names."""
+    ids = {each: number for number, each in enumerate(names)}
+    task_of = (lambda each: ids.get(each, -1)) if names else None
+    return Wire(STRATEGIES[name], setting.id_bits, declares=declares, setting=setting, task_of=task_of)
+
+
+def setting_bytes(name, setting, declares, names=()):
     """Return what `read_setting` of stream.h reads."""
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
     numbers += [setting.exploration, setting.dissemination, setting.mean_run, *setting.parameters]
@@ -153,7 +167,7 @@ def setting_bytes(name, setting, declares):
         *(setting.id_bits, setting.knows_count, setting.walled),
         *(*numbers, *[0.0] * (14 - len(numbers))),
         *(RULE.rounds if declares else 0, STRATEGIES[name].memory),
-    )
+    ) + struct.pack(f"<H{len(names)}I", len(names), *names)
 
 
 class Episode:
@@ -167,21 +181,22 @@ class Episode:
         self.first_steps = (fixed or {}).get("first_steps", FIRST_STEPS)
         self.setting = setting = setting_of(strategy, draw, whole_numbers, fixed or {})
         self.declares = declares = not strategy.declares and draw.random() < 0.3
-        self.wire = Wire(strategy, setting.id_bits, declares=declares, setting=setting)
+        things = range(setting.robot_ids + setting.task_ids)
+        self.places = [self.place() for _ in things]
+        self.names = names_of(name, setting, self.places[setting.robot_ids :])
+        self.wire = wire_of(name, setting, self.names, declares)
         self.number = draw.randint(2, 4)
-        self.stream = bytearray(setting_bytes(name, setting, declares))
+        self.stream = bytearray(setting_bytes(name, setting, declares, self.names))
         self.stream += struct.pack("<BI", self.number, steps)
         self.robots = [self._robot(k, RULE if declares else None) for k in range(self.number)]
         liar = Me(setting.robots - 1, 0, draw.getrandbits(32), 0, [0.0] * strategy.memory, setting)
         self.liar = Knowledge(strategy, liar)
         self.frames = []
-        things = range(setting.robot_ids + setting.task_ids)
         self.kinds = [
             draw.randrange(setting.robot_classes if thing < setting.robot_ids else setting.task_classes)
             for thing in things
         ]
         self.hashes = [draw.getrandbits(32) for _ in things]
-        self.places = [self.place() for _ in things]
 
     def _robot(self, number, rule):
         word, mark = self.draw.randrange(1, 2**32), self.draw.getrandbits(32)

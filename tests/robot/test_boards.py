@@ -5,13 +5,14 @@ from __future__ import annotations
 import pytest
 
 from benchmarks.sizes import names_in_c
+from feasibee.robot.firmware import needs_double
 from feasibee.strategies import STRATEGIES as KINDS
 from tests.robot import boards, frames
 
 DOUBLE = "-DFEASIBEE_DOUBLE"
 ARM = [("Cortex-M0", ()), ("Cortex-M4", ()), ("Cortex-M4", (DOUBLE,))]
 OPINIONS = names_in_c(knowledge=False)
-SMALL = ["dmmd", "dc", "census", "tally", "estimate", "quiet-census", "turns", "totals"]
+SMALL = ["dmmd", "dc", *(name for name, kind in KINDS.items() if kind.knowledge and not needs_double(kind))]
 """Strategies whose frames are tried on 8 bits, where ``int`` has 16; doubles have 32 bits there."""
 STRATEGIES = [
     *((*build, name, 300) for build in ARM for name in ("dmmd", "average")),
@@ -36,7 +37,7 @@ def test_a_strategy_equals_python(board, flags, strategy, steps, tmp_path):
 
 @pytest.mark.parametrize(("board", "flags", "strategy", "steps"), FRAMES)
 def test_robots_that_exchange_frames_know_and_send_the_same(board, flags, strategy, steps, tmp_path):
-    swarm = frames.Swarm(strategy, quiet=0.0 if DOUBLE in flags else 20.0)
+    swarm = frames.Swarm(strategy, quiet=0.0 if DOUBLE in flags else 20.0, has_places=DOUBLE in flags)
     python = swarm.run(steps)
     lines, _ = boards.outputs(frames.build(board, swarm, tmp_path, steps, *flags))
     assert lines == python

@@ -45,7 +45,7 @@ def frames(tmp_path_factory):
 
 
 def opinions(name, draw):
-    """Return a wire of a strategy without knowledge, its setting, whether robots declare, and frames."""
+    """Return a wire of opinions, its setting, whether robots declare, frames, and names of tasks."""
     id_bits, declares = draw.randint(1, 16), draw.random() < 0.5
     setting = setting_from((2, 2), (0, 0), False, id_bits, ())
     wire = Wire(STRATEGIES[name], id_bits, declares=declares)
@@ -57,14 +57,14 @@ def opinions(name, draw):
         )
         for _ in range(50)
     ]
-    return wire, setting, declares, said
+    return wire, setting, declares, said, []
 
 
 def knowledge(name, seed):
     """Return the same of a strategy with knowledge."""
     episode = Episode(name, seed, 40)
     episode.states()
-    return episode.wire, episode.setting, episode.declares, episode.frames or [b"\x01"]
+    return episode.wire, episode.setting, episode.declares, episode.frames or [b"\x01"], episode.names
 
 
 def damaged(frame, draw):
@@ -89,9 +89,10 @@ def assert_same(program, name, packets, most=2_000):
     for seed in range(-(-packets // most)):
         draw = random.Random(f"{name} {seed}")
         has_knowledge = STRATEGIES[name].knowledge
-        wire, setting, declares, said = knowledge(name, seed) if has_knowledge else opinions(name, draw)
+        found = knowledge(name, seed) if has_knowledge else opinions(name, draw)
+        wire, setting, declares, said, names = found
         sent = [*said[:100], *(damaged(draw.choice(said), draw) for _ in range(min(packets, most)))]
-        stream = setting_bytes(name, setting, declares) + struct.pack("<I", len(sent))
+        stream = setting_bytes(name, setting, declares, names) + struct.pack("<I", len(sent))
         stream += b"".join(struct.pack("<H", len(frame)) + frame for frame in sent)
         ran = subprocess.run([program], input=stream, capture_output=True, check=False)
         assert ran.returncode == 0, (name, seed, ran.stderr.decode()[-3000:])

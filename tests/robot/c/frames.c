@@ -41,14 +41,36 @@ static struct feasibee_choice draw_choice(void *context)
     return choice;
 }
 
+#ifdef NAMES
+
+static int32_t task_of(uint32_t name)
+{
+    static const uint32_t names[] = {NAMES};
+    for (uint8_t task = 0; task < sizeof names / sizeof names[0]; task++)
+        if (names[task] == name)
+            return task;
+    return -1;
+}
+
+#endif
+
 static void recognise(struct feasibee_robot *robot)
 {
+#ifdef FEASIBEE_DOUBLE
+    uint32_t place = random_word();
+    robot->x = (place & 255) / 16.0;
+    robot->y = (place >> 8 & 255) / 16.0;
+#endif
     for (uint8_t left = random_word() & 3; left > 0; left--) {
-        struct feasibee_thing thing;
+        struct feasibee_thing thing = {0};
         uint32_t word = random_word();
         thing.is_robot = word & 1;
         thing.id = (word >> 1) % (thing.is_robot ? setting.robots : setting.tasks);
         thing.hash = ((uint32_t)thing.id * 2 + thing.is_robot + 1) * UINT32_C(2654435761);
+#ifdef FEASIBEE_DOUBLE
+        thing.x = (thing.hash & 255) / 16.0;
+        thing.y = (thing.hash >> 8 & 255) / 16.0;
+#endif
         feasibee_recognise(robot, &thing);
         feasibee_observe(robot, thing.is_robot, !thing.is_robot);
     }
@@ -103,6 +125,9 @@ int main(void)
     settings.setting = &setting;
     settings.draw_duration = draw_duration;
     settings.draw_choice = draw_choice;
+#ifdef NAMES
+    settings.task_of = task_of;
+#endif
     wire = feasibee_wire_of(&settings, NAME, setting.id_bits);
     for (uint8_t number = 0; number < ROBOTS; number++) {
         struct feasibee_me me = {0};
