@@ -37,7 +37,14 @@ def test_a_trimmed_header_has_its_strategy_and_compiles(name, tmp_path):
 
 @pytest.mark.parametrize("compiler", [["cc", "-std=c99"], ["g++", "-x", "c++", "-std=c++11"]])
 @pytest.mark.parametrize(
-    "options", [[], ["-DFEASIBEE_DOUBLE"], ["-DFEASIBEE_WORDS=4", "-DFEASIBEE_VALUES=0"]]
+    "options",
+    [
+        [],
+        ["-DFEASIBEE_DOUBLE"],
+        ["-DFEASIBEE_WORDS=4", "-DFEASIBEE_VALUES=0"],
+        ["-DFEASIBEE_WORDS=4", "-DFEASIBEE_DOUBLE", "-DFEASIBEE_CLASSES=3"],
+        ["-DFEASIBEE_WORDS=4", "-DFEASIBEE_DOUBLE", "-DFEASIBEE_INT32", "-DFEASIBEE_BOUNDS"],
+    ],
 )
 def test_the_header_compiles_without_warnings(compiler, options, tmp_path):
     options = [*options, "-fsyntax-only", "-Wno-shadow"]  # C++ calls a function of a struct's name a shadow

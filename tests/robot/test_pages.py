@@ -9,7 +9,9 @@ import pytest
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.robot import Message, Wire, WireError
-from feasibee.robot.firmware import header
+from feasibee.robot.firmware import constant, header
+from feasibee.robot.sizes import setting_in_c
+from feasibee.robot.wire import name_of
 from feasibee.scenario.plugins import load
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
@@ -74,6 +76,40 @@ def test_a_users_pack_makes_frames_exact(text, message, bits, sender, tmp_path):
 def test_a_users_pack_is_tried(tmp_path, text, why):
     with pytest.raises(FeasibeeError, match=why):
         roll_call(tmp_path, text)
+
+
+IN_C = """#define FEASIBEE_WORDS 5
+#include "feasibee.h"
+#include <stdio.h>
+{setting}
+int main(void)
+{{
+    struct feasibee_settings settings = feasibee_defaults(&{strategy});
+    settings.setting = &setting;
+    struct feasibee_wire wire = feasibee_wire_of(&settings, "{name}", 2);
+    struct feasibee_message message = {{FEASIBEE_FEASIBLE, false, 0, {{1, 0, 1, 0, 1}}}}, heard;
+    uint8_t frame[64];
+    feasibee_id sender;
+    size_t length = feasibee_encode(&wire, 2, &message, frame, sizeof frame);
+    for (size_t k = 0; k < length; k++)
+        printf("%02x", frame[k]);
+    if (!feasibee_decode(&wire, frame, length, &sender, &heard))
+        return 1;
+    for (int k = 0; k < FEASIBEE_WORDS; k++)
+        printf(" %d", (int)heard.words[k]);
+    frame[4] ^= 1;
+    return feasibee_decode(&wire, frame, length, &sender, &heard);
+}}
+"""
+
+
+def test_a_users_pack_writes_the_same_bytes_in_c(tmp_path):
+    strategy = roll_call(tmp_path, BYTES)
+    setting = setting_from((3, 2), (0, 0), False, None, ())
+    frame = Wire(strategy, 2, setting=setting).encode(2, Message(1, knowledge=(1, 0, 1, 0, 1)))
+    names = {"strategy": constant(strategy), "name": name_of(strategy)}
+    code = IN_C.format(setting=setting_in_c(setting), **names)
+    assert run([built(tmp_path, code, header(strategy), *SANITIZED)]) == f"{frame.hex()} 1 0 1 0 1"
 
 
 # --- The page ---

@@ -19,7 +19,7 @@ struct feasibee_reader {
     int32_t (*task_of)(uint32_t name); /* returns the id of a task by its name; NULL: the name is the id */
 };
 
-static inline void feasibee_write_flag(struct feasibee_writer *writer, bool flag)
+static inline void feasibee_writer_flag(struct feasibee_writer *writer, bool flag)
 {
     if (writer->length == writer->room)
         writer->failed = true;
@@ -31,34 +31,46 @@ static inline void feasibee_write_flag(struct feasibee_writer *writer, bool flag
 }
 
 /* Write a number of up to 32 bits. */
-static inline void feasibee_write(struct feasibee_writer *writer, uint32_t number, uint8_t bits)
+static inline void feasibee_writer_number(struct feasibee_writer *writer, uint32_t number, uint8_t bits)
 {
     if (bits < 32 && number >> bits != 0)
         writer->failed = true;
     while (bits > 0) {
         bits--;
-        feasibee_write_flag(writer, number >> bits & 1);
+        feasibee_writer_flag(writer, number >> bits & 1);
     }
 }
 
 /* Write a number in Rice's code: its upper bits in unary, then the lowest ones. */
-static inline void feasibee_write_rice(struct feasibee_writer *writer, uint32_t number, uint8_t low)
+static inline void feasibee_writer_rice(struct feasibee_writer *writer, uint32_t number, uint8_t low)
 {
     for (uint32_t left = number >> low; left > 0 && !writer->failed; left--)
-        feasibee_write_flag(writer, false);
-    feasibee_write_flag(writer, true);
-    feasibee_write(writer, number & ((UINT32_C(1) << low) - 1), low);
+        feasibee_writer_flag(writer, false);
+    feasibee_writer_flag(writer, true);
+    feasibee_writer_number(writer, number & ((UINT32_C(1) << low) - 1), low);
+}
+
+/* Write a number as so many bits 0 and a bit 1. */
+static inline void feasibee_writer_unary(struct feasibee_writer *writer, uint32_t number)
+{
+    feasibee_writer_rice(writer, number, 0);
+}
+
+/* Write a word with its sign. */
+static inline void feasibee_writer_word(struct feasibee_writer *writer, uint32_t word)
+{
+    feasibee_writer_number(writer, word, 32);
 }
 
 /* See that a message keeps a rule. */
-static inline void feasibee_check(struct feasibee_reader *reader, bool holds)
+static inline void feasibee_reader_check(struct feasibee_reader *reader, bool holds)
 {
     reader->failed = reader->failed || !holds;
 }
 
-static inline bool feasibee_read_flag(struct feasibee_reader *reader)
+static inline bool feasibee_reader_flag(struct feasibee_reader *reader)
 {
-    feasibee_check(reader, reader->place < reader->length);
+    feasibee_reader_check(reader, reader->place < reader->length);
     if (reader->failed) /* as if at random, so that a loop that waits for one ends */
         return (uint16_t)((uint16_t)reader->place++ * 40503u) >> 15;
     bool flag = reader->bytes[reader->place >> 3] >> (7 - (reader->place & 7)) & 1;
@@ -67,39 +79,51 @@ static inline bool feasibee_read_flag(struct feasibee_reader *reader)
 }
 
 /* Read a number of up to 32 bits. */
-static inline uint32_t feasibee_read(struct feasibee_reader *reader, uint8_t bits)
+static inline uint32_t feasibee_reader_number(struct feasibee_reader *reader, uint8_t bits)
 {
     uint32_t number = 0;
     while (bits > 0 && !reader->failed) {
         bits--;
-        number = number << 1 | feasibee_read_flag(reader);
+        number = number << 1 | feasibee_reader_flag(reader);
     }
     return reader->failed ? 0 : number;
 }
 
 /* Read a number of up to 32 bits that must be below a limit; 0 if it isn't. */
-static inline uint32_t feasibee_read_below(struct feasibee_reader *reader, uint32_t limit, uint8_t bits)
+static inline uint32_t feasibee_reader_below(struct feasibee_reader *reader, uint32_t limit, uint8_t bits)
 {
-    uint32_t number = feasibee_read(reader, bits);
-    feasibee_check(reader, number < limit);
+    uint32_t number = feasibee_reader_number(reader, bits);
+    feasibee_reader_check(reader, number < limit);
     return reader->failed ? 0 : number;
 }
 
 /* Read a number in Rice's code that must be below a limit; 0 if it isn't. */
-static inline uint32_t feasibee_read_rice(struct feasibee_reader *reader, uint32_t limit, uint8_t low)
+static inline uint32_t feasibee_reader_rice(struct feasibee_reader *reader, uint32_t limit, uint8_t low)
 {
     uint32_t upper = 0;
-    while (!feasibee_read_flag(reader) && !reader->failed)
-        feasibee_check(reader, ++upper <= limit >> low);
-    uint32_t number = upper << low | feasibee_read(reader, low);
-    feasibee_check(reader, number < limit);
+    while (!feasibee_reader_flag(reader) && !reader->failed)
+        feasibee_reader_check(reader, ++upper <= limit >> low);
+    uint32_t number = upper << low | feasibee_reader_number(reader, low);
+    feasibee_reader_check(reader, number < limit);
     return reader->failed ? 0 : number;
 }
 
+/* Read a number in unary that must be below a limit; 0 if it isn't. */
+static inline uint32_t feasibee_reader_unary(struct feasibee_reader *reader, uint32_t limit)
+{
+    return feasibee_reader_rice(reader, limit, 0);
+}
+
+/* Read a word with its sign. */
+static inline int32_t feasibee_reader_word(struct feasibee_reader *reader)
+{
+    return (int32_t)feasibee_reader_number(reader, 32);
+}
+
 /* Return the id of a task by its name; it must be below a limit. */
-static inline uint32_t feasibee_read_task(struct feasibee_reader *reader, uint32_t name, uint32_t limit)
+static inline uint32_t feasibee_reader_task(struct feasibee_reader *reader, uint32_t name, uint32_t limit)
 {
     uint32_t task = reader->task_of ? (uint32_t)reader->task_of(name) : name;
-    feasibee_check(reader, task < limit);
+    feasibee_reader_check(reader, task < limit);
     return reader->failed ? 0 : task;
 }

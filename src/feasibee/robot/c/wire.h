@@ -145,25 +145,25 @@ static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_
     if (room < FEASIBEE_FRAME_OVERHEAD)
         return 0;
     struct feasibee_writer writer = {frame, 8 * (uint32_t)(room - 4), 0, false};
-    feasibee_write(&writer, FEASIBEE_FRAME_VERSION, 8);
-    feasibee_write(&writer, wire->scheme, 16);
+    feasibee_writer_number(&writer, FEASIBEE_FRAME_VERSION, 8);
+    feasibee_writer_number(&writer, wire->scheme, 16);
     if (feasibee_has_opinion(settings)) {
-        feasibee_write(&writer, sender, wire->id_bits);
-        feasibee_write(&writer, (uint32_t)(int32_t)message->opinion, 1);
+        feasibee_writer_number(&writer, sender, wire->id_bits);
+        feasibee_writer_number(&writer, (uint32_t)(int32_t)message->opinion, 1);
 #if FEASIBEE_VALUES
-        feasibee_write(&writer, message->value, settings->strategy->value_bits);
+        feasibee_writer_number(&writer, message->value, settings->strategy->value_bits);
 #endif
     }
-    feasibee_write(&writer, message->declared, feasibee_declares_by_votes(settings));
+    feasibee_writer_number(&writer, message->declared, feasibee_declares_by_votes(settings));
 #if FEASIBEE_WORDS > 0
     if (settings->strategy->knowledge)
         feasibee_write_knowledge(&writer, settings, sender, message);
 #endif
     while ((writer.length & 7) != 0 && !writer.failed)
-        feasibee_write_flag(&writer, false);
+        feasibee_writer_flag(&writer, false);
     uint32_t crc = feasibee_crc(frame, (size_t)(writer.length >> 3));
     writer.room += 32;
-    feasibee_write(&writer, crc, 32);
+    feasibee_writer_number(&writer, crc, 32);
     return writer.failed ? 0 : (size_t)(writer.length >> 3);
 }
 
@@ -171,14 +171,14 @@ static inline size_t feasibee_encode(const struct feasibee_wire *wire, feasibee_
 static inline void feasibee_read_opinion(struct feasibee_reader *reader, const struct feasibee_wire *wire,
                                          feasibee_id *sender, struct feasibee_message *message)
 {
-    uint32_t id = feasibee_read(reader, wire->id_bits);
+    uint32_t id = feasibee_reader_number(reader, wire->id_bits);
     *sender = (feasibee_id)id;
-    feasibee_check(reader, *sender == id);
-    message->opinion = (int8_t)feasibee_read(reader, 1);
+    feasibee_reader_check(reader, *sender == id);
+    message->opinion = (int8_t)feasibee_reader_number(reader, 1);
 #if FEASIBEE_VALUES
-    message->value = (uint16_t)feasibee_read(reader, wire->settings->strategy->value_bits);
+    message->value = (uint16_t)feasibee_reader_number(reader, wire->settings->strategy->value_bits);
 #endif
-    message->declared = feasibee_declares_by_votes(wire->settings) && feasibee_read_flag(reader);
+    message->declared = feasibee_declares_by_votes(wire->settings) && feasibee_reader_flag(reader);
 }
 
 #if FEASIBEE_WORDS > 0
@@ -193,7 +193,8 @@ static inline void feasibee_read_knowledge(struct feasibee_reader *reader, const
     struct feasibee_layout layout = {NULL, reader};
     feasibee_int named = feasibee_lay_out(&layout, message->words, 0, wire->settings);
     if (feasibee_has_opinion(wire->settings))
-        feasibee_check(reader, *sender < (feasibee_id)setting->robots && (named < 0 || named == (feasibee_int)*sender));
+        feasibee_reader_check(reader, *sender < (feasibee_id)setting->robots &&
+                                          (named < 0 || named == (feasibee_int)*sender));
     else if (named >= 0)
         *sender = (feasibee_id)named;
 }
@@ -211,12 +212,12 @@ static inline bool feasibee_decode(const struct feasibee_wire *wire, const uint8
         return false;
     struct feasibee_reader reader = {frame, 8 * (uint32_t)length, 8 * (uint32_t)(length - 4), false,
                                      wire->settings->task_of};
-    if (feasibee_read(&reader, 32) != feasibee_crc(frame, length - 4))
+    if (feasibee_reader_number(&reader, 32) != feasibee_crc(frame, length - 4))
         return false;
     reader.place = 0;
     reader.length -= 32;
-    feasibee_check(&reader, feasibee_read(&reader, 8) == FEASIBEE_FRAME_VERSION);
-    feasibee_check(&reader, feasibee_read(&reader, 16) == wire->scheme);
+    feasibee_reader_check(&reader, feasibee_reader_number(&reader, 8) == FEASIBEE_FRAME_VERSION);
+    feasibee_reader_check(&reader, feasibee_reader_number(&reader, 16) == wire->scheme);
     *sender = (feasibee_id)-1;
     message->opinion = FEASIBEE_NONE;
     message->value = 0;
@@ -227,7 +228,7 @@ static inline bool feasibee_decode(const struct feasibee_wire *wire, const uint8
     if (wire->settings->strategy->knowledge)
         feasibee_read_knowledge(&reader, wire, sender, message);
 #endif
-    feasibee_check(&reader, reader.length - reader.place < 8);
-    feasibee_check(&reader, feasibee_read(&reader, (uint8_t)((reader.length - reader.place) & 7)) == 0);
+    feasibee_reader_check(&reader, reader.length - reader.place < 8);
+    feasibee_reader_check(&reader, feasibee_reader_number(&reader, (uint8_t)((reader.length - reader.place) & 7)) == 0);
     return !reader.failed;
 }

@@ -220,8 +220,8 @@ struct feasibee_layout {
 static inline uint32_t feasibee_wire_number(struct feasibee_layout *wire, uint32_t number, uint32_t bits)
 {
     if (wire->reader)
-        return feasibee_read(wire->reader, (uint8_t)bits);
-    feasibee_write(wire->writer, number, (uint8_t)bits);
+        return feasibee_reader_number(wire->reader, (uint8_t)bits);
+    feasibee_writer_number(wire->writer, number, (uint8_t)bits);
     return number;
 }
 
@@ -229,15 +229,15 @@ static inline uint32_t feasibee_wire_below(struct feasibee_layout *wire, uint32_
                                            uint32_t limit)
 {
     if (wire->reader)
-        return feasibee_read_below(wire->reader, limit, (uint8_t)bits);
+        return feasibee_reader_below(wire->reader, limit, (uint8_t)bits);
     return feasibee_wire_number(wire, number, bits);
 }
 
 static inline bool feasibee_wire_flag(struct feasibee_layout *wire, bool flag)
 {
     if (wire->reader)
-        return feasibee_read_flag(wire->reader);
-    feasibee_write_flag(wire->writer, flag);
+        return feasibee_reader_flag(wire->reader);
+    feasibee_writer_flag(wire->writer, flag);
     return flag && !wire->writer->failed;
 }
 
@@ -245,15 +245,15 @@ static inline uint32_t feasibee_wire_rice(struct feasibee_layout *wire, uint32_t
                                           uint32_t limit)
 {
     if (wire->reader)
-        return feasibee_read_rice(wire->reader, limit, (uint8_t)low);
-    feasibee_write_rice(wire->writer, number, (uint8_t)low);
+        return feasibee_reader_rice(wire->reader, limit, (uint8_t)low);
+    feasibee_writer_rice(wire->writer, number, (uint8_t)low);
     return number;
 }
 
 static inline uint32_t feasibee_wire_task(struct feasibee_layout *wire, uint32_t name, uint32_t task,
                                           uint32_t limit)
 {
-    return wire->reader ? feasibee_read_task(wire->reader, name, limit) : task;
+    return wire->reader ? feasibee_reader_task(wire->reader, name, limit) : task;
 }
 
 /* Write or read all words as they are: the layout of strategies that have none. */
@@ -269,5 +269,5 @@ static inline feasibee_int feasibee_as_they_are(struct feasibee_layout *wire, st
 static inline void feasibee_wire_check(struct feasibee_layout *wire, bool holds)
 {
     if (wire->reader)
-        feasibee_check(wire->reader, holds);
+        feasibee_reader_check(wire->reader, holds);
 }
