@@ -68,8 +68,20 @@ def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
         If there is no compiler, or it fails.
     """
     (folder / "feasibee.h").write_text(firmware.header(strategy), encoding="utf-8")
+    library = folder / "brain.so"
+    includes = (f"-I{folder}", f"-I{firmware.FOLDER}", str(SOURCE))
+    defined = [f"-D{name}={value}" for name, value in _macros(strategy, setting).items()]
+    command = [*compiler(), *FLAGS, *defined, *includes, "-o", str(library), "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise FeasibeeError(f"C: {command[0]} fails: {done.stderr.strip().splitlines()[0]}")
+    return library
+
+
+def _macros(strategy: Strategy, setting: Setting) -> dict[str, Any]:
+    """Return what brain.c needs to know of a strategy and a scenario."""
     known, told = strategy.row_lengths(setting) if strategy.knowledge else (0, 0)
-    macros = {
+    return {
         "FEASIBEE_DOUBLE": "1",
         "FEASIBEE_ID": "uint32_t",
         "FEASIBEE_CLASSES": max(setting.robot_classes, setting.task_classes),
@@ -80,23 +92,6 @@ def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
         "STRATEGY": firmware.constant(strategy),
         "NAME": f'"{name_of(strategy)}"',
     }
-    library = folder / "brain.so"
-    defined = [f"-D{name}={value}" for name, value in macros.items()]
-    command = [
-        *compiler(),
-        *FLAGS,
-        *defined,
-        f"-I{folder}",
-        f"-I{firmware.FOLDER}",
-        str(SOURCE),
-        "-o",
-        str(library),
-        "-lm",
-    ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise FeasibeeError(f"C: {command[0]} fails: {done.stderr.strip().splitlines()[0]}")
-    return library
 
 
 def _inbox(setting: Setting) -> int:
