@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import importlib.util
 import math
 import random
 import shutil
 import struct
 import subprocess
+import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -60,6 +62,19 @@ def built(folder, code, text, *options, command=("cc", "-std=c99"), packages="gc
     (folder / "program.c").write_text(code)
     run([*command, *STRICT, "-I", folder, folder / "program.c", "-o", folder / "program", *options, "-lm"])
     return folder / "program"
+
+
+def zig():
+    """Return the command that compiles C to WebAssembly; skip a test without it, or without Node."""
+    if importlib.util.find_spec("ziglang") is None:
+        pytest.skip("needs the package ziglang from PyPI")
+    needs("node", "nodejs")
+    return [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi", "-O2"]
+
+
+def in_node(wasm):
+    """Return the command that runs a program in WebAssembly."""
+    return ["node", "--no-warnings", HERE / "wasi.mjs", wasm]
 
 
 def compiled(folder, source, *options, command=None, name="program", text=None):

@@ -100,7 +100,7 @@ def extras(whole_numbers=False):
             for each in EXTRAS
         )
         if name in KNOWLEDGE
-        else "NULL"
+        else "NULL, NULL, NULL"
         for name in NAMES
     ]
     return "-DEXTRAS=" + ", ".join(f"{{{row}}}" for row in rows)

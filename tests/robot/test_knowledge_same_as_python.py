@@ -6,7 +6,7 @@ import pytest
 
 from feasibee.robot.firmware import needs_double
 from feasibee.strategies import STRATEGIES
-from tests.robot.driving import SANITIZED, program
+from tests.robot.driving import SANITIZED, in_node, program, zig
 from tests.robot.swarms import IN_DOUBLE, KNOWLEDGE, NAMES, assert_same, extras
 
 NEED_DOUBLE = {name for name in KNOWLEDGE if needs_double(STRATEGIES[name])}
@@ -53,6 +53,19 @@ def test_swarms_in_c_do_what_they_do_in_python(name, steps, swarm):
 @pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
 def test_swarms_in_whole_numbers_do_what_they_do_in_python(name, steps, in_whole_numbers):
     assert_same([in_whole_numbers], name, steps, whole_numbers=True)
+
+
+@pytest.fixture(scope="module")
+def in_webassembly(tmp_path_factory):
+    options = extras(), *IN_DOUBLE, "-Wl,-z,stack-size=1048576"
+    folder = tmp_path_factory.mktemp("wasm")
+    return program(folder, "swarm.c", NAMES, *options, command=zig(), name="swarm.wasm")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", KNOWLEDGE)
+def test_swarms_in_webassembly_do_what_they_do_in_python(name, in_webassembly):
+    assert_same(in_node(in_webassembly), name, 3_000)
 
 
 @pytest.mark.slow

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
-import importlib.util
 import math
 import random
-import shutil
 import struct
-import sys
 
 import pytest
 
 from feasibee.strategies import STRATEGIES
-from tests.robot.driving import HERE, NAMES, SANITIZED, Episode, answers, assert_same, compiled, program
+from tests.robot.driving import (
+    NAMES,
+    SANITIZED,
+    Episode,
+    answers,
+    assert_same,
+    compiled,
+    in_node,
+    program,
+    zig,
+)
 
 DOUBLE = "-DFEASIBEE_DOUBLE"
 
@@ -49,18 +56,11 @@ def test_what_is_driven_is_varied():
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [[DOUBLE], []], ids=["double", "whole"])
 def test_webassembly_does_the_same(options, tmp_path):
-    if importlib.util.find_spec("ziglang") is None:
-        pytest.skip("needs the package ziglang from PyPI")
-    if shutil.which("node") is None:
-        pytest.skip("needs node: Debian's package nodejs")
-    zig = [sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi", "-O2"]
     native = program(tmp_path, "drive.c", NAMES, "-O2", *options)
-    wasm = program(tmp_path, "drive.c", NAMES, *options, command=zig, name="drive.wasm")
+    wasm = program(tmp_path, "drive.c", NAMES, *options, command=zig(), name="drive.wasm")
     for strategy in NAMES:
         stream = b"".join(Episode(strategy, seed, 1_000).stream() for seed in range(50))
-        assert answers(["node", "--no-warnings", HERE / "wasi.mjs", wasm], stream) == answers(
-            [native], stream
-        )
+        assert answers(in_node(wasm), stream) == answers([native], stream)
 
 
 MEANS = [
