@@ -85,6 +85,7 @@ CASES = [
     *(Case(each, (INT, INT), SHIFTS) for each in ("a << b", "a >> b")),
     Case("a >> b", (WORD, INT), SHIFTS),
     Case("a << b", (LONG, INT), SHIFTS),
+    Case("2**b - 1 - a", (INT, INT), [31, 40, 61]),
     Case("a * b // c", (INT, INT, INT)),
     *(
         Case(each, (REAL,))

@@ -240,7 +240,7 @@ class Expressions:
 
     def _v_binop(self, node: ast.BinOp) -> Value:
         one, other = self.number(node.left), self.number(node.right)
-        narrow = {one.type, other.type} <= {BOOL, SMALL, INT}
+        narrow = isinstance(node.op, ast.FloorDiv) and {one.type, other.type} <= {BOOL, SMALL, INT}
         if isinstance(node.op, ast.Div | ast.FloorDiv) and not _is_power(other):
             one = self.wide(node.left)
         if one.known is not None and other.known is not None:
