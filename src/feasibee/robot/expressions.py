@@ -232,6 +232,10 @@ class Expressions:
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "int":
             value = self.value(node)
             return Value("(int64_t)" + value.text.removeprefix("(feasibee_int)"), LONG)
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
+            one, other = self.wide(node.left), self.wide(node.right)
+            if LONG in (one.type, other.type) and REAL not in (one.type, other.type):
+                return Value(f"({_of(one, LONG)} {_MODULAR[type(node.op)]} {_of(other, LONG)})", LONG)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Mult):
             one, other = self.number(node.left), self.number(node.right)
             if {one.type, other.type} <= {SMALL, INT} and None in (one.known, other.known):
