@@ -85,14 +85,14 @@ def available() -> list[str]:
 
 
 def size_of(
-    name: str, strategy: Strategy, setting: Setting | None = None, *, frames: bool = True
+    processor: Processor, strategy: Strategy, setting: Setting | None = None, *, frames: bool = True
 ) -> tuple[int, int]:
     """Return the bytes in flash and in RAM of the controller of a robot.
 
     Parameters
     ----------
-    name : str
-        A processor, one of `available`.
+    processor : Processor
+        One of `PROCESSORS` that is `available`.
     strategy : Strategy
         What the robot runs.
     setting : Setting, optional
@@ -105,16 +105,15 @@ def size_of(
     FeasibeeError
         If the compiler fails, such as for a program that is too large.
     """
-    (flash, ram), (no_flash, no_ram) = _linked(name, strategy, setting, frames), _linked(name, None)
+    (flash, ram), (no_flash, no_ram) = _linked(processor, strategy, setting, frames), _linked(processor, None)
     return flash - no_flash, ram - no_ram
 
 
 @cache
 def _linked(
-    name: str, strategy: Strategy | None, setting: Setting | None = None, frames: bool = False
+    processor: Processor, strategy: Strategy | None, setting: Setting | None = None, frames: bool = False
 ) -> tuple[int, int]:
     """Return the bytes in flash and in RAM of a program; without a strategy, it does nothing."""
-    processor = PROCESSORS[name]
     with tempfile.TemporaryDirectory() as folder:
         flags = ["-DNOTHING"] if strategy is None else _flags_of(strategy, setting, frames, folder)
         program = Path(folder, "program")

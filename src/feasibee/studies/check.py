@@ -136,7 +136,7 @@ def _size(processor: str, scenario: Scenario) -> tuple[int, int] | str:
     if processor not in available():
         return f"no compiler here; install {PROCESSORS[processor].packages}"
     try:
-        return size_of(processor, scenario.strategy, scenario.setting)
+        return size_of(PROCESSORS[processor], scenario.strategy, scenario.setting)
     except FeasibeeError as error:
         return "too large for its memory" if "region" in str(error) else str(error)
 
