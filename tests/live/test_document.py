@@ -114,7 +114,7 @@ def test_a_page_offers_all_strategies_that_go_with_its_scenario():
         name for name, each in STRATEGIES.items() if not each.knowledge
     ]
     strategies = given(page_of(Scenario()))["strategies"]
-    assert [each["numbers"]["knows_count"] for each in strategies] == [
+    assert [each["numbers"]["given_knows_count"] for each in strategies] == [
         each.needs_count for each in STRATEGIES.values()
     ]
     assert [each["declares"] for each in strategies] == [each.declares for each in STRATEGIES.values()]

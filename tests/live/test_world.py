@@ -20,6 +20,7 @@ from feasibee.live.world import build
 from feasibee.live.world.build import WASM
 from feasibee.live.world.lowering import ROBOTS_LIMIT, TASKS_LIMIT, check_scenario, numbers_of, variants_of
 from feasibee.model import purposes
+from feasibee.robot import firmware
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.strategies import STRATEGIES
 from tests.robot.swarms import VARIANTS
@@ -264,8 +265,10 @@ def constants(text, name):
 def test_the_page_and_the_package_agree_on_numbers_flags_and_purposes():
     world, draws = ((build.FOLDER / name).read_text("utf-8") for name in ("world.c", "draws.h"))
     strategy = {"strategy": "k-unanimity", "parameters": {"k": 2.0}}
+    given = (firmware.FOLDER / "given.h").read_text("utf-8")
     numbers = [name.upper() for name in numbers_of(Scenario(decision=strategy))]
-    assert [*numbers[:-1], "NUMBERS"] == [*constants(world, "number")]
+    own = [*constants(world, "number")][:-1]
+    assert numbers == [*own, *[*constants(given, "feasibee_given")][:-1], "GIVEN_PARAMETER_0"]
     for name, bit in constants(world, "flag").items():
         assert bit == BITS[name.lower()]
     for name, number in constants(draws, "purpose").items():

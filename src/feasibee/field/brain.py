@@ -220,7 +220,7 @@ class CompiledMind(Mind):
         return sender, None
 
     def hear(self, sender: int, message: Any) -> None:
-        """Take the message that was decoded last."""
+        """Let the robot in C hear the message that was decoded last."""
         self._library.brain_hear(self._brain, sender)
 
     def end_step(self) -> None:

@@ -111,7 +111,7 @@ class Robot:
         self._heard_at = time.monotonic()
 
     def run(self) -> tuple[int, str]:
-        """Take part until the field ends; return the exit status and, if it could not join, the reason."""
+        """Let the robot take part until the field ends; return its exit status, and why it could not join."""
         try:
             self._take_part(self._join())
         except _EndedError as ended:

@@ -16,6 +16,7 @@ from typing import Final
 
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.live.world.lowering import ROBOTS_LIMIT, TASKS_LIMIT, WORDS_LIMIT
+from feasibee.robot.firmware import FOLDER as PARTS
 from feasibee.robot.firmware import constant, header
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy
@@ -51,7 +52,7 @@ def compile_world(out: Path, strategies: Sequence[Strategy] = tuple(STRATEGIES.v
         folder = Path(name)
         (folder / "limits.h").write_text(limits(strategies), encoding="utf-8")
         (folder / "feasibee.h").write_text(header(strategies), encoding="utf-8")
-        zig = [sys.executable, "-m", "ziglang", "cc", *FLAGS, *more, "-I", name]
+        zig = [sys.executable, "-m", "ziglang", "cc", *FLAGS, *more, "-I", name, "-I", str(PARTS)]
         done = subprocess.run(
             [*zig, "-o", str(out), str(FOLDER / "world.c")], stderr=PIPE, text=True, check=False
         )

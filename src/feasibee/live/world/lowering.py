@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import Any, Final
+from typing import Final
 
 from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import exact
+from feasibee.reference.robot import settings_of
 from feasibee.robot.firmware import constant
+from feasibee.robot.given import numbers_of as given_numbers
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import PAGE, unsupported
 from feasibee.simulation.lowering import fixed, probability, squared, unit_of
@@ -73,78 +75,34 @@ def numbers_of(scenario: Scenario) -> dict[str, float]:
     """Return the numbers of a scenario, in the order in which world.c takes them."""
     decision, sensing, radio = scenario.decision, scenario.sensing, scenario.radio
     unit, walled, (width, height) = unit_of(scenario), scenario.setting.walled, scenario.arena.size
+    given = given_numbers(scenario.strategy, settings_of(scenario), scenario.setting, ROBOTS_LIMIT)
     return {
         "robots": scenario.robots.count,
         "tasks": scenario.tasks.count,
-        "width": width,
-        "height": height,
         "span_x": fixed(width, unit),
         "span_y": fixed(height, unit),
         "unit": float(unit),
         "walled": int(walled),
         "radius": math.ceil(exact(scenario.robots.diameter) / unit / 2) if walled else 0,
-        "speed": scenario.robots.speed,
         "reach": float(exact(scenario.robots.speed) / unit),
         "mean_run": scenario.walk.mean_run,
-        **_range("sight", sensing.range, unit),
-        **_range("radio", radio.range, unit),
+        **_squared("sight", sensing.range, unit),
+        **_squared("radio", radio.range, unit),
         "miss": int(probability(sensing.miss)),
         "lost": int(probability(radio.loss)),
         "count_self": int(sensing.count_self),
-        "knows_count": int(scenario.robots.know_count),
         "strategy": strategies_of(scenario).index(scenario.strategy),
-        "exploration": decision.exploration,
-        "gain": decision.gain,
-        "dissemination_floor": decision.dissemination_floor,
-        "quality_floor": decision.quality_floor,
-        "listens_for": _listens_for(decision.listen),
-        "inbox_size": min(decision.inbox_size or ROBOTS_LIMIT, ROBOTS_LIMIT),
-        "own_vote": int(decision.own_vote),
-        "every_message": int(decision.inbox == "every-message"),
         "switching": -1 if decision.switching is None else int(probability(decision.switching)),
-        **_declaring(scenario),
-        **_parameters_by_hand(scenario),
         "id_bits": radio.id_bits or 0,
         "needed": math.floor(exact(decision.threshold) * scenario.robots.count) + 1,
-        **{f"parameter_{k}": value for k, value in enumerate(scenario.setting.parameters)},
+        **{f"given_{name}": value for name, value in given.items()},
     }
 
 
-def _range(name: str, length: float, unit: Fraction) -> dict[str, float]:
-    """Return a range, and both halves of its square; no squared distance is larger than 2**63."""
+def _squared(name: str, length: float, unit: Fraction) -> dict[str, float]:
+    """Return both halves of a range's square; no squared distance is larger than 2**63."""
     high, low = divmod(min(squared(length, unit), 2**63), TURN)
-    return {name: length, f"{name}_high": high, f"{name}_low": low}
-
-
-def _declaring(scenario: Scenario) -> dict[str, float]:
-    """Return the rule by which robots declare by votes; without one, 0 rounds."""
-    rule = scenario.decision.declare
-    quorum = exact(rule.quorum) if rule else Fraction(1)
-    return {
-        "rounds": rule.rounds if rule else 0,
-        "heard": rule.heard if rule else 0,
-        "quorum": quorum.numerator,
-        "quorum_of": quorum.denominator,
-    }
-
-
-def _listens_for(listen: Any) -> int:
-    """Return the number of last steps of dissemination in which a robot hears; 0: all, -1: always."""
-    if isinstance(listen, str):
-        return {"always": -1, "dissemination": 0}[listen]
-    return min(int(listen["last"]), 65_535)
-
-
-def _parameters_by_hand(scenario: Scenario) -> dict[str, float]:
-    """Return the parameters of strategies written by hand in C; those of the scenario's are its own."""
-    built_in = {key: value for each in STRATEGIES.values() for key, value in each.parameters.items()}
-    given = built_in | scenario.decision.parameters
-    return {
-        "k": min(max(1, math.ceil(given["k"])), 65_535),
-        "voters": min(max(0, math.ceil(exact(given["voters"]) * TURN)), TURN - 1),
-        "credence": given["credence"],
-        "positive_feedback": int(given["positive_feedback"] > 0),
-    }
+    return {f"{name}_high": high, f"{name}_low": low}
 
 
 def _problems(scenario: Scenario) -> Iterator[Problem]:

@@ -12,16 +12,14 @@
 #define FEASIBEE_LOG natural_log
 #define FEASIBEE_LAYOUT(layout) NULL /* messages stay words: 17 KB less */
 #include "feasibee.h"
+#include "given.h"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
 
-/* The numbers of a scenario, in the order of numbers_of in lowering.py; a test compares them. Those of the strategy's
- * own parameters follow. */
+/* The numbers of a scenario, in the order of numbers_of in lowering.py; a test compares them. Those of given.h follow. */
 enum number {
-    ROBOTS, TASKS, WIDTH, HEIGHT, SPAN_X, SPAN_Y, UNIT, WALLED, RADIUS, SPEED, REACH, MEAN_RUN, SIGHT, SIGHT_HIGH,
-    SIGHT_LOW, RADIO, RADIO_HIGH, RADIO_LOW, MISS, LOST, COUNT_SELF, KNOWS_COUNT, STRATEGY, EXPLORATION, GAIN,
-    DISSEMINATION_FLOOR, QUALITY_FLOOR, LISTENS_FOR, INBOX_SIZE, OWN_VOTE, EVERY_MESSAGE, SWITCHING, ROUNDS, HEARD,
-    QUORUM, QUORUM_OF, K, VOTERS, CREDENCE, POSITIVE_FEEDBACK, ID_BITS, NEEDED, NUMBERS
+    ROBOTS, TASKS, SPAN_X, SPAN_Y, UNIT, WALLED, RADIUS, REACH, MEAN_RUN, SIGHT_HIGH, SIGHT_LOW, RADIO_HIGH, RADIO_LOW,
+    MISS, LOST, COUNT_SELF, STRATEGY, SWITCHING, ID_BITS, NEEDED, NUMBERS
 };
 
 /* Bits of a robot's flags, as FLAGS in simulation/snapshot.py; a test compares them. */
@@ -41,7 +39,7 @@ struct side {
     uint64_t length, round;
 };
 
-static double numbers[NUMBERS + FEASIBEE_PARAMETERS];
+static double numbers[NUMBERS + GIVEN_PARAMETERS + FEASIBEE_PARAMETERS];
 static struct side side_x, side_y;
 static uint64_t seed;
 static uint32_t run, now;
@@ -127,21 +125,15 @@ static bool draw_switch(void *context)
     return philox(seed, run, body->number, body->phases, PHASE).word[3] < numbers[SWITCHING];
 }
 
-/* Read what knowledge may depend on. */
+/* Read what knowledge may depend on; the page's sliders change the numbers of robots and tasks. */
 static void read_setting(void)
 {
-    uint16_t robots = (uint16_t)whole(ROBOTS), tasks = (uint16_t)whole(TASKS);
-    uint8_t least_bits = robots > 2 ? (uint8_t)(32 - __builtin_clz(robots - 1u)) : 1;
-    setting = (struct feasibee_setting){
-        .robots = robots, .count = robots, .tasks = tasks, .robot_ids = robots, .task_ids = tasks,
-        .robot_classes = 1, .task_classes = 1, .id_bits = whole(ID_BITS) ? (uint8_t)whole(ID_BITS) : least_bits,
-        .knows_count = whole(KNOWS_COUNT), .walled = whole(WALLED), .width = numbers[WIDTH], .height = numbers[HEIGHT],
-        .sight = numbers[SIGHT], .radio = numbers[RADIO], .speed = numbers[SPEED],
-        .exploration = numbers[EXPLORATION], .dissemination = numbers[GAIN] + numbers[DISSEMINATION_FLOOR],
-        .mean_run = numbers[MEAN_RUN],
-    };
-    for (uint32_t k = 0; k < FEASIBEE_PARAMETERS; k++)
-        setting.parameters[k] = numbers[NUMBERS + k];
+    int16_t robots = (int16_t)whole(ROBOTS), tasks = (int16_t)whole(TASKS);
+    setting = feasibee_setting_given(numbers + NUMBERS);
+    setting.robots = setting.count = setting.robot_ids = robots;
+    setting.tasks = setting.task_ids = tasks;
+    if (whole(ID_BITS) == 0)
+        setting.id_bits = robots > 2 ? (uint8_t)(32 - __builtin_clz(robots - 1u)) : 1;
     const struct feasibee_knowledge *knowledge = settings.strategy->knowledge;
     if (knowledge && (knowledge->words(&setting) > FEASIBEE_WORDS ||
                       feasibee_message_words(knowledge, &setting) > FEASIBEE_MESSAGE_WORDS))
@@ -151,23 +143,10 @@ static void read_setting(void)
 static void read_settings(void)
 {
     static const struct feasibee_strategy *const strategies[] = {WORLD_STRATEGIES};
-    settings = feasibee_defaults(strategies[whole(STRATEGY)]);
-    settings.exploration = numbers[EXPLORATION];
-    settings.gain = numbers[GAIN];
-    settings.dissemination_floor = (uint16_t)whole(DISSEMINATION_FLOOR);
-    settings.quality_floor = (uint16_t)whole(QUALITY_FLOOR);
-    settings.listens_for = (int32_t)numbers[LISTENS_FOR];
-    settings.inbox_size = (uint16_t)whole(INBOX_SIZE); /* at most WORLD_ROBOTS */
-    settings.own_vote = whole(OWN_VOTE);
-    settings.every_message = whole(EVERY_MESSAGE);
-    settings.declare = (struct feasibee_declare){(uint16_t)whole(ROUNDS), (uint16_t)whole(HEARD),
-                                               (uint16_t)whole(QUORUM), (uint16_t)whole(QUORUM_OF)};
-    settings.parameters = (struct feasibee_parameters){(uint16_t)whole(K), whole(VOTERS), numbers[CREDENCE],
-                                                       whole(POSITIVE_FEEDBACK)};
+    settings = feasibee_settings_given(numbers + NUMBERS, strategies[whole(STRATEGY)], &setting);
     settings.draw_duration = draw_duration;
     settings.draw_choice = draw_choice;
     settings.draw_switch = numbers[SWITCHING] < 0 ? NULL : draw_switch;
-    settings.setting = &setting;
     read_setting();
 }
 
