@@ -7,6 +7,7 @@ import json
 import math
 import os
 import re
+import signal
 import sqlite3
 import sys
 from collections import Counter
@@ -474,7 +475,7 @@ def test_a_point_that_stays_unsure_is_looked_at_after_half_as_many_runs_more(mos
         schedule.enter(pieces, pieces)
     assert seen == ends
     assert kept.asked == ends[:-1]
-    assert schedule.is_done
+    assert not any(schedule.pending.values())
     totals = schedule.totals
     assert (totals.points_done, totals.runs, totals.runs_done, totals.runs_new) == (1, most, most, most)
 
@@ -550,6 +551,22 @@ done = sweep(plan, folder / str(place), executors.threads(2))
 assert everything(folder / str(place)) == expected
 print(killed, place, done.runs_new)
 """
+
+
+@unix
+def test_an_interrupt_in_the_last_chunk_of_a_round_ends_the_study(tmp_path):
+    """All runs of the round are kept; the next round must not begin."""
+
+    def interrupt(progress):
+        if progress.runs_done == progress.runs and not progress.stopping:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored
+    try:
+        with pytest.raises(KeyboardInterrupt, match="^144 runs kept; the same command goes on$"):
+            sweep(study(), tmp_path, WorkerPool(Here, 1), progress=interrupt)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @unix

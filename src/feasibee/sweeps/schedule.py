@@ -156,11 +156,6 @@ class Schedule:
             self._extend(place)
 
     @property
-    def is_done(self) -> bool:
-        """Whether the journal holds all runs that are wanted."""
-        return not any(self.pending.values())
-
-    @property
     def totals(self) -> Totals:
         """What is wanted and done so far."""
         rule, points = self.study.until, self.study.points

@@ -165,7 +165,7 @@ class Rounds:
                 load_engine(study.points[place].scenario)
         self._report(schedule, False)
         interrupted = self._workers.work_off(schedule, partial(self._report, schedule))
-        if interrupted and not schedule.is_done:
+        if interrupted:  # also in the last chunk: other rounds may follow
             kept = f"{self._progress(schedule.totals).runs_done} runs kept; the same command goes on"
             raise KeyboardInterrupt("" if self.execution.folder is None else kept)
         self._past = self._past.plus(schedule.totals)
