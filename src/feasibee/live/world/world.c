@@ -104,7 +104,7 @@ static void turn(struct body *body)
     headings[body->number] = (uint8_t)(drawn.word[0] >> 24);
 }
 
-static uint32_t draw_duration(void *context, const struct feasibee_mean *mean)
+static uint32_t draw_steps(void *context, const struct feasibee_mean *mean)
 {
     struct body *body = context;
     double share = (double)mean->share.part / mean->share.whole;
@@ -112,14 +112,14 @@ static uint32_t draw_duration(void *context, const struct feasibee_mean *mean)
     return duration(word, mean->steps * (mean->complement ? 1.0 - share : share));
 }
 
-static struct feasibee_choice draw_choice(void *context)
+static struct feasibee_choice choice(void *context)
 {
     const struct body *body = context;
     struct words drawn = philox(seed, run, body->number, body->phases, PHASE);
     return (struct feasibee_choice){drawn.word[1], drawn.word[2]};
 }
 
-static bool draw_switch(void *context)
+static bool switches(void *context)
 {
     const struct body *body = context;
     return philox(seed, run, body->number, body->phases, PHASE).word[3] < numbers[SWITCHING];
@@ -144,9 +144,9 @@ static void read_settings(void)
 {
     static const struct feasibee_strategy *const strategies[] = {WORLD_STRATEGIES};
     settings = feasibee_settings_given(numbers + NUMBERS, strategies[whole(STRATEGY)], &setting);
-    settings.draw_duration = draw_duration;
-    settings.draw_choice = draw_choice;
-    settings.draw_switch = numbers[SWITCHING] < 0 ? NULL : draw_switch;
+    settings.draw_duration = draw_steps;
+    settings.draw_choice = choice;
+    settings.draw_switch = numbers[SWITCHING] < 0 ? NULL : switches;
     read_setting();
 }
 
