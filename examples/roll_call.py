@@ -9,28 +9,28 @@ def decide(mind, inbox):
 
 
 def words(setting):
-    """Return the length of the row: a word for each id of a robot, and then of a task."""
+    """Return the length of the row of words that a robot knows: one for each robot, then for each task."""
     return setting.robot_ids + setting.task_ids
 
 
 def start(known, me):
-    """Add the robot itself to what it knows."""
+    """Write what a robot knows at first: itself."""
     known[me.id] = 1
 
 
 def observe(known, thing, me):
-    """Add a robot or task in sight to what the robot knows."""
+    """Add a robot or task in sight."""
     known[thing.id if thing.is_robot else me.setting.robot_ids + thing.id] = 1
 
 
 def merge(known, message, sender, me):
-    """Unite what is known with what a neighbour knows."""
+    """Add what a neighbour broadcast. The order of messages, and hearing one twice, must not matter."""
     for k in range(len(known)):
         known[k] = max(known[k], message[k])
 
 
 def count(known, counts, me):
-    """Count the robots and the tasks."""
+    """Write the numbers of robots and of tasks that are known; they are rated when a phase ends."""
     for k in range(len(known)):
         counts[0 if k < me.setting.robot_ids else 1] += known[k]
 

@@ -64,6 +64,13 @@ def test_a_skeleton_runs_as_it_is_and_with_what_its_comments_offer(here, options
     assert header(load("more.py"))
 
 
+def test_a_skeleton_passes_on_names_as_the_example_does():
+    """Both also have bits, which differ: messages of the example are as long as those of census."""
+    example = (Path(__file__).parents[2] / "examples" / "roll_call.py").read_text(encoding="utf-8")
+    texts = example, skeleton("mine.py", knowledge=True)
+    assert len({text[text.index("def words") : text.index("def bits")] for text in texts}) == 1
+
+
 def test_a_skeleton_overwrites_nothing(here):
     (here / "mine.py").write_text("x")
     line = refused_in_a_line("new", "strategy", "mine.py")
