@@ -9,9 +9,10 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterable
+from importlib.util import find_spec
 
 from feasibee.robot import sizes as measured
-from feasibee.robot.sizes import INBOX, available, size_of
+from feasibee.robot.sizes import INBOX, Processor, size_of
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting
@@ -20,9 +21,42 @@ SWARM = (20, 40)
 """Numbers of robots and tasks that strategies with knowledge can name."""
 QUIET = 300.0
 """Quiet time in steps: without floating point it is given."""
+
+
+class WebAssembly(Processor):
+    """WebAssembly, whose size is the length of its module."""
+
+    @property
+    def found(self):
+        """Whether its compiler is installed."""
+        return find_spec("ziglang") is not None
+
+    def bytes_of(self, program):
+        """Return the length of a module, and 0."""
+        return program.stat().st_size, 0
+
+
 ROOMY = measured.PROCESSORS["ATmega328P"]._replace(link=("-lm", "-Wl,--defsym=__DATA_REGION_LENGTH__=0xf000"))
-PROCESSORS = {**measured.PROCESSORS, "ATmega328P": ROOMY}
-"""One is measured with more RAM than it has, so that the table says how much is missing."""
+PROCESSORS = {
+    "ATmega328P": ROOMY,
+    **{
+        name: Processor(
+            ("arm-none-eabi-gcc", "-mthumb", f"-mcpu={name.lower()}"),
+            "gcc-arm-none-eabi and libnewlib-arm-none-eabi",
+            ("--specs=nano.specs", "--specs=nosys.specs", "-lm"),
+            "arm-none-eabi-size",
+        )
+        for name in ("Cortex-M0", "Cortex-M4")
+    },
+    "x86-64": measured.PROCESSORS["x86-64"],
+    "wasm32": WebAssembly(
+        (sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi"),
+        "ziglang (PyPI)",
+        ("-s", "-mexec-model=reactor", "-Wl,--no-entry", "-Wl,--export=run", "-lm"),
+        "",
+    ),
+}
+"""The processors of the tables. One has more RAM than it has, so that the table says how much is missing."""
 FRAMED = ("dmmd", "dc")
 """Strategies for which the bytes that frames add are listed: one without a value, and one with."""
 
@@ -74,7 +108,7 @@ def row(table: str, strategy: str, names: Iterable[str]) -> dict[str, str | int]
 
 def main() -> None:
     """Print the tables, or JSON for claims/pages/targets.toml."""
-    names = available()
+    names = [name for name, each in PROCESSORS.items() if each.found]
     for name, processor in PROCESSORS.items():
         if name not in names:
             print(f"no {name}: its compiler is in {processor.packages}", file=sys.stderr)

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import NamedTuple
 from zlib import crc32
 
+from benchmarks.sizes import PROCESSORS
 from feasibee.robot import Controller, Declare, Message, Settings, Wire, firmware
-from feasibee.robot.sizes import PROCESSORS, SHARED
+from feasibee.robot.sizes import SHARED
 from feasibee.strategies import STRATEGIES
 from tests.robot.driving import Draws, constant, needs, run
 

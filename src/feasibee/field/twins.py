@@ -20,14 +20,8 @@ from feasibee.strategies.contract import Strategy, Thing
 class Twin(Mind):
     """A mind in Python with one in C, which senses the same and must say, hold and declare the same.
 
-    Robots hear what was sent as bytes, as real ones do.
-
-    Parameters
-    ----------
-    library : Path
-        The program in C: what `feasibee.field.brain.compiled` made.
-    strategy, settings
-        As those of `Mind`.
+    Robots hear what was sent as bytes, as real ones do. ``library`` is the program in C that
+    `feasibee.field.brain.compiled` made.
     """
 
     def __init__(self, library: Path, strategy: Strategy, settings: Settings) -> None:
@@ -101,22 +95,7 @@ class Twin(Mind):
 
 
 def live(scenario: Scenario, library: Path, seed: int, run: int) -> None:
-    """Simulate a run with twins.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        A world without classes.
-    library : Path
-        The robots' program in C.
-    seed, run : int
-        Which run.
-
-    Raises
-    ------
-    FeasibeeError
-        Where Python and C differ: the step, and what each does.
-    """
+    """Simulate a run of robots without classes; raise an error that names the first step and difference."""
 
     class TwinRobot(Robot):
         """A robot with two minds, unless it is Byzantine."""

@@ -1,4 +1,4 @@
-"""Flash and RAM of a robot's controller in C, compiled for the processors whose compilers are installed.
+"""Flash and RAM of a robot's controller in C, compiled for a processor whose compiler is installed.
 
 A program that calls all functions of the header is linked. Its sizes less those of a program that does
 nothing are what the controller takes. RAM is without the stack and the radio's memory.
@@ -13,7 +13,6 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -38,50 +37,27 @@ class Processor(NamedTuple):
     compiler: tuple[str, ...]
     packages: str
     link: tuple[str, ...] = ("-lm",)
-    size: str = ""
+    size: str = "size"
 
     @property
     def found(self) -> bool:
-        """Whether its compiler is installed."""
-        if "ziglang" in self.compiler:
-            return find_spec("ziglang") is not None
-        return shutil.which(self.compiler[0]) is not None
+        """Whether its compiler is installed; cc compiles for the machine that it is on."""
+        is_here = sys.platform == "linux" and platform.machine() == "x86_64"
+        return shutil.which(self.compiler[0]) is not None and (is_here or self.compiler[0] != "cc")
 
     def bytes_of(self, program: Path) -> tuple[int, int]:
-        """Return the bytes of a program in flash and in RAM; of a WebAssembly module, its length and 0."""
-        if not self.size:
-            return program.stat().st_size, 0
+        """Return the bytes of a program in flash and in RAM."""
         text, data, bss = map(int, output(self.size, str(program)).splitlines()[1].split()[:3])
         return text + data, data + bss
 
 
 PROCESSORS: Final = {
+    "x86-64": Processor(("cc", "-m64"), "gcc"),
     "ATmega328P": Processor(
         ("avr-gcc", "-mmcu=atmega328p", "-mcall-prologues"), "gcc-avr and avr-libc", size="avr-size"
     ),
-    **{
-        name: Processor(
-            ("arm-none-eabi-gcc", "-mthumb", f"-mcpu={name.lower()}"),
-            "gcc-arm-none-eabi and libnewlib-arm-none-eabi",
-            ("--specs=nano.specs", "--specs=nosys.specs", "-lm"),
-            "arm-none-eabi-size",
-        )
-        for name in ("Cortex-M0", "Cortex-M4")
-    },
-    "x86-64": Processor(("cc", "-m64"), "gcc", size="size"),
-    "wasm32": Processor(
-        (sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi"),
-        "ziglang (PyPI)",
-        ("-s", "-mexec-model=reactor", "-Wl,--no-entry", "-Wl,--export=run", "-lm"),
-    ),
 }
-"""The processors, by name."""
-
-
-def available() -> list[str]:
-    """Return the processors for which there is a compiler here."""
-    native = sys.platform == "linux" and platform.machine() == "x86_64"
-    return [name for name, each in PROCESSORS.items() if each.found and (native or name != "x86-64")]
+"""Processors, by name; benchmarks/sizes.py has more."""
 
 
 def size_of(
@@ -89,29 +65,19 @@ def size_of(
 ) -> tuple[int, int]:
     """Return the bytes in flash and in RAM of the controller of a robot.
 
-    Parameters
-    ----------
-    processor : Processor
-        One of `PROCESSORS` that is `available`.
-    strategy : Strategy
-        What the robot runs.
-    setting : Setting, optional
-        The numbers on which its knowledge depends, if it passes on any.
-    frames : bool
-        Whether messages are encoded as bytes and decoded.
-
-    Raises
-    ------
-    FeasibeeError
-        If the compiler fails, such as for a program that is too large.
+    ``setting`` has the numbers on which its knowledge depends, if it passes on any. ``frames`` says whether
+    messages are encoded as bytes and decoded. A `FeasibeeError` says if a program is too large.
     """
-    (flash, ram), (no_flash, no_ram) = _linked(processor, strategy, setting, frames), _linked(processor, None)
+    (flash, ram), (no_flash, no_ram) = _linked(processor, strategy, setting, frames), _linked(processor)
     return flash - no_flash, ram - no_ram
 
 
 @cache
 def _linked(
-    processor: Processor, strategy: Strategy | None, setting: Setting | None = None, frames: bool = False
+    processor: Processor,
+    strategy: Strategy | None = None,
+    setting: Setting | None = None,
+    frames: bool = False,
 ) -> tuple[int, int]:
     """Return the bytes in flash and in RAM of a program; without a strategy, it does nothing."""
     with tempfile.TemporaryDirectory() as folder:
@@ -138,31 +104,23 @@ def _flags_of(strategy: Strategy, setting: Setting | None, frames: bool, folder:
 
 def setting_in_c(setting: Setting) -> str:
     """Return a definition of ``setting`` in C."""
-    whole = "robots count tasks robot_ids task_ids id_bits knows_count robot_classes task_classes".split()  # noqa: SIM905
-    reals = "width height sight radio speed exploration dissemination mean_run".split()  # noqa: SIM905
-    numbers = ", ".join(f"FEASIBEE_REAL({value!r})" for value in setting.parameters) or "0"
-    return "\n".join(
-        [
-            "static struct feasibee_setting setting = {",
-            *(f"    .{name} = {int(getattr(setting, name))}," for name in whole),
-            f"    .parameters = {{{numbers}}},",
-            "#ifdef FEASIBEE_DOUBLE",
-            *(f"    .{name} = {getattr(setting, name)!r}," for name in reals),
-            "#endif",
-            "};",
-            "",
+    fields = setting._asdict()
+    parameters = ", ".join(f"FEASIBEE_REAL({value!r})" for value in fields.pop("parameters")) or "0"
+
+    def rows(*, for_double: bool) -> list[str]:
+        return [
+            f"    .{name} = {str(value).lower()},"
+            for name, value in fields.items()
+            if (isinstance(value, float) or name == "walled") == for_double
         ]
-    )
+
+    lines = ["static struct feasibee_setting setting = {", *rows(for_double=False)]
+    lines += [f"    .parameters = {{{parameters}}},", "#ifdef FEASIBEE_DOUBLE"]
+    return "\n".join([*lines, *rows(for_double=True), "#endif", "};", ""])
 
 
 def output(*command: str) -> str:
-    """Return what a command printed.
-
-    Raises
-    ------
-    FeasibeeError
-        If it fails: its program, its status, and its first error.
-    """
+    """Return what a command printed; raise its program, its status and its first error if it fails."""
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         lines = done.stderr.strip().splitlines()

@@ -15,7 +15,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.brain import compiled
 from feasibee.field.twins import live
 from feasibee.robot import firmware
-from feasibee.robot.sizes import PROCESSORS, available, size_of
+from feasibee.robot.sizes import PROCESSORS, size_of
 from feasibee.scenario.messages import MessageBits, message_bits
 from feasibee.scenario.plugins import manifest_of
 from feasibee.scenario.runs import Runs
@@ -28,8 +28,6 @@ TASKS: Final = (10, 16, 20, 21, 25, 40)
 """Numbers of tasks for the paper's 20 robots: six ratios, two of them on either side of ratio one."""
 BESIDE: Final = ("dmmd", "census")
 """Strategies to compare with: the paper's, and one that passes on all that is known."""
-BOARDS: Final = ("x86-64", "ATmega328P")
-"""Processors whose flash and RAM are measured."""
 WORLDS: Final = 6
 """Number of random worlds in which Python, engine and C are compared."""
 STEPS: Final = 120
@@ -109,7 +107,7 @@ def check(name: str, runs: int = 200, seed: int = 0, execution: Execution | None
         memory=strategy.memory,
         in_c=in_c,
         needs_double=not in_c and firmware.needs_double(strategy),
-        sizes={} if in_c else {each: _size(each, scenario) for each in BOARDS},
+        sizes={} if in_c else {each: _size(each, scenario) for each in PROCESSORS},
         engine=_agreement(name, seed, _same_in_engine),
         c=in_c or _agreement(name, seed, _same_in_c),
         outcomes=tuple(compare(contenders, TASKS, runs, seed, execution, curves=False)),
@@ -133,7 +131,7 @@ def _problem(work: Callable[[], object]) -> str:
 
 def _size(processor: str, scenario: Scenario) -> tuple[int, int] | str:
     """Return the bytes of a robot's controller in flash and RAM, or why there are none."""
-    if processor not in available():
+    if not PROCESSORS[processor].found:
         return f"no compiler here; install {PROCESSORS[processor].packages}"
     try:
         return size_of(PROCESSORS[processor], scenario.strategy, scenario.setting)
