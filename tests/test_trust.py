@@ -8,6 +8,7 @@ import pickle
 import numpy as np
 import pytest
 from commands import invoke
+from journals import rows_in
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate, truth
 from feasibee.live.catalogue import read_catalogue
@@ -160,7 +161,7 @@ def test_a_strategys_file_that_is_edited_during_a_sweep_changes_no_row(tmp_path,
         for point, row in zip(study.points, journal.points, strict=True):
             assert row.scenario.manifest.source == TEXT
             kept = simulate_record(point.scenario, Runs(40, 0))
-            columns = journal.columns(row.id)
+            columns = rows_in(journal, row.id)
             np.testing.assert_array_equal(columns[:, 1], kept.decision)
             np.testing.assert_array_equal(columns[:, 3], kept.bits_sent)
 

@@ -11,6 +11,7 @@ from hashlib import sha256
 import commands
 import numpy as np
 import pytest
+from journals import rows_in
 from playing import swarm_at, swept
 from serving import Page, serving_at
 from starlette.responses import PlainTextResponse
@@ -137,7 +138,7 @@ def test_the_runs_that_decided_wrong_are_replayed_as_they_were(results):
         wrong = {
             (row.id, run): (decision, step)
             for row in journal.points
-            for run, decision, step in journal.columns(row.id)[:, :3].tolist()
+            for run, decision, step in rows_in(journal, row.id)[:, :3].tolist()
             if decision not in (-1, int(row.truth))
         }
     assert catalogue.found == len(wrong) > 5
@@ -166,7 +167,7 @@ def test_a_long_list_has_as_many_runs_of_each_point(results, monkeypatch):
 def test_every_pick_is_offered_and_they_share_out_the_runs(results):
     assert OFFERED == PICKS
     with Journal(results) as journal:
-        assert any((journal.columns(row.id)[:, 1] == -1).any() for row in journal.points)
+        assert any((rows_in(journal, row.id)[:, 1] == -1).any() for row in journal.points)
     found = {}
     for pick in PICKS:
         try:

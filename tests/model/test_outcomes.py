@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from declaring import declaring
+from journals import rows_in, write
 
 from feasibee import Scenario, save_results
 from feasibee.model.outcomes import ACCOUNT, CURVES, DECLARES, OUTCOMES, TRACES
@@ -94,9 +95,9 @@ def test_files_and_journals_have_the_columns_of_the_table(record, tmp_path):
     save_results(to_dataset(record, SCENARIO, 1), tmp_path / "runs.csv")
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([DesignPoint({}, SCENARIO)], 1)
-        journal.write([(number, record)])
+        write(journal, [(number, record)])
         export(journal, tmp_path / "sweep.csv")
-        stored = journal.columns(number)
+        stored = rows_in(journal, number)
     np.testing.assert_array_equal(stored[:, 1:].T, [getattr(record, name) for name in NAMES])
     with (tmp_path / "runs.csv").open(newline="") as file:
         header, *rows = csv.reader(file)

@@ -268,11 +268,12 @@ def test_progress_counts_the_work_of_all_rounds_against_the_most(tmp_path):
                 rounds.phase = str(seed)
                 list(rounds.run(Study([DesignPoint({}, SMALL)], 10, seed)))
         assert {(each.phase, each.runs) for each in told} == {("1", 10), ("2", 20), ("3", 30)}
-        assert (told[-1].runs_done, told[-1].runs_new, told[-1].share) == (30, new, 0.75)
-        assert [each.share for each in told] == sorted(each.share for each in told)
+        assert (told[-1].runs_done, told[-1].runs_new) == (30, new)
+        assert told[-1].work_done / told[-1].most == 0.75
+        assert [each.work_done for each in told] == sorted(each.work_done for each in told)
     with Rounds(execution, most=None) as rounds:
         list(rounds.run(Study([DesignPoint({}, SMALL)], 10, 1)))
-    assert told[-1].share is None
+    assert not told[-1].is_bounded
 
 
 def test_a_rule_counts_as_the_most_runs_until_it_is_met(tmp_path):

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from commands import json_of
+from journals import write
 
 from feasibee import FeasibeeError, Scenario, wilson
 from feasibee.model.outcomes import OUTCOMES, TRACES
@@ -50,7 +51,7 @@ def folder(records, tmp_path):
     points = [DesignPoint({"name": name}, each) for name, each in (("still", STILL), ("changing", CHANGING))]
     with Journal(folder, write=True) as journal:
         numbers = journal.add(points, 7)
-        journal.write(zip(numbers, records, strict=True))
+        write(journal, zip(numbers, records, strict=True))
     return folder
 
 
@@ -86,8 +87,8 @@ def test_runs_without_their_traces_are_missing(folder):
 def test_runs_that_have_kept_their_traces_are_still_read(records, tmp_path, table):
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([DesignPoint({}, CHANGING)], 7)
-        journal.write([(number, records[1].part(0, 4))])
-        journal.write([(number, records[1].part(4, 12))])
+        write(journal, [(number, records[1].part(0, 4))])
+        write(journal, [(number, records[1].part(4, 12))])
     with closing(sqlite3.connect(tmp_path / NAME, isolation_level=None)) as database:
         database.execute(f"DELETE FROM {table} WHERE run = 2")
     with Journal(tmp_path, write=True, rescue=True) as journal:
@@ -130,7 +131,7 @@ def test_journals_are_merged_with_their_traces_unless_one_differs(folder, record
     held[5, 17] = 1 - np.maximum(held[5, 17], 0)
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([DesignPoint({}, CHANGING)], 7)
-        journal.write([(number, replace(records[1], held=held))])
+        write(journal, [(number, replace(records[1], held=held))])
         with pytest.raises(FeasibeeError, match=r"run 5: held at step 17 is -?\d in"):
             merge(journal, [folder])
     (tmp_path / "other").mkdir()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from commands import invoke, json_of
 from declaring import declaring
+from journals import write
 
 from feasibee.results.measures import MEASURES, TRACKED, declarations, ended_right, together
 from feasibee.results.statistics import confidence_sequence, declare_times, plain, wilson
@@ -33,7 +34,7 @@ def folder(scenarios, tmp_path_factory):
     with Journal(folder, write=True) as journal:
         numbers = journal.add(points, 5)
         records = [simulate_record(each, Runs(30, 5)) for each in scenarios.values()]
-        journal.write(zip(numbers, records, strict=True))
+        write(journal, zip(numbers, records, strict=True))
     return folder
 
 
@@ -55,7 +56,7 @@ def test_a_stopping_rule_makes_the_intervals_valid_at_every_look(scenarios, tmp_
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([DesignPoint({}, quiet)], 5, StoppingRule(0.5, None, 30))
         record = simulate_record(quiet, Runs(30, 5))
-        journal.write([(number, record)])
+        write(journal, [(number, record)])
         found = summaries(journal)[0].found
     runs = int((record.declared_infeasible > 0).sum())
     assert found.declared.wrong == confidence_sequence(runs, 30)

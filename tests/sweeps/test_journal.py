@@ -13,6 +13,7 @@ from hashlib import sha256
 import numpy as np
 import pytest
 from commands import output_of, python, refused_in_a_line
+from journals import rows_in, write
 
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee.model.codes import MODEL_VERSION
@@ -54,7 +55,7 @@ def filled(tmp_path):
     """A folder with a journal of 30 runs."""
     with Journal(tmp_path, write=True) as journal:
         (number,) = journal.add([point()], 7)
-        journal.write([(number, simulate_record(SMALL, Runs(30, 7)))])
+        write(journal, [(number, simulate_record(SMALL, Runs(30, 7)))])
     return tmp_path
 
 
@@ -90,14 +91,14 @@ def test_what_goes_in_comes_out(tmp_path):
     with Journal(tmp_path, write=True) as journal:
         numbers = journal.add(points, 2**64 - 1)
         records = [simulate_record(each.scenario, Runs(8, 2**64 - 1, 3), curves=True) for each in points]
-        journal.write(zip(numbers, records, strict=True))
+        write(journal, zip(numbers, records, strict=True))
     assert (records[2].declare_step >= 0).any()
     with Journal(tmp_path) as journal:
         for number, row, each, record in zip(numbers, journal.points, points, records, strict=True):
             expected = (number, each.scenario.hash, 2**64 - 1, each.values, each.scenario)
             assert (row.id, row.hash, row.seed, row.values, row.scenario) == expected
             assert row.truth == truth(each.scenario)
-            np.testing.assert_array_equal(journal.columns(number), rows_of(record))
+            np.testing.assert_array_equal(rows_in(journal, number), rows_of(record))
             for (run, *counts), k in zip(journal.curves(number), range(8), strict=True):
                 assert run == 3 + k
                 np.testing.assert_array_equal(counts, [record.feasible_count[k], record.infeasible_count[k]])
@@ -110,10 +111,10 @@ def test_a_chunk_that_fails_leaves_nothing(filled):
 
     with Journal(filled, write=True) as journal:
         with pytest.raises(KeyboardInterrupt):
-            journal.write(parts())
-        assert len(journal.columns(1)) == 30
-        journal.write([(1, simulate_record(SMALL, Runs(5, 7, 30)))])
-        assert len(journal.columns(1)) == 35
+            write(journal, parts())
+        assert len(rows_in(journal, 1)) == 30
+        write(journal, [(1, simulate_record(SMALL, Runs(5, 7, 30)))])
+        assert len(rows_in(journal, 1)) == 35
         assert len(journal.entries()) == 1  # the totals are those of what was written
 
 
@@ -122,7 +123,7 @@ def test_what_is_missing(tmp_path):
         (number,) = journal.add([point()], 0)
         assert journal.missing(number, 0, 10, False) == [(0, 10)]
         for first, runs, curves in ((2, 3, True), (5, 1, False), (8, 1, False)):
-            journal.write([(number, simulate_record(SMALL, Runs(runs, 0, first), curves=curves))])
+            write(journal, [(number, simulate_record(SMALL, Runs(runs, 0, first), curves=curves))])
         assert journal.missing(number, 0, 12, False) == [(0, 2), (6, 8), (9, 12)]
         assert journal.missing(number, 0, 9, False) == [(0, 2), (6, 8)]
         assert journal.missing(number, 0, 5, False) == [(0, 2)]
@@ -190,12 +191,12 @@ def test_taking_over_another_journal(filled, tmp_path):
         other.mkdir()
         with Journal(other, write=True) as journal:
             second, first = journal.add([point({"tasks.count": 9}), point()], 7)
-            journal.write([(first, simulate_record(SMALL, Runs(20, 7, 20 + 20 * number), curves=True))])
-            journal.write([(second, simulate_record(SMALL.replace({"tasks.count": 9}), Runs(5, 7)))])
+            write(journal, [(first, simulate_record(SMALL, Runs(20, 7, 20 + 20 * number), curves=True))])
+            write(journal, [(second, simulate_record(SMALL.replace({"tasks.count": 9}), Runs(5, 7)))])
     with Journal(filled, write=True) as journal:
         assert [merge(journal, [other]) for other in others for _ in range(2)] == [15, 0, 20, 0]
         assert [row.values for row in journal.points] == [{}, {"tasks.count": 9}]
-        np.testing.assert_array_equal(journal.columns(1), rows_of(simulate_record(SMALL, Runs(60, 7))))
+        np.testing.assert_array_equal(rows_in(journal, 1), rows_of(simulate_record(SMALL, Runs(60, 7))))
         assert [run for run, *_ in journal.curves(1)] == list(range(20, 60))
 
 
@@ -207,7 +208,7 @@ def other_journal(folder, statement=None, curves=False):
     folder.mkdir()
     with Journal(folder, write=True) as journal:
         (number,) = journal.add([point()], 7)
-        journal.write([(number, simulate_record(SMALL, Runs(20, 7, 20), curves=curves))])
+        write(journal, [(number, simulate_record(SMALL, Runs(20, 7, 20), curves=curves))])
     if statement:
         with database(folder) as other:
             other.execute(statement)
@@ -243,7 +244,7 @@ def test_a_run_that_differs_is_named_and_nothing_is_merged(filled, tmp_path, cha
     line = refused_in_a_line("results", "merge", filled, good, bad)
     assert line.startswith("feasibee: point 1, seed 7, run 25: ")
     here, there = re.search(named.format(filled, bad), line).groups()
-    assert int(here) == int(Journal(filled).columns(1)[25, PLACES[changed.split()[0]]])
+    assert int(here) == int(rows_in(Journal(filled), 1)[25, PLACES[changed.split()[0]]])
     assert here != there
     assert state(filled) == before
     assert f"{filled}/ has 40 runs" in output_of("results", "merge", filled, good)
@@ -290,15 +291,15 @@ def test_what_is_computed_again_must_be_the_same(filled):
     with Journal(filled, write=True) as journal:
         record.account[3, 0] += 1
         with pytest.raises(FeasibeeError, match=r"run 3: bits_sent is \d+ in .* and \d+ in this sweep"):
-            journal.write([(1, record)])
+            write(journal, [(1, record)])
         assert state(filled) == before
         record.account[3, 0] -= 1
-        journal.write([(1, record)])
+        write(journal, [(1, record)])
         assert len(list(journal.curves(1))) == 30
         longer = simulate_record(SMALL, Runs(40, 7, 10))
         longer.account[3, 0] += 1  # also where only some of the runs are there
         with pytest.raises(FeasibeeError, match=r"run 13: bits_sent is \d+ in .* and \d+ in this sweep"):
-            journal.write([(1, longer)])
+            write(journal, [(1, longer)])
 
 
 def test_a_missing_point_without_runs_is_damage(tmp_path):
@@ -338,9 +339,9 @@ def test_a_journal_that_was_refused_lets_go(tmp_path):
 def refuse(folder, rule):
     """See that a folder's journal is refused, by a writer and by a reader, and isn't touched."""
     before = (folder / NAME).read_bytes()
-    for write in (True, False):
+    for writes in (True, False):
         with pytest.raises(FeasibeeError, match=rule) as caught:
-            Journal(folder, write)
+            Journal(folder, writes)
         assert str(caught.value).startswith(str(folder))
         assert "\n" not in str(caught.value)
     assert (folder / NAME).read_bytes() == before
@@ -405,7 +406,7 @@ def test_a_journal_in_a_read_only_folder_can_be_read(filled, monkeypatch):
     asked = []
     monkeypatch.setattr(os, "access", lambda path, mode: asked.append((path, mode)))
     with Journal(filled) as journal:
-        assert len(journal.columns(1)) == 30
+        assert len(rows_in(journal, 1)) == 30
         assert {path.name for path in filled.iterdir()} == {NAME, SEAL}
     assert asked == [(filled, os.W_OK)]
 

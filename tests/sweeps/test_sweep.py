@@ -23,6 +23,7 @@ import pandas as pd
 import pytest
 import xarray as xr
 from commands import json_of, output_of, python, refused_in_a_line
+from journals import rows_in
 
 from feasibee import FeasibeeError, Scenario, wilson
 from feasibee.files import RESULTS
@@ -58,7 +59,7 @@ def everything(folder):
         return {
             (row.hash, row.seed): (
                 row.truth,
-                journal.columns(row.id).tolist(),
+                rows_in(journal, row.id).tolist(),
                 [(run, *map(bytes, counts)) for run, *counts in journal.curves(row.id)],
             )
             for row in journal.points
@@ -114,7 +115,7 @@ def test_the_journal_holds_what_a_simulation_gives(whole):
         assert [row.values for row in journal.points] == [point.values for point in plan.points]
         for row, point in zip(journal.points, plan.points, strict=True):
             record = simulate_record(point.scenario, Runs(24, 5), curves=True)
-            columns = journal.columns(row.id)
+            columns = rows_in(journal, row.id)
             np.testing.assert_array_equal(columns[:, 0], np.arange(24))
             np.testing.assert_array_equal(columns[:, 1], record.decision)
             np.testing.assert_array_equal(columns[:, 2], record.decision_step)
@@ -563,7 +564,7 @@ def test_an_interrupt_in_the_last_chunk_of_a_round_ends_the_study(tmp_path):
 
     before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored
     try:
-        with pytest.raises(KeyboardInterrupt, match="^144 runs kept; the same command goes on$"):
+        with pytest.raises(KeyboardInterrupt, match=r"^144 runs kept; the same command goes on$"):
             sweep(study(), tmp_path, WorkerPool(Here, 1), progress=interrupt)
     finally:
         signal.signal(signal.SIGINT, before)
@@ -616,7 +617,7 @@ def test_a_real_shortage_of_memory_is_told(tmp_path, crew):
     )
     assert "Traceback" not in told.stderr
     with Journal(tmp_path / "out") as journal:
-        assert [len(journal.columns(row.id)) > 0 for row in journal.points] == [True, False]
+        assert [len(rows_in(journal, row.id)) > 0 for row in journal.points] == [True, False]
 
 
 @unix
@@ -812,7 +813,7 @@ def test_an_export_has_a_row_a_run(results, tmp_path, suffix):
     with Journal(results) as journal:
         for row in journal.points:
             part = frame[frame["point"] == row.id]
-            np.testing.assert_array_equal(part.iloc[:, 7:], journal.columns(row.id))
+            np.testing.assert_array_equal(part.iloc[:, 7:], rows_in(journal, row.id))
             np.testing.assert_array_equal(part["right"], part["decision"] == int(row.truth))
             held = part["feasible_at_end" if row.truth else "infeasible_at_end"]
             np.testing.assert_array_equal(part["right_at_end"], held > 0.9 * row.scenario.robots.count)

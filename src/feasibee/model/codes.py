@@ -16,7 +16,6 @@ NO_OPINION: Final = -1
 DECISIONS: Final = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", UNDECIDED: "undecided"}
 
 # Phases of the controller (model.md 4.2, 4.4).
-EXPLORING: Final = 0
 DISSEMINATING: Final = 1
 
 ATTEMPTS: Final = 256

@@ -47,7 +47,6 @@ from feasibee.sweeps.schema import (
     digest_of_about,
     digest_of_entry,
     digest_of_rows,
-    encode,
     write_seal,
 )
 
@@ -173,11 +172,6 @@ class Journal:
         with self._strict():
             return content.results_of(self._database, point)
 
-    def columns(self, point: int) -> NDArray[np.int64]:
-        """Return the runs of a point: int64, shape (runs, columns of `PLACES`)."""
-        with self._strict():
-            return content.runs_of(self._database, point)
-
     def curves(self, point: int) -> Iterator[tuple[int, NDArray[np.int32], NDArray[np.int32]]]:
         """Yield number, feasible counts and infeasible counts of each run whose curves were kept."""
         for rows in self.chunks(Kind.CURVES, point):
@@ -252,10 +246,6 @@ class Journal:
                 (*entry[:-1], digest_of_entry(entry)),
             )
             self._totals["points"] += 1 - before
-
-    def write(self, parts: Iterable[tuple[int, Record]]) -> None:
-        """Write runs of some points: all of them or, after an error, none."""
-        self.enter_runs((point, encode(record)) for point, record in parts)
 
     def enter_runs(self, parts: Iterable[tuple[int, EncodedRuns]]) -> None:
         """Write encoded runs of some points: all of them or, after an error, none."""

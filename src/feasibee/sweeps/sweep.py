@@ -38,11 +38,6 @@ class Progress(Totals):
     """Whether it was interrupted, and waits for the chunks that are being computed."""
 
     @property
-    def share(self) -> float | None:
-        """Share of the most work that is done, 0 to 1; None if the most is unknown."""
-        return None if not self.is_bounded else self.work_done / self.most if self.most else 1.0
-
-    @property
     def left(self) -> tuple[float, float | None] | None:
         """Seconds that are left at least and at most, at the mean speed so far; None before any speed."""
         if not self.work_new or self.seconds <= 0:
