@@ -37,10 +37,7 @@ FRAME: Final = 65_535
 def compiler() -> list[str]:
     """Return the command of a C compiler.
 
-    Raises
-    ------
-    FeasibeeError
-        If there is none.
+    Raise a FeasibeeError if there is none.
     """
     found = next((each for each in ("cc", "gcc", "clang") if shutil.which(each)), None)
     if found:
@@ -53,19 +50,8 @@ def compiler() -> list[str]:
 def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
     """Compile the program of the robots of a scenario; return the library in the folder.
 
-    Parameters
-    ----------
-    strategy : Strategy
-        What the robots run.
-    setting : Setting
-        The numbers of the scenario, which say how much they know.
-    folder : Path
-        Where the header and the library go.
-
-    Raises
-    ------
-    FeasibeeError
-        If there is no compiler, or it fails.
+    ``setting`` has the numbers of the scenario, which say how much the robots know. Raise a FeasibeeError if
+    there is no compiler, or it fails.
     """
     (folder / "feasibee.h").write_text(firmware.header(strategy), encoding="utf-8")
     library = folder / "brain.so"
@@ -102,14 +88,8 @@ def _inbox(setting: Setting) -> int:
 class CompiledMind(Mind):
     """The mind of one robot, which runs in C; its draws are made here, and its frames are C's, too.
 
-    Parameters
-    ----------
-    library : Path
-        What `compiled` made.
-    strategy, settings, words
-        As those of `Mind`.
-    task_of : callable, optional
-        Given the name of a task in a message, returns its id.
+    ``library`` is what `compiled` made; ``strategy``, ``settings`` and ``words`` are those of `Mind`.
+    ``task_of`` returns the id of a task, given its name in a message.
     """
 
     def __init__(

@@ -40,10 +40,7 @@ def join_address(host: str, port: int) -> str:
 def split_address(text: str) -> tuple[str, int]:
     """Return host and port of an address.
 
-    Raises
-    ------
-    FeasibeeError
-        If it isn't HOST:PORT.
+    Raise a FeasibeeError if it isn't HOST:PORT.
     """
     host, colon, port = text.rpartition(":")
     host = host.removeprefix("[").removesuffix("]")
@@ -205,10 +202,7 @@ def packed(way: int, name: bytes, content: bytes, number: int = 0) -> bytes:
 def parsed(packet: bytes) -> tuple[int, bytes, int, bytes]:
     """Return way, name of the connection, number and content of a packet.
 
-    Raises
-    ------
-    DroppedError
-        If it has no such header.
+    Raise a DroppedError if it has no such header.
     """
     if not HEADER.size <= len(packet) <= LARGEST or not packet.startswith(MAGIC):
         raise DroppedError("malformed")

@@ -25,10 +25,7 @@ LOG_LIMIT = 2**30
 def log_folder(folder: Path | None) -> Iterator[Path]:
     """Give the folder of a field's logs: a named one, locked against other fields, or a temporary one.
 
-    Raises
-    ------
-    FeasibeeError
-        If the folder can't be made, or another process has locked it.
+    Raise a FeasibeeError if the folder can't be made, or another process has locked it.
     """
     if folder is None:
         with tempfile.TemporaryDirectory(prefix="feasibee-field-", ignore_cleanup_errors=True) as name:
@@ -49,10 +46,7 @@ def remove_older(folder: Path, robots: Collection[int]) -> None:
 class LineLog:
     """A log of one JSON object a line, each written at once: a killed process loses nothing.
 
-    Raises
-    ------
-    FeasibeeError
-        If the file can't be written. All lines in it are complete then.
+    Raise a FeasibeeError if the file can't be written. All lines in it are complete then.
     """
 
     def __init__(self, path: Path, *, appends: bool = False) -> None:
@@ -85,10 +79,7 @@ class LineLog:
 def read_lines(path: Path) -> list[dict[str, Any]]:
     """Return the lines of a log; cut off an incomplete last line, of a world that was killed.
 
-    Raises
-    ------
-    FeasibeeError
-        If the file can't be read.
+    Raise a FeasibeeError if the file can't be read.
     """
     try:
         data = path.read_bytes()
@@ -104,11 +95,8 @@ def read_lines(path: Path) -> list[dict[str, Any]]:
 def read_log(path: Path, what: str, first: Mapping[str, Any], wrong: str) -> tuple[list[str], str]:
     """Return the complete lines of a log, and the rest of its text, of a process that was killed.
 
-    Raises
-    ------
-    FeasibeeError
-        If the file can't be read, which names ``what`` it should be, or its first line lacks what is in
-        ``first``, which says what is ``wrong``.
+    Raise a FeasibeeError if the file can't be read, which names ``what`` it should be, or its first line
+    lacks what is in ``first``, which says what is ``wrong``.
     """
     *lines, rest = read_text(path, what, LOG_LIMIT).split("\n")
     if not lines:

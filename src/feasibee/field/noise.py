@@ -64,12 +64,8 @@ class Handshake:
     def read(self, message: bytes) -> tuple[Handshake, bytes]:
         """Return the handshake after a message of the other side, and what the message says.
 
-        This one stays as it is, so that a forged message doesn't spoil it.
-
-        Raises
-        ------
-        ValueError
-            If the message was changed, or the other side has another key.
+        This one stays as it is, so that a forged message doesn't spoil it. Raise a ValueError if the message
+        was changed, or the other side has another key.
         """
         after = copy(self)
         public, sealed = message[:LENGTH], message[LENGTH:]

@@ -38,10 +38,7 @@ class Fault(NamedTuple):
 def parse_length(option: str, text: str, hz: float) -> float:
     """Return a length of time in steps: ``200ms``, ``5s``, or a number of steps.
 
-    Raises
-    ------
-    FeasibeeError
-        If the text is no length of time.
+    Raise a FeasibeeError if the text is no length of time.
     """
     found = _LENGTH.fullmatch(text.strip())
     if found is None:
@@ -56,10 +53,7 @@ def parse_length(option: str, text: str, hz: float) -> float:
 def parse_fault(kind: str, text: str, hz: float) -> Fault:
     """Return the fault of an option: COUNT@STEP, COUNT@STEP:TIME for a pause, TIME@STEP for a partition.
 
-    Raises
-    ------
-    FeasibeeError
-        If the text isn't of this form.
+    Raise a FeasibeeError if the text isn't of this form.
     """
     option = f"--{kind}"
     what, at, when = text.partition("@")
@@ -82,10 +76,7 @@ def _is_number(text: str) -> bool:
 def schedule(faults: list[Fault], robots: int, steps: int) -> list[Fault]:
     """Return the faults in their order, with the numbers of their robots; the last robots fail first.
 
-    Raises
-    ------
-    FeasibeeError
-        If no robot would be left, or a fault lies beyond the last step.
+    Raise a FeasibeeError if no robot would be left, or a fault lies beyond the last step.
     """
     left = list(range(robots))
     planned: list[Fault] = []

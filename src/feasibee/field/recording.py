@@ -68,15 +68,8 @@ class Recording:
     Who is there, positions of robots, opinions, decisions and the truth are those of the log. Positions of
     tasks and faulty robots follow from its scenario, seed and run. No strategy is run.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder that ``feasibee launch --out`` has written.
-
-    Raises
-    ------
-    FeasibeeError
-        If the folder has no world's log, or a damaged one.
+    ``folder`` is what ``feasibee launch --out`` has written. Raise a FeasibeeError if it has no world's log,
+    or a damaged one.
     """
 
     bits_sent: Final = 0
@@ -108,10 +101,7 @@ class Recording:
     def grow(self) -> bool:
         """Take what the world has logged since; return whether the log is still that of the same field.
 
-        Raises
-        ------
-        FeasibeeError
-            If the log is damaged.
+        Raise a FeasibeeError if the log is damaged.
         """
         try:
             with self._path.open("rb") as file:

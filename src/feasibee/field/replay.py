@@ -165,19 +165,10 @@ class Replay(NamedTuple):
 
 
 def replay(path: Path, strategy: Strategy | None = None) -> Replay:
-    """Replay a robot's log.
+    """Replay a robot's log; ``strategy`` is that of the robot, if it isn't built in.
 
-    Parameters
-    ----------
-    path : Path
-        The log.
-    strategy : Strategy, optional
-        The robot's strategy, if it isn't built in. A log never says which file to run.
-
-    Raises
-    ------
-    FeasibeeError
-        If the file is no log of a robot, is damaged, or says anything else than the replay.
+    A log never says which file to run. Raise a FeasibeeError if the file is no log of a robot, is damaged, or
+    says anything else than the replay.
     """
     lines, rest = read_log(
         path,

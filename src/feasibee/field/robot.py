@@ -282,10 +282,7 @@ class Nursery:
     def watch(self) -> None:
         """Follow commands until the last robot has ended; kill the rest when the field ends.
 
-        Raises
-        ------
-        FeasibeeError
-            If a robot can't go on because of its machine, such as a full disk.
+        Raise a FeasibeeError if a robot can't go on because of its machine, such as a full disk.
         """
         try:
             for number in self._order["numbers"]:

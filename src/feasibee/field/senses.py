@@ -66,10 +66,7 @@ def drive(
 def open_senses(source: str) -> Iterator[bytes]:
     """Return a driver's objects: from a named pipe or file, or ``udp:HOST:PORT``.
 
-    Raises
-    ------
-    FeasibeeError
-        If the source can't be read.
+    Raise a FeasibeeError if the source can't be read.
     """
     kind, _, rest = source.partition(":")
     return _datagrams(rest) if kind == "udp" else _lines(Path(source))

@@ -73,11 +73,8 @@ class Field:
     def run(self) -> dict[str, Any]:
         """Run the field to its end; return its result.
 
-        Raises
-        ------
-        FeasibeeError
-            If the world or the robots can't start or go on, or don't join, or another process writes logs to
-            the same folder.
+        Raise a FeasibeeError if the world or the robots can't start or go on, or don't join, or another
+        process writes logs to the same folder.
         """
         with log_folder(self._named) as self._folder:
             with self._ending():

@@ -127,10 +127,7 @@ class World:
     def gather(self) -> None:
         """Wait until all robots have joined and are ready.
 
-        Raises
-        ------
-        FeasibeeError
-            If some don't come in time.
+        Raise a FeasibeeError if some don't come in time.
         """
         missing = [body.process for body in self._wait_for(self.bodies.bodies)]
         if missing:

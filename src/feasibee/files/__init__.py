@@ -96,12 +96,8 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
     """Yield a temporary path in the folder of ``path``, and rename it to ``path`` at the end.
 
     After an error or an interruption, the previous file is unchanged. If ``path`` is a symbolic link, the
-    file that it points to is replaced.
-
-    Raises
-    ------
-    FeasibeeError
-        If ``path`` is a folder or device, or its folder is missing or can't be written to.
+    file that it points to is replaced. Raise a FeasibeeError if ``path`` is a folder or device, or its folder
+    is missing or can't be written to.
     """
     target, temporary = _beside(path)
     try:

@@ -73,12 +73,8 @@ def check_cache() -> None:
 def read_sealed(path: Path) -> bytes | None:
     """Return the bytes that `write_sealed` wrote; None if the file is missing or damaged.
 
-    Damage is reported on standard error, once per folder.
-
-    Raises
-    ------
-    FeasibeeError
-        If the file can't be read, or another user may have written it.
+    Damage is reported on standard error, once per folder. Raise a FeasibeeError if the file can't be read, or
+    another user may have written it.
     """
     try:
         with path.open("rb") as file:

@@ -14,17 +14,8 @@ from feasibee.files import named
 def lock(folder: Path, name: str) -> sqlite3.Connection:
     """Lock a folder until the connection is closed; the system unlocks it when the process ends.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder, which must exist.
-    name : str
-        Name of the file in it that carries the lock and the number of the process that has it.
-
-    Raises
-    ------
-    FeasibeeError
-        If another process has locked the folder, or the file can't be written.
+    ``name`` is that of the file in the folder that carries the lock and the number of the process that has
+    it. Raise a FeasibeeError if another process has locked the folder, or the file can't be written.
     """
     taken = sqlite3.connect(folder / name, timeout=0, isolation_level=None)
     try:

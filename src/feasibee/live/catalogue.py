@@ -78,10 +78,7 @@ class Catalogue:
     def scenario_of(self, point: int | None) -> Scenario:
         """Return the scenario of a point as it was when the sweep ran; for None, the one to start with.
 
-        Raises
-        ------
-        FeasibeeError
-            If the point is not listed.
+        Raise a FeasibeeError if the point is not listed.
         """
         if point is None and not self.replays:
             return self.scenario

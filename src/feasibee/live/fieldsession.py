@@ -56,12 +56,8 @@ class FieldSession:
     def begin(self, asked: Open) -> int:
         """Wait for the field's first step; return the step to show, whatever the page asks for.
 
-        It is the newest one, or the first one of a field that has ended.
-
-        Raises
-        ------
-        FeasibeeError
-            If the log is damaged, or the field falls silent before.
+        It is the newest one, or the first one of a field that has ended. Raise a FeasibeeError if the log is
+        damaged, or the field falls silent before.
         """
         self._field, self._heard_at = Logged(self._folder), time.monotonic()
         while self._field.last < 0:
@@ -98,10 +94,7 @@ class FieldSession:
     def inspect(self, robot: int | None) -> None:
         """Send what a robot last reported with each frame from now on.
 
-        Raises
-        ------
-        FeasibeeError
-            If there is no such robot.
+        Raise a FeasibeeError if there is no such robot.
         """
         if robot is not None:
             check_integer("robot", robot, 0, self._field.scenario.most.robots - 1)

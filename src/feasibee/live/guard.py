@@ -54,12 +54,8 @@ NUMBER: Final = re.compile(r"(?:.*\.)?(?:[0-9]+|0x[0-9a-f]*)", re.ASCII)
 class Guard:
     """An ASGI application that rejects requests whose Host or Origin isn't the server's own.
 
-    Parameters
-    ----------
-    app : ASGI application
-        Application that receives the accepted requests.
-    host : str
-        Host that the server listens on. Beyond loopback, all addresses and this machine's names are accepted.
+    ``app`` receives the accepted requests. ``host`` is where the server listens; beyond loopback, all
+    addresses and this machine's names are accepted.
     """
 
     def __init__(self, app: ASGIApp, host: str) -> None:

@@ -45,10 +45,7 @@ class Lane:
     def outlook(self) -> Outlook:
         """What lies ahead; the first use makes a second swarm.
 
-        Raises
-        ------
-        FeasibeeError
-            If that swarm needs too much memory.
+        Raise a FeasibeeError if that swarm needs too much memory.
         """
         if self._outlook is None:
             scenario, seed, run = self._which

@@ -97,10 +97,7 @@ _ADAPTER: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discrimina
 def read(text: str | None) -> Request:
     """Parse a message of the page; None stands for bytes.
 
-    Raises
-    ------
-    FeasibeeError
-        If the message is invalid.
+    Raise a FeasibeeError if the message is invalid.
     """
     if text is None:
         raise FeasibeeError("message: must be text, not bytes; reload the page")

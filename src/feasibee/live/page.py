@@ -34,23 +34,11 @@ MARKUP: Final = Path(__file__).with_name("page.html")
 
 
 def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> str:
-    """Return the page that begins with a scenario, as HTML.
+    """Return the page that begins with a scenario, a seed and a run, as HTML.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        What is simulated; sliders change its numbers of robots and tasks and its strategy.
-    seed, run : int
-        Seed and number of the first run shown.
-    name : str
-        What to call the scenario, such as its file's name.
-
-    Raises
-    ------
-    ScenarioError
-        If a page can't simulate the scenario, with all reasons.
-    FeasibeeError
-        If seed or run is out of range.
+    Sliders change the scenario's numbers of robots and tasks and its strategy. ``name`` says what to call it,
+    such as its file's name. Raise a ScenarioError if a page can't simulate the scenario, with all reasons,
+    and a FeasibeeError if seed or run is out of range.
     """
     check_scenario(scenario)
     runs = Runs(1, seed, run)

@@ -218,10 +218,7 @@ async def _in_daemon_thread(work: Callable[[], int]) -> int:
 def listen(host: str, port: int | None) -> socket.socket:
     """Return a listening socket: on a given port, or on the first free one from `FIRST_PORT`.
 
-    Raises
-    ------
-    FeasibeeError
-        If the host is invalid or not this machine's, or the port is in use.
+    Raise a FeasibeeError if the host is invalid or not this machine's, or the port is in use.
     """
     check_host(host)
     ports = range(FIRST_PORT, FIRST_PORT + PORTS_TRIED) if port is None else [port]

@@ -32,10 +32,8 @@ AGAINST: Final = "against"
 def runs_of(asked: Open, catalogue: Catalogue) -> tuple[list[Scenario], int, int]:
     """Return the scenario of each swarm that a page asks for, their seed and their run.
 
-    Raises
-    ------
-    FeasibeeError
-        If the scenario, seed or run is invalid or beyond the limits of a page; it lists all problems.
+    Raise a FeasibeeError if the scenario, seed or run is invalid or beyond the limits of a page; it lists all
+    problems.
     """
     base = catalogue.scenario_of(asked.point)
     if asked.changes.get(STRATEGY) == base.decision.strategy:
@@ -139,10 +137,7 @@ class Session:
     def lane(self, number: int) -> Lane:
         """Return a swarm of the page.
 
-        Raises
-        ------
-        FeasibeeError
-            If the page has not opened a run yet, or shows no second swarm.
+        Raise a FeasibeeError if the page has not opened a run yet, or shows no second swarm.
         """
         if number >= len(self._lanes):
             what = f"no swarm {number}" if self._lanes else "no run"
@@ -162,10 +157,8 @@ class Session:
     def begin(self, asked: Open) -> int:
         """Replace the swarms by those that a page asks for, at step 0; return the step to go to.
 
-        Raises
-        ------
-        FeasibeeError
-            If the request is invalid, or its swarms take too much memory; the previous ones stay.
+        Raise a FeasibeeError if the request is invalid, or its swarms take too much memory; the previous ones
+        stay.
         """
         scenarios, seed, run = runs_of(asked, self._catalogue)
         room = ROOM // len(scenarios)
@@ -193,10 +186,7 @@ class Session:
     def inspect(self, robot: int | None) -> None:
         """Send what a robot knows with each frame from now on.
 
-        Raises
-        ------
-        FeasibeeError
-            If there is no such robot.
+        Raise a FeasibeeError if there is no such robot.
         """
         if robot is not None:
             check_integer("robot", robot, 0, self.swarm.present.size - 1)

@@ -35,14 +35,9 @@ SHOWN: Final = sum(
 
 
 class Timeline:
-    """A swarm that can go to any step of its run.
+    """A swarm, at first at step 0, that can go to any step of its run.
 
-    Parameters
-    ----------
-    swarm : Swarm
-        The run, at step 0.
-    room : int
-        Most bytes of all copies, apart from that of step 0.
+    ``room`` is the most bytes of all copies, apart from that of step 0.
     """
 
     def __init__(self, swarm: Swarm, room: int = ROOM) -> None:
@@ -157,12 +152,7 @@ class Outlook:
     def to_dict(self, first: int, seen: int = 0) -> dict[str, Any]:
         """Return what is found as a message.
 
-        Parameters
-        ----------
-        first : int
-            Number of changes of the robot that are left out.
-        seen : int
-            Number of changes of the world that are left out.
+        ``first`` changes of the robot and ``seen`` changes of the world are left out.
         """
         return {
             "type": "outlook",

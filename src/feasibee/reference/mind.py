@@ -46,14 +46,8 @@ class Settings(controller.Settings):
 class Mind(Controller):
     """The mind of one simulated robot.
 
-    Parameters
-    ----------
-    strategy : Strategy
-        How opinions are rated, broadcast and chosen.
-    settings : Settings
-        Its settings and those of the robot.
-    words : callable, optional
-        Returns the random words of a counter and a purpose; by default those of the robot's coordinates.
+    ``words`` returns the random words of a counter and a purpose; by default those of the robot's
+    coordinates.
     """
 
     def __init__(self, strategy: Strategy, settings: Settings, words: Draw | None = None) -> None:

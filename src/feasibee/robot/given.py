@@ -21,14 +21,7 @@ OF_SETTING: Final = (
 def numbers_of(strategy: Strategy, settings: Settings, setting: Setting, inbox: int) -> dict[str, float]:
     """Return the numbers of a robot, in the order in which C takes them.
 
-    Parameters
-    ----------
-    strategy : Strategy
-        What the robot runs.
-    settings, setting
-        What a scenario sets for it.
-    inbox : int
-        Most senders whose message the program can keep.
+    ``inbox`` is the most senders whose message the program can keep.
     """
     rule, listens = settings.declare, settings.listens_for
     given = {"k": 3.0, "voters": 0.25, "credence": 0.95, "positive_feedback": 1.0}

@@ -11,15 +11,7 @@ from feasibee.strategies.words import Words
 
 
 class Knowledge:
-    """What one robot knows and passes on (model.md 6.11).
-
-    Parameters
-    ----------
-    strategy : Strategy
-        A strategy that passes on knowledge.
-    me : Me
-        The robot, at step 0.
-    """
+    """What one robot, at first at step 0, knows and passes on by its strategy's functions (model.md 6.11)."""
 
     def __init__(self, strategy: Strategy, me: Me) -> None:
         functions: Any = strategy  # those for knowledge are None in other strategies only

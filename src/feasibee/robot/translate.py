@@ -62,10 +62,7 @@ class Translation:
     ) -> Signature:
         """Translate a function for arguments of these types; return it as it is in C.
 
-        Raises
-        ------
-        FeasibeeError
-            If it has what the language of strategies doesn't have.
+        Raise a FeasibeeError if it has what the language of strategies doesn't have.
         """
         key = (function.__module__, function.__code__.co_firstlineno, arguments)
         done = self._done.get(key)

@@ -22,10 +22,7 @@ _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{4 * DEE
 def toml_tables(text: str, source: str) -> dict[str, Any]:
     """Parse TOML; ``source`` names the text in errors.
 
-    Raises
-    ------
-    FeasibeeError
-        If the text isn't TOML, or is nested more than `DEEPEST` levels deep.
+    Raise a FeasibeeError if the text isn't TOML, or is nested more than `DEEPEST` levels deep.
     """
     try:
         if _LONG_KEY.search(text):
@@ -60,12 +57,8 @@ def read_value(text: str) -> Any:
 def toml_value(text: str) -> Any:
     """Parse exactly one TOML value.
 
-    The text is parsed twice: braces exclude a second line or comment, brackets exclude a closing brace.
-
-    Raises
-    ------
-    ValueError
-        If the text isn't exactly one TOML value.
+    The text is parsed twice: braces exclude a second line or comment, brackets exclude a closing brace. Raise
+    a ValueError if the text isn't exactly one TOML value.
     """
     try:
         braced, listed = tomllib.loads(f"it = {{ value = {text} }}"), tomllib.loads(f"it = [ {text}\n]")
@@ -94,10 +87,7 @@ def _key(key: str) -> str:
 def value_at(tables: Any, path: str) -> Any:
     """Return the value at a dotted path through pydantic models, tables and tuples.
 
-    Raises
-    ------
-    LookupError
-        If the path leads nowhere. Attributes of a model that aren't fields are not found.
+    Raise a LookupError if the path leads nowhere. Attributes of a model that aren't fields are not found.
     """
     value = tables
     for part in path.split("."):

@@ -74,10 +74,7 @@ def setting_from(
 def knowledge_words(strategy: Strategy, setting: Setting) -> tuple[int, int]:
     """Return the number of words that a robot's knowledge takes, and that of its message.
 
-    Raises
-    ------
-    FeasibeeError
-        If all robots' words together don't fit the memory that they may take.
+    Raise a FeasibeeError if all robots' words together don't fit the memory that they may take.
     """
     known, told = strategy.row_lengths(setting)
     problem = excess(setting, known, told)

@@ -114,14 +114,9 @@ def decide(mind, inbox):
 
 
 def skeleton(file: str, *, knowledge: bool) -> str:
-    """Return the text of a strategy that runs as it is.
+    """Return the text of a strategy that runs as it is, which mentions its file's name.
 
-    Parameters
-    ----------
-    file : str
-        Name of the file, which the text mentions.
-    knowledge : bool
-        Whether its robots pass on what they know, in addition to opinions.
+    ``knowledge`` says whether its robots pass on what they know, in addition to opinions.
     """
     titles = ("Adopt the opinion that most neighbours broadcast.", "Pass on which robots and tasks exist.")
     return (_BEGINNING + (_KNOWLEDGE if knowledge else _OPINIONS)).format(title=titles[knowledge], file=file)

@@ -57,15 +57,8 @@ def unsupported(
     """Yield a problem for each field of a scenario that isn't supported and isn't at its default.
 
     So a new field is unsupported until somebody lists it. No backend that has a list supports events.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        The scenario.
-    supported : set of str
-        Dotted paths of fields.
-    rule, otherwise : str
-        The rule of the problems, and what their remedies offer in addition to the default.
+    ``supported`` has the dotted paths of fields. ``rule`` is that of the problems, and ``otherwise`` what
+    their remedies offer in addition to the default.
     """
     for name, section in SECTIONS.items():
         values = getattr(scenario, name)

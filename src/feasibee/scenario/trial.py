@@ -77,10 +77,8 @@ SHOWN: Final = 300
 def tried(manifest: Manifest) -> Strategy:
     """Run the text of a user's strategy; return the strategy, after a trial of each function.
 
-    Raises
-    ------
-    FeasibeeError
-        If the file fails, or a function fails or returns nonsense: function, line, arguments and value.
+    Raise a FeasibeeError if the file fails, or a function fails or returns nonsense: function, line,
+    arguments and value.
     """
     file = Path(manifest.name).name
     module = _executed(manifest, file)

@@ -92,13 +92,9 @@ def load_engine(scenario: Scenario) -> bool:
 
 
 def prepare_engines(files: Sequence[Path] = ()) -> Iterator[Prepared]:
-    """Load what files of scenarios and strategies need; yield each part when it is ready.
+    """Load what files of scenarios and strategies (``.py``) need; yield each part when it is ready.
 
-    Parameters
-    ----------
-    files : sequence of Path
-        Files of scenarios or, if the name ends in ``.py``, of strategies. By default, both engines and all
-        built-in strategies are loaded.
+    By default, both engines and all built-in strategies are loaded.
     """
     if files:
         parts = {str(file): [_scenario_of(file)] for file in files}

@@ -45,16 +45,9 @@ class Snapshot(NamedTuple):
 
 
 def snapshot_of(state: Any, walls: bool, places: Any) -> Snapshot:
-    """Return the robots of a state.
+    """Return the robots of a state, of which ``places`` says where the state has each.
 
-    Parameters
-    ----------
-    state : State
-        The swarm.
-    walls : bool
-        Whether the arena has walls instead of being a torus.
-    places : slice or int64 array, shape (robots,)
-        Where the state has each robot.
+    ``walls`` says whether the arena has walls instead of being a torus.
     """
     from feasibee.engine.layout import Robot
 
@@ -128,18 +121,9 @@ class RobotState(NamedTuple):
 def state_of(
     params: Params, state: State, i: int, number: int, place: tuple[float, float], kinds: int
 ) -> RobotState:
-    """Return what the robot at a place of the arrays knows.
+    """Return what the robot at place ``i`` of the arrays, of the given number, knows.
 
-    Parameters
-    ----------
-    params, state : Params, State
-        The swarm.
-    i, number : int
-        Place of the robot in the arrays, and its number.
-    place : tuple of float
-        Its position in units.
-    kinds : int
-        Number of classes of robots, at least 1.
+    ``place`` is its position in units, ``kinds`` the number of classes of robots, at least 1.
     """
     from feasibee.engine.layout import Copy, Count, Robot, Set
 

@@ -41,10 +41,7 @@ def limits(strategies: Sequence[Strategy]) -> str:
 def compile_world(out: Path, strategies: Sequence[Strategy] = tuple(STRATEGIES.values()), *more: str) -> None:
     """Compile world.c and strategies to WebAssembly, with the headers that it needs.
 
-    Raises
-    ------
-    FeasibeeError
-        If the compiler isn't installed, or a strategy can't be compiled.
+    Raise a FeasibeeError if the compiler isn't installed, or a strategy can't be compiled.
     """
     if find_spec("ziglang") is None:
         raise FeasibeeError(f"ziglang: not installed; {how_to_install('c')}")
