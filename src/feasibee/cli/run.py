@@ -75,22 +75,10 @@ def _write_results(record: Record, scenario: Scenario, seed: int, outputs: dict[
     if "runs" in outputs:
         save_results(dataset, outputs["runs"])
     if "figure" in outputs:
-        from feasibee.figures import decisions
-        from feasibee.figures.style import figure, save_figure
+        from feasibee.figures.decisions import draw_runs
+        from feasibee.figures.style import save_figure
 
-        panels = {
-            "Median and quartiles over the runs": decisions.plot_opinions,
-            "Collective decisions": decisions.plot_decision_steps,
-        }
-        if scenario.dynamic:
-            panels["Right at each step"] = decisions.plot_right_steps
-        if scenario.declares:
-            panels["Declarations"] = decisions.plot_declare_steps
-        with figure(3.6 * len(panels), 2.8, columns=len(panels)) as (drawn, axes):
-            for ax, (title, draw) in zip(axes, panels.items(), strict=True):
-                draw(dataset, ax)
-                ax.set_title(title)
-        save_figure(drawn, outputs["figure"])
+        save_figure(draw_runs(dataset), outputs["figure"])
 
 
 def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:

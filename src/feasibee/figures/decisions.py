@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Final, NamedTuple
 
 import numpy as np
@@ -23,6 +23,7 @@ from feasibee.figures.style import (
     also_in_seconds,
     axes_for,
     draw_intervals,
+    figure,
     fill_band,
     looks,
     note,
@@ -50,6 +51,24 @@ LIMITS: Final = (-2, 110)
 """Of an axis of shares in percent, with room for the names above 100 %."""
 NARROW: Final = 0.13
 """A stretch of the time axis that is shorter, as a share of the axis, has no name."""
+
+
+def draw_runs(results: xr.Dataset) -> Figure:
+    """Draw all figures of the runs of a scenario in one row: opinions, decisions, and what else they have."""
+    scenario = scenario_of(results)
+    panels: dict[str, Callable[[xr.Dataset, Axes], Axes]] = {
+        "Median and quartiles over the runs": plot_opinions,
+        "Collective decisions": plot_decision_steps,
+    }
+    if scenario.dynamic:
+        panels["Right at each step"] = plot_right_steps
+    if scenario.declares:
+        panels["Declarations"] = plot_declare_steps
+    with figure(3.6 * len(panels), 2.8, columns=len(panels)) as (drawn, axes):
+        for ax, (title, draw) in zip(axes, panels.items(), strict=True):
+            draw(results, ax)
+            ax.set_title(title)
+    return drawn
 
 
 def plot_opinions(

@@ -23,7 +23,7 @@ from feasibee.results.measures import measures_of_runs
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 
-LIBRARIES = ("numpy", "numba", "llvmlite", "xarray")
+LIBRARIES = ("numpy", "numba", "llvmlite", "xarray", "matplotlib")
 MOST_GIB = 20
 """Largest size of results that are opened, in GiB: two curves of the largest size, and the rest."""
 DIGEST = "digest"

@@ -121,6 +121,12 @@ class Journal:
     # --- Reading ---
 
     @property
+    def about(self) -> dict[str, str]:
+        """Versions of the format, the model and the package that wrote it, and totals."""
+        with self._strict():
+            return content.about_of(self._database)
+
+    @property
     def points(self) -> list[StoredPoint]:
         """All points, in the order in which they were added."""
         entries = self.entries()

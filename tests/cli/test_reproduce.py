@@ -1,0 +1,81 @@
+"""feasibee reproduce: the same bytes, and lines that name what differs."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+import feasibee
+from feasibee.scenario.runs import Runs
+from feasibee.studies import reproduce
+from tests.commands import invoke, output_of, refused_in_a_line
+
+
+@pytest.fixture
+def saved(tmp_path):
+    """Return the path of results with a figure."""
+    path = tmp_path / "saved.nc"
+    settings = ("--set", "tasks.count=40", "--set", "run.steps=100", "--runs", 20, "--run", 5, "--seed", 3)
+    output_of("run", *settings, "--out", path, "--out", path.with_suffix(".svg"))
+    return path
+
+
+def test_saved_results_and_their_figure_are_the_same(saved):
+    answer = output_of("reproduce", saved)
+    assert "20 runs, written by feasibee" in " ".join(answer.split())
+    assert "All results are the same, byte for byte." in answer
+    assert "saved.svg: the same, byte for byte." in answer
+
+
+def test_a_changed_value_is_named_by_column_and_run(saved):
+    results = feasibee.open_results(saved)
+    results.decision_step[[2, 7]] += 1
+    results.feasible_count[4, 50] += 1
+    feasibee.save_results(results, saved)
+    result = invoke("reproduce", saved)
+    assert result.exit_code == 1
+    assert "Different: decision_step in 2 runs: 7, 12." in result.stdout
+    assert "Different: feasible_count in 1 runs: 9." in result.stdout
+    assert "All results" not in result.stdout
+
+
+def test_other_figures_and_versions_are_named(saved):
+    results = feasibee.open_results(saved)
+    recipe = {**json.loads(results.attrs["recipe"]), "version": "0.0.1"}
+    feasibee.save_results(results.assign_attrs(recipe=json.dumps(recipe)), saved)
+    other = saved.with_name("other.svg")
+    other.write_text("another figure")
+    result = invoke("reproduce", saved, "--figure", other)
+    assert result.exit_code == 1
+    assert "written by feasibee 0.0.1; now:" in " ".join(result.stdout.split())
+    assert "other.svg: differs." in result.stdout
+    saved.with_suffix(".svg").unlink()
+    assert "svg" not in output_of("reproduce", saved)
+    assert "does not exist" in refused_in_a_line("reproduce", saved, "--figure", saved.with_name("none.svg"))
+
+
+def test_part_of_the_results_is_compared_with_its_runs(saved):
+    results = feasibee.open_results(saved).isel(run=[3, 9], step=slice(10, 20))
+    feasibee.save_results(results, saved)
+    assert "2 runs" in output_of("reproduce", saved)
+
+
+def test_a_journal_is_the_same_and_another_seed_is_not(tmp_path, monkeypatch):
+    study = tmp_path / "study.toml"
+    study.write_text('runs = 3\nseed = 1\n[scenario.run]\nsteps = 50\n[sweep]\n"tasks.count" = [5, 40]\n')
+    folder = tmp_path / "results"
+    output_of("sweep", study, "--out", folder)
+    assert "6 runs" in output_of("reproduce", folder)
+
+    true = reproduce.simulate_record
+
+    def off_at_forty(scenario, runs, **options):
+        seed = runs.seed + (scenario.tasks.count == 40)
+        return true(scenario, Runs(runs.count, seed, runs.first), **options)
+
+    monkeypatch.setattr(reproduce, "simulate_record", off_at_forty)
+    result = invoke("reproduce", folder)
+    assert result.exit_code == 1
+    assert "bits_sent of point 2 (tasks.count = 40) in 3 runs: 0, 1, 2." in " ".join(result.stdout.split())
+    assert "tasks.count = 5)" not in result.stdout
