@@ -88,7 +88,7 @@ def words(setting):
 
 def state_at(step, present):
     """Return the state of a name that was seen (1) or found absent (0) at a step."""
-    return 2 * (step + PAST) + present
+    return (2 * (step + PAST) + present) & LAST
 
 
 def entry_of(state, me):
@@ -98,7 +98,8 @@ def entry_of(state, me):
 
 def younger(state, entry, me):
     """Return a state, or that of an entry of a message if this is younger."""
-    return state_at(me.step + 1, 0) - entry if 0 < entry < entry_of(state, me) else state
+    now = state_at(me.step + 1, 0)
+    return steps_since(entry, now) if 0 < entry < entry_of(state, me) else state & LAST
 
 
 def expired(state, timeout, me):

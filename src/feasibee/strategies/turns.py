@@ -50,6 +50,8 @@ NAMES, NAME_BITS, QUIET, TOLERATES, LOOKS = 0, 1, 2, 3, 4
 GLIMPSES = 16
 """Number of names seen once that a robot keeps for a second look."""
 HASH_BITS = 32
+LARGEST = 2**31 - 1
+"""Largest name: in C, a word with a sign is enough, which takes less flash."""
 ALARM, KNOWN, UNTIL, TURN, PENDING, TOLD = 0, 1, 2, 3, 4, 5
 """Words of what is known: alarm, number of names, end of the quiet time, the next name's turn, waiting names.
 
@@ -153,7 +155,7 @@ def observe(known, thing, me):
     """Add the name of a task in sight, at the second look if there must be one."""
     if thing.is_robot:
         return
-    name = max(thing.hash >> (HASH_BITS - name_bits(me.setting)), 1)
+    name = max((thing.hash >> (HASH_BITS - name_bits(me.setting))) & LARGEST, 1)
     if looks_twice(me.setting) and not (counts_already(known, name, me) or was_glimpsed(known, name)):
         return
     accept(known, name, me)
@@ -300,7 +302,7 @@ def declare(known, me):
 
 def low_bits(number, length):
     """Return how many low bits of a gap Rice's code writes as they are, for so many names."""
-    return max((2**length // (number + 1)).bit_length() - 1, 0)  # a lie may hold more names than there are
+    return max(length - number.bit_length(), 0)  # a lie may hold more names than there are
 
 
 def layout(wire, message, sender, setting):

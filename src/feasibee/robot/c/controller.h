@@ -55,9 +55,11 @@
 #endif
 #define FEASIBEE_CLASSES_OF(number) (number)
 #define FEASIBEE_CLASS_OF(number) (number)
+#define FEASIBEE_LENGTH_OF(counts) (int)(counts).length
 #else
 #define FEASIBEE_CLASSES_OF(number) 1
 #define FEASIBEE_CLASS_OF(number) 0
+#define FEASIBEE_LENGTH_OF(counts) 2
 #endif
 #ifndef FEASIBEE_MEMORY
 #define FEASIBEE_MEMORY 1
