@@ -28,7 +28,7 @@ from feasibee.cli.options import (
     wrapped,
 )
 from feasibee.errors import FeasibeeError
-from feasibee.files import FIGURES, RESULTS, check_output, make_folder
+from feasibee.files import FIGURES, RESULTS, atomic_write, check_output, make_folder
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
@@ -272,6 +272,23 @@ def export(
     click.echo(f"{rows} runs are in {target}")
 
 
+INCHES = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
+"""Units of a journal's column, in inches."""
+COLUMN = 84 * INCHES["mm"]
+"""Width of a usual column of a journal, in inches."""
+
+
+def _inches(context: click.Context, parameter: click.Parameter, text: str | None) -> float | None:
+    """Parse a length with its unit."""
+    if text is None:
+        return None
+    found = re.fullmatch(r"([0-9]{1,4}(?:\.[0-9]{1,4})?) *(mm|cm|in)", text)
+    inches = float(found[1]) * INCHES[found[2]] if found else 0.0
+    if not 2 <= inches <= 20:
+        raise click.BadParameter("must be a length from 2in to 20in, with its unit, such as 84mm.")
+    return inches
+
+
 @command(make=results.command)
 def plot(
     *,
@@ -285,6 +302,16 @@ def plot(
         "accuracy",
     ),
     out: Path | None = option("File to write; by default FOLDER/plot.png.", file_type),
+    style: str = option(
+        "journal: type, symbols and sharpness for a paper; caption and methods are written next to it, .txt.",
+        click.Choice(["default", "journal"]),
+        "default",
+    ),
+    width: float | None = option(
+        "Width of a journal's column: 84mm, 8.4cm or 3.3in; by default 84mm.",
+        callback=_inches,
+        metavar="LENGTH",
+    ),
 ) -> None:
     """Draw a sweep or study: lines with 95 % bands, or a heat map over two fields.
 
@@ -292,18 +319,45 @@ def plot(
     Examples:
       feasibee results plot --x tasks.count --hue decision.strategy
       feasibee results plot --x tasks.count --y radio.loss --out map.pdf
+      feasibee results plot --x tasks.count --style journal --width 84mm --out column.pdf
     """
-    from feasibee.figures.style import save_figure
+    from feasibee.figures.style import JOURNAL, STYLE, save_figure
     from feasibee.figures.sweep import draw_lines, draw_map
-    from feasibee.results.measures import MEASURES, TRACKED
     from feasibee.sweeps.journal import Journal
     from feasibee.sweeps.table import pooled_fields, shares_by_cell, shares_by_line, summaries, varied
 
-    target = out or folder / "plot.png"
+    target, journal = out or folder / "plot.png", (width or COLUMN) if style == "journal" else 0.0
+    if width and not journal:
+        raise FeasibeeError("--width: is for --style journal; add it, or leave out --width")
     if hue and y:
         raise FeasibeeError("--hue and --y: exclude each other; leave out one of them")
-    with Journal(folder) as journal:
-        found = summaries(journal)
+    with Journal(folder) as opened:
+        found, about = summaries(opened), opened.about
+    points = _drawable(found, folder, show)
+    check_output(target, FIGURES, "--out")
+    fields, varying = [field for field in (x, hue, y) if field], varied([each.row for each in found])
+    others = [field for field in varying if field not in fields]
+    over = pooled_fields([each.row for each in points], fields, others)
+    titled = () if journal else over  # the caption says it
+    if y:
+        drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show, titled, journal)
+    else:
+        drawn = draw_lines(shares_by_line(points, x, hue, show), x, hue, show, titled, journal)
+    if journal:
+        from feasibee.studies.caption import text_of
+
+        text = target.with_suffix(".txt")
+        with atomic_write(text) as path:
+            path.write_text(text_of(points, fields, varying, show, over, about), encoding="utf-8")
+        click.echo(f"Its caption and methods are {text}")
+    save_figure(drawn, target, JOURNAL if journal else STYLE)
+    click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))
+
+
+def _drawable(found: Sequence[Summary], folder: Path, show: str) -> list[Summary]:
+    """Return the points that have runs and the measure; raise an error without any."""
+    from feasibee.results.measures import MEASURES, TRACKED
+
     points = [each for each in found if each.found.runs]
     if not points:
         raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
@@ -312,15 +366,7 @@ def plot(
     if not points:
         lacks = f"no world of {folder} changes" if show in TRACKED else f"no robots of {folder} declare"
         raise FeasibeeError(f"--show {show}: {lacks}; use --show accuracy")
-    check_output(target, FIGURES, "--out")
-    others = [field for field in varied([each.row for each in found]) if field not in (x, hue, y)]
-    over = pooled_fields([each.row for each in points], [field for field in (x, hue, y) if field], others)
-    if y:
-        drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show, over)
-    else:
-        drawn = draw_lines(shares_by_line(points, x, hue, show), x, hue, show, over)
-    save_figure(drawn, target)
-    click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))
+    return points
 
 
 @command(make=results.command)

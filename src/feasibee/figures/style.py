@@ -17,6 +17,8 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import FIGURES, atomic_write, check_output
+from feasibee.scenario.fields import unit_of
+from feasibee.scenario.units import SYMBOLS, symbol_of
 
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
 STYLE: dict[Any, Any] = {
@@ -32,10 +34,22 @@ STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,
     "svg.hashsalt": "feasibee",
 }
+JOURNAL: Final[dict[Any, Any]] = {
+    **STYLE,
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "axes.linewidth": 0.6,
+    "savefig.dpi": 600,
+}
+"""Style of a figure in a column of a journal."""
 PALETTE: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 """Colours of highlighted lines, as many as a figure may have; of Okabe and Ito, for any colour vision."""
 PERCENT: Final = (-2, 102)
 """Limits of an axis of percentages."""
+FLATTEST: Final = 0.62
+"""Least height of a figure in a journal's column, as a share of its width."""
 GREY: Final = "0.72"
 """Colour of all other lines."""
 MARKS: Final = ("o", "s", "^", "D", "v")
@@ -114,10 +128,15 @@ def text_colour(colour: str) -> str:
 
 @contextmanager
 def figure(
-    width: float, height: float, columns: int = 1, rows: int = 1, **options: Any
+    width: float, height: float, columns: int = 1, rows: int = 1, journal: float = 0.0, **options: Any
 ) -> Iterator[tuple[Figure, Any]]:
-    """Yield a figure of a size in inches, in feasibee's style, and its axes; open no window."""
-    with style.context("default"), rc_context(STYLE):
+    """Yield a figure of a size in inches, in feasibee's style, and its axes; open no window.
+
+    ``journal`` is the width of a journal's column, if the figure is for one.
+    """
+    if journal:
+        width, height = journal, journal * max(FLATTEST, height / width)
+    with style.context("default"), rc_context(JOURNAL if journal else STYLE):
         drawn = Figure((width, height), layout="constrained")
         yield drawn, drawn.subplots(rows, columns, **options)
 
@@ -135,6 +154,15 @@ def small_multiples(
             ax.set_visible(False)
         drawn.supylabel(ylabel, fontsize=9)
         drawn.supxlabel(xlabel, fontsize=9)
+
+
+def name_of_axis(path: str, journal: float) -> str:
+    """Return the label of a field: its name, or in a journal its symbol and unit."""
+    if not journal:
+        return path
+    base, _, index = symbol_of(path).partition("_")
+    text = f"${base}_\\mathrm{{{index}}}$" if index else f"${base}$" if path in SYMBOLS else base
+    return f"{text} ({unit})" if (unit := unit_of(path)) else text
 
 
 def draw_intervals(ax: Axes, places: Any, shares: Any, **look: Any) -> None:
@@ -161,11 +189,11 @@ def over_time(ax: Axes, label: str, last: float, limits: tuple[float, float] = P
     ax.set(xlabel="time (steps)", ylabel=label, xlim=(0, last), ylim=limits)
 
 
-def save_figure(drawn: Figure, path: str | Path) -> None:
-    """Save a figure in the format of its suffix, atomically and without a date."""
+def save_figure(drawn: Figure, path: str | Path, settings: Mapping[Any, Any] = STYLE) -> None:
+    """Save a figure in the format of its suffix, atomically and without a date; `JOURNAL` is sharper."""
     check_output(path, FIGURES)
     metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
-    with atomic_write(path) as temporary, style.context("default"), rc_context(STYLE):
+    with atomic_write(path) as temporary, style.context("default"), rc_context(dict(settings)):
         drawn.savefig(temporary, metadata=metadata)
 
 

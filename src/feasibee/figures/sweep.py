@@ -16,6 +16,7 @@ from feasibee.figures.style import (
     figure,
     fill_band,
     looks,
+    name_of_axis,
     spaced_by_ratio,
 )
 from feasibee.results.measures import MEASURES
@@ -28,6 +29,7 @@ def draw_lines(
     hue: str | None,
     show: str,
     over: Sequence[str] = (),
+    journal: float = 0.0,
 ) -> Figure:
     """Draw a measure against a field, one line per value of another field, with 95 % bands.
 
@@ -38,21 +40,21 @@ def draw_lines(
     ----------
     lines : mapping
         By value of ``hue``, then of ``x``: the measure, shares from 0 to 1.
-    x : str
-        Name of the field along the horizontal axis.
-    hue : str or None
-        Name of the field with one line per value; None for a single line.
+    x, hue : str or None
+        Names of the fields along the horizontal axis and with one line per value; no hue for a single line.
     show : str
         Name of the measure.
     over : sequence of str
         Names of other fields, over whose values the measure is averaged.
+    journal : float
+        Width in inches of a journal's column, for which the axes have symbols; 0 for none.
     """
     scale = 100.0 if MEASURES[show].unit == "%" else 1.0
     positions = [value for line in lines.values() for value in line]
     numeric = all(isinstance(value, int | float) for value in positions)
     means = {_text(name): _mean(line, show) for name, line in lines.items()}
     found, ends = looks(means), {}
-    with figure(5.6 if hue else 4.8, 3.0) as (drawn, ax):
+    with figure(5.6 if hue else 4.8, 3.0, journal=journal) as (drawn, ax):
         for (name, look), line in zip(found.items(), lines.values(), strict=True):
             values = sorted(line) if numeric else list(line)
             middle, low, high = scale * np.array([line[value] for value in values]).T
@@ -63,11 +65,11 @@ def draw_lines(
                 ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(middle[known[-1]]))
         if numeric and are_spaced_by_ratio(positions):
             spaced_by_ratio(ax)
-        ax.set(xlabel=x, ylabel=_label(show), ylim=PERCENT if scale > 1 else (0, None))
+        ax.set(xlabel=name_of_axis(x, journal), ylabel=_label(show), ylim=PERCENT if scale > 1 else (0, None))
         ax.set_title(f"averaged over {', '.join(over)}" if over else "", loc="left", color="0.3")
         _say_never(ax, lines, show)
         if hue:
-            label_ends(ax, ends, found, means, title=hue)
+            label_ends(ax, ends, found, means, title=name_of_axis(hue, journal))
         return drawn
 
 
@@ -95,7 +97,12 @@ def _say_never(ax: Axes, lines: Mapping[Any, Mapping[Any, Interval]], show: str)
 
 
 def draw_map(
-    cells: Mapping[tuple[Any, Any], Interval], x: str, y: str, show: str, over: Sequence[str] = ()
+    cells: Mapping[tuple[Any, Any], Interval],
+    x: str,
+    y: str,
+    show: str,
+    over: Sequence[str] = (),
+    journal: float = 0.0,
 ) -> Figure:
     """Draw a measure over two fields.
 
@@ -109,6 +116,8 @@ def draw_map(
         Name of the measure.
     over : sequence of str
         Names of other fields, over whose values the measure is averaged.
+    journal : float
+        Width in inches of a journal's column, for which the axes have symbols; 0 for none.
     """
     columns, rows = (_in_order([cell[axis] for cell in cells]) for axis in (0, 1))
     scale = 100.0 if MEASURES[show].unit == "%" else 1.0
@@ -116,14 +125,14 @@ def draw_map(
     for (column, row), interval in cells.items():
         shares[rows.index(row), columns.index(column)] = scale * interval.estimate
     top = 100.0 if scale > 1 else max(1e-9, float(np.nanmax(shares, initial=0)))
-    with figure(1.8 + 0.42 * len(columns), 1.2 + 0.32 * len(rows)) as (drawn, ax):
+    with figure(1.8 + 0.42 * len(columns), 1.2 + 0.32 * len(rows), journal=journal) as (drawn, ax):
         image = ax.imshow(shares, origin="lower", aspect="auto", vmin=0, vmax=top, cmap="cividis")
         for row, column in np.argwhere(np.isfinite(shares)):
             share = shares[row, column]
             colour = "white" if share < 0.55 * top else "black"
             text = f"{share:.0f}" if top >= 10 else f"{share:.2g}"
             ax.text(column, row, text, ha="center", va="center", fontsize=7, color=colour)
-        ax.set(xlabel=x, ylabel=y)
+        ax.set(xlabel=name_of_axis(x, journal), ylabel=name_of_axis(y, journal))
         ax.set_xticks(range(len(columns)), [_text(value) for value in columns])
         ax.set_yticks(range(len(rows)), [_text(value) for value in rows])
         ax.spines[:].set_visible(False)

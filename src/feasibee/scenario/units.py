@@ -2,12 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Final
 
 from feasibee.scenario.fields import LENGTH, SPEED, TIME, unit_of
 from feasibee.scenario.scenario import Scenario
 
 HOUR, MINUTE = 3600, 60
+SYMBOLS: Final[Mapping[str, str]] = {
+    "arena.side": "L",
+    "robots.count": "n",
+    "robots.speed": "v",
+    "tasks.count": "m",
+    "walk.mean_run": "\N{GREEK SMALL LETTER SIGMA}",
+    "sensing.range": "d",
+    "sensing.miss": "p_miss",
+    "sensing.misname": "p_name",
+    "radio.range": "d_radio",
+    "radio.loss": "p_loss",
+    "decision.gain": "g",
+    "decision.switching": "p_switch",
+    "faults.stopped": "f_stopped",
+    "faults.byzantine": "f_lying",
+    "run.steps": "T",
+}
+"""Symbols of fields: those of the paper, as far as it has them."""
 
 
 def length_in_words(scenario: Scenario, value: float) -> str:
@@ -105,3 +124,15 @@ def axis_of(scenario: Scenario, path: str) -> tuple[str, float]:
         return path, 1.0
     name, size = sizes[unit]
     return (f"{path} ({unit})", 1.0) if size is None else (f"{path} ({name})", size)
+
+
+def symbol_of(path: str) -> str:
+    """Return the symbol of a field, or its key as words.
+
+    Examples
+    --------
+    >>> from feasibee.scenario.units import symbol_of
+    >>> symbol_of("radio.loss"), symbol_of("radio.id_bits")
+    ('p_loss', 'id bits')
+    """
+    return SYMBOLS.get(path) or path.rpartition(".")[2].replace("_", " ")

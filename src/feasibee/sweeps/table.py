@@ -89,18 +89,18 @@ def varied(points: Sequence[StoredPoint]) -> list[str]:
         key = json.dumps([row.seed, *(value_of(row, path) for path in fields)])
         groups.setdefault(key, []).append(row)
     more = [
-        _differing([{**dict(_leaves(row.scenario.to_dict())), SOURCE: row.source} for row in group])
+        _differing([{**dict(leaves(row.scenario.to_dict())), SOURCE: row.source} for row in group])
         for group in groups.values()
         if len(group) > 1
     ]
     return list(dict.fromkeys([*fields, *(path for paths in more for path in paths)]))
 
 
-def _leaves(tables: Mapping[str, Any], way: str = "") -> Iterator[tuple[str, Any]]:
+def leaves(tables: Mapping[str, Any], way: str = "") -> Iterator[tuple[str, Any]]:
     """Yield all fields of a scenario by dotted path."""
     for key, value in tables.items():
         if isinstance(value, Mapping):
-            yield from _leaves(value, f"{way}{key}.")
+            yield from leaves(value, f"{way}{key}.")
         else:
             yield f"{way}{key}", value
 

@@ -1,0 +1,85 @@
+"""Figures for a column of a journal: size, type, symbols, caption and methods."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from PIL import Image
+
+from feasibee.figures.sweep import draw_lines, draw_map
+from feasibee.results.statistics import wilson
+from feasibee.scenario.fields import fields
+from feasibee.scenario.units import SYMBOLS
+from tests.commands import output_of, refused_in_a_line
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return the journal of a sweep of four points, two runs each."""
+    folder = tmp_path_factory.mktemp("journal")
+    study = folder / "study.toml"
+    study.write_text(
+        "runs = 2\nseed = 7\n[scenario]\nrun = {steps = 40}\n"
+        '[sweep]\n"tasks.count" = [5, 40]\n"radio.loss" = [0.0, 0.5]\n'
+    )
+    output_of("sweep", study, "--out", folder)
+    return folder
+
+
+def plot(folder, *options):
+    words = ("results", "plot", folder, "--x", "tasks.count", "--hue", "radio.loss")
+    return output_of(*words, "--style", "journal", *options)
+
+
+def test_the_figure_is_as_wide_as_the_column_and_has_its_type_embedded(folder):
+    plot(folder, "--width", "8.4cm", "--out", folder / "column.pdf")
+    text = (folder / "column.pdf").read_bytes()
+    width = float(re.search(rb"/MediaBox \[ 0 0 ([0-9.]+)", text)[1])
+    assert abs(width / 72 * 25.4 - 84) < 0.1
+    assert b"/FontFile2" in text
+    assert b"/Type3" not in text
+    plot(folder, "--out", folder / "column.png")
+    with Image.open(folder / "column.png") as image:
+        assert image.width == 84 / 25.4 * 600 // 1
+
+
+def test_the_text_next_to_it_has_all_that_repeats_it(folder):
+    assert "column.txt" in plot(folder, "--out", folder / "column.svg")
+    text = (folder / "column.txt").read_text()
+    assert "Right decisions (%) against m and p_loss. Intervals: 95 %. m: Number of tasks" in text
+    assert "8 runs with feasibee" in text
+    assert "2 runs of each of 4 points, with seed 7" in text
+    assert "except run.steps = 40." in text
+    rows = re.findall(
+        "^tasks.count = (.*), radio.loss = (.*): 2 runs, seed 7, scenario ([0-9a-f]{64})$", text, re.M
+    )
+    assert [row[:2] for row in rows] == [("5", "0.0"), ("5", "0.5"), ("40", "0.0"), ("40", "0.5")]
+    assert len({row[2] for row in rows}) == 4
+
+
+def test_axes_have_symbols_with_units_and_by_default_the_names():
+    share = wilson(1, 2)
+    lines, cells = {0.1: {1: share, 2: share}}, {(1.0, 2): share, (2.0, 2): share}
+    (ax,) = draw_lines(lines, "tasks.count", "radio.loss", "accuracy", (), 3.3).axes
+    assert ax.get_xlabel() == "$m$"
+    assert "$p_\\mathrm{loss}$" in [each.get_text() for each in ax.texts]
+    ax, _ = draw_map(cells, "sensing.range", "radio.id_bits", "accuracy", journal=3.3).axes
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (units)", "id bits")
+    assert draw_lines(lines, "tasks.count", None, "accuracy").axes[0].get_xlabel() == "tasks.count"
+
+
+def test_symbols_are_those_of_fields_and_each_of_one():
+    assert set(SYMBOLS) <= set(fields())
+    assert len(set(SYMBOLS.values())) == len(SYMBOLS)
+
+
+@pytest.mark.parametrize("width", ["84", "1in", "84 km", "-84mm"])
+def test_a_width_needs_a_unit(folder, width):
+    words = ("results", "plot", folder, "--x", "tasks.count", "--style", "journal", f"--width={width}")
+    assert "must be a length from 2in to 20in, with its unit" in refused_in_a_line(*words)
+
+
+def test_a_width_needs_the_style(folder):
+    line = refused_in_a_line("results", "plot", folder, "--x", "tasks.count", "--width", "84mm")
+    assert line.endswith("--width: is for --style journal; add it, or leave out --width")
