@@ -423,12 +423,19 @@ def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
 
 
 def _adjusted(values: NDArray[np.float64], least: float, most: float, confidence: float) -> Interval:
-    """Return the mean of values from ``least`` to ``most``, with Wald's interval of them and these two."""
+    """Return the mean of values from ``least`` to ``most``, with Wald's interval of them and these two.
+
+    Above 95 %, each of the two has the weight z²/4 for the quantile z, as Agresti and Coull add z²/2
+    successes and failures. With a weight of 1, few runs that differ would make the interval too narrow.
+    """
     if not values.size or not ((values >= least) & (values <= most)).all():
         raise ValueError(f"shares of {values.size} runs: must be at least one, each from 0 to 1")
-    with_both = np.append(values, (least, most))
-    half = normal_quantile(confidence) * float(with_both.std()) / math.sqrt(with_both.size)
-    centre, estimate = float(with_both.mean()), float(values.mean())
+    quantile = normal_quantile(confidence)
+    weights = np.append(np.ones(values.size), [max(1.0, quantile**2 / 4)] * 2)
+    with_both, total = np.append(values, (least, most)), float(weights.sum())
+    centre, estimate = float(np.average(with_both, weights=weights)), float(values.mean())
+    variance = float(np.average((with_both - centre) ** 2, weights=weights))
+    half = quantile * math.sqrt(variance / total)
     low, high = min(estimate, centre - half), max(estimate, centre + half)
     return Interval(estimate, max(least, low), min(most, high))
 

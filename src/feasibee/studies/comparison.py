@@ -43,6 +43,7 @@ from feasibee.results.measures import (
 )
 from feasibee.results.responding import Judgement, Service, judgement
 from feasibee.results.statistics import (
+    CONFIDENCE,
     Interval,
     mean_difference,
     wilson,
@@ -338,9 +339,13 @@ def overall_difference(group: Sequence[Outcome], baseline: Sequence[Outcome]) ->
     return mean_difference(one, other)
 
 
-def difference(one: Outcome, other: Outcome) -> Interval:
-    """Return by how much one outcome's share that judges it exceeds that of another, paired by run."""
-    return overall_difference([one], [other])
+def difference(one: Outcome, other: Outcome, confidence: float = CONFIDENCE) -> Interval:
+    """Return by how much one outcome's share that judges it exceeds that of another, paired by run.
+
+    If one of them has fewer runs, only as many of the other's first runs count.
+    """
+    runs = min(one.runs, other.runs)
+    return mean_difference(one.shares[:runs], other.shares[:runs], confidence)
 
 
 def mean_bits(group: Sequence[Outcome]) -> float:

@@ -110,13 +110,7 @@ class Candidate:
 
     def reasons(self, constraints: Constraints) -> dict[str, str]:
         """Return which constraints it does not meet, by the option's name, each with the reason in words."""
-        found = {}
-        if not constraints.ids and IDS in self.asked.needs:
-            found["--no-ids"] = f"needs {IDS}"
-        if not constraints.names and NAMES in self.asked.needs:
-            found["--no-names"] = f"needs {NAMES}"
-        if constraints.message_bits is not None and self.asked.message_bits > constraints.message_bits:
-            found["--message-bits"] = f"messages of up to {self.asked.message_bits} bits"
+        found = barred(self.asked, constraints)
         if constraints.bits is not None and self.bits > constraints.bits:
             found["--bits"] = f"{self.bits:.3g} bits per robot-step"
         short = [each for each in self.worlds if each.test.answer != "enough"]
@@ -139,6 +133,18 @@ class Candidate:
             "message_bits": self.asked.message_bits,
             "needs": list(self.asked.needs),
         }
+
+
+def barred(asked: Asked, constraints: Constraints) -> dict[str, str]:
+    """Return which constraints a strategy can't meet, however often it is right, as `Candidate.reasons`."""
+    found = {}
+    if not constraints.ids and IDS in asked.needs:
+        found["--no-ids"] = f"needs {IDS}"
+    if not constraints.names and NAMES in asked.needs:
+        found["--no-names"] = f"needs {NAMES}"
+    if constraints.message_bits is not None and asked.message_bits > constraints.message_bits:
+        found["--message-bits"] = f"messages of up to {asked.message_bits} bits"
+    return found
 
 
 def _short(world: Measured, first: Measured, constraints: Constraints) -> str:
@@ -188,6 +194,8 @@ class Recommendation:
     relax: Sequence[Relaxation] = field(default=())
     """If none meets all: which constraint to relax, and what that gains."""
     seed: int = 0
+    tested: Sequence[Candidate] = field(default=())
+    """All strategies that were simulated."""
 
     @property
     def best(self) -> dict[str, list[str]]:
@@ -249,13 +257,16 @@ def recommend(
     runs: int = 1000,
     seed: int = 0,
     execution: Execution | Rounds | None = None,
+    *,
+    relax: bool = True,
 ) -> Recommendation:
     """Find the strategies that meet some constraints in a scenario's world, and rank them.
 
     A strategy meets ``right`` if it is shown to be right often enough at the last step, in this world and in
     one of the opposite truth, since one that always gave the same answer would be right in all worlds of one
     truth. All intervals of the ranked and the excluded strategies hold together with a probability of 95 %.
-    Relaxed constraints are tested in addition.
+    If a strategy meets all constraints, those that can't meet one whatever came of their runs have none.
+    Otherwise relaxed constraints are tested in addition.
 
     Parameters
     ----------
@@ -271,6 +282,8 @@ def recommend(
         64 bits.
     execution : Execution or Rounds, optional
         Where to compute and keep the runs; by default on threads, and in memory.
+    relax : bool
+        Whether to find out which constraint to relax if no strategy meets all.
 
     Raises
     ------
@@ -284,12 +297,24 @@ def recommend(
     world = world_of(scenario, constraints)  # raises before the work
     with rounds_of(execution, "testing strategies") as rounds:
         trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
-        candidates, problems = trials.candidates(world, names, constraints)
-        reasons = {each.strategy: each.reasons(constraints) for each in candidates}
-        ranking = ranked([each for each in candidates if not reasons[each.strategy]])
-        relax = () if ranking else _relaxations(trials, scenario, constraints, names, candidates)
+        relaxed: Sequence[Relaxation] = ()
+        entered = trials.field_of(world, names, constraints)
+        candidates = trials.tested(entered.groups[0])
+        ranking = ranked([each for each in candidates if not each.reasons(constraints)])
+        if relax and not ranking:
+            candidates += trials.tested(entered.groups[1])
+            relaxed = _relaxations(trials, scenario, constraints, names, candidates)
+    reasons = entered.barred | {each.strategy: each.reasons(constraints) for each in candidates}
     excluded = {name: "; ".join(why.values()) for name, why in reasons.items() if why}
-    return Recommendation(world, constraints, ranking, {**excluded, **problems}, relax, seed)
+    return Recommendation(
+        world,
+        constraints,
+        ranking,
+        {**excluded, **entered.problems},
+        relaxed,
+        seed,
+        candidates,
+    )
 
 
 def world_of(scenario: Scenario, constraints: Constraints) -> Scenario:
@@ -325,6 +350,18 @@ def _check(constraints: Constraints, robots: int, id_bits: int) -> None:
 
 
 @dataclass(frozen=True)
+class Field:
+    """Strategies in a world, before any run."""
+
+    groups: dict[int, list[tuple[Scenario, Asked]]] = field(default_factory=lambda: {0: [], 1: []})
+    """Scenarios with a strategy each, by the number of constraints that it can't meet."""
+    barred: dict[str, dict[str, str]] = field(default_factory=dict)
+    """Those constraints of each strategy, as `Candidate.reasons`."""
+    problems: dict[str, str] = field(default_factory=dict)
+    """Why the world supports the others not."""
+
+
+@dataclass(frozen=True)
 class Trials:
     """Tests strategies in a world and at its opposite truth, all of them on the same runs."""
 
@@ -333,23 +370,29 @@ class Trials:
     seed: int
     tests: int
 
-    def candidates(
-        self, world: Scenario, names: Sequence[str], constraints: Constraints
-    ) -> tuple[list[Candidate], dict[str, str]]:
-        """Return what each strategy does in a world, and why the world supports the others not."""
-        scenarios, problems = [], {}
+    def field_of(self, world: Scenario, names: Sequence[str], constraints: Constraints) -> Field:
+        """Return which strategies a world supports, and which constraints each can't meet."""
+        entered = Field()
         for name in names:
             try:
-                scenarios.append(world.replace(strategy_for(world, name, constraints.liars)))
+                scenario = world.replace(strategy_for(world, name, constraints.liars))
             except ScenarioError as error:
                 if any(problem.path == "decision.strategy" for problem in error.problems):
                     raise  # there is no such strategy
-                problems[name] = error.problems[0].rule.removeprefix(f"{name} ")
-        designs = list(map(_design, scenarios))  # their first runs side by side, on all workers
-        self.rounds.complete(Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True))
-        return [self._candidate(scenario) for scenario in scenarios], problems
+                entered.problems[name] = error.problems[0].rule.removeprefix(f"{name} ")
+                continue
+            asked = asked_of(scenario, self.seed)
+            why = entered.barred[scenario.decision.strategy] = barred(asked, constraints)
+            entered.groups.setdefault(len(why), []).append((scenario, asked))
+        return entered
 
-    def _candidate(self, scenario: Scenario) -> Candidate:
+    def tested(self, group: Sequence[tuple[Scenario, Asked]]) -> list[Candidate]:
+        """Return what some strategies do in their world; their first runs are side by side on all workers."""
+        designs = [_design(scenario) for scenario, _ in group]
+        self.rounds.complete(Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True))
+        return [self._candidate(*each) for each in group]
+
+    def _candidate(self, scenario: Scenario, asked: Asked) -> Candidate:
         worlds = [self._measured(scenario)]
         turned = opposite_of(scenario)
         if turned is not None and worlds[0].test.answer == "enough":
@@ -358,7 +401,7 @@ class Trials:
             strategy=scenario.decision.strategy,
             scenario=scenario,
             worlds=worlds,
-            asked=asked_of(scenario, self.seed),
+            asked=asked,
             right=self.rule.target,
         )
 
@@ -412,7 +455,10 @@ def _relaxations(
     names: Sequence[str],
     candidates: Sequence[Candidate],
 ) -> list[Relaxation]:
-    """Return for each constraint what would be recommended without it."""
+    """Return for each constraint what would be recommended without it.
+
+    A pair of constraints is of no interest if one of them alone is enough.
+    """
     trials.rounds.phase = "testing without constraints"
     alone: dict[str, list[Candidate]] = {}
     for each in candidates:
@@ -422,7 +468,12 @@ def _relaxations(
     found = {name: ranked(those)[0] for name, those in alone.items()}
     for name, looser, changes in _looser(scenario, constraints):
         world = world_of(scenario.replace(changes), looser)
-        others, _ = trials.candidates(world, names, looser)
+        entered = trials.field_of(world, names, looser)
+        others = trials.tested(entered.groups[0])
+        if all(each.reasons(looser) for each in others):
+            others += trials.tested(
+                [each for each in entered.groups[1] if found.keys().isdisjoint(barred(each[1], looser))]
+            )
         for each in ranked(others):
             left = list(each.reasons(looser))
             if not left:

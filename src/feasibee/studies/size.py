@@ -103,6 +103,14 @@ def most_tests(places: int) -> int:
     return 3 * places.bit_length()
 
 
+def looks(first: int, most: int) -> list[int]:
+    """Return the numbers of trials after which a test looks at its result, from the first to the most."""
+    trials = [min(first, most)]
+    while trials[-1] < most:
+        trials.append(min(most, math.ceil(GROWTH * trials[-1])))
+    return trials
+
+
 def finding_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) -> Finding:
     """Test one value.
 
@@ -118,16 +126,15 @@ def finding_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) 
         Largest number of tests that share the error rate.
     """
     confidence = 1 - (1 - rule.confidence) / tests
-    trials = min(rule.first, rule.most)
-    while True:
+    for trials in looks(rule.first, rule.most):
         successes = count(trials)
         interval = confidence_sequence(successes, trials, confidence)
         answer: Answer = "too few" if interval.high < rule.target else "open"
         if interval.low >= rule.target:
             answer = "enough"
-        if answer != "open" or trials == rule.most:
-            return Finding(place, successes, trials, interval, answer)
-        trials = min(rule.most, math.ceil(GROWTH * trials))
+        if answer != "open":
+            break
+    return Finding(place, successes, trials, interval, answer)
 
 
 def find_edge(
