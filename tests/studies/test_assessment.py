@@ -155,7 +155,7 @@ def test_words_json_and_a_page_that_begin_with_the_verdict(assessment, tmp_path)
     assert page.count("data:image/png;base64,") == 3
     assert page.count('<th scope="col">right with 50 tasks</th>') == 1
     assert page.count("<img ") == page.count('<img alt="Share of right swarms')
-    assert "seed 2; 30 runs of each variant" in page
+    assert "seed 2; 30 runs of the swarm" in page
     assert "http" not in page  # one page by itself
 
 

@@ -191,7 +191,7 @@ def test_an_assessment_judges_by_the_share_of_right_steps(assessment):
     assert table.keys() >= MEASURED
     assert all(each.keys() >= MEASURED for each in (*table["strategies"], *table["limits"]))
     trial = assessment.strategies[0]
-    assert trial.difference == difference(trial.outcome, assessment.outcome)
+    assert trial.difference == difference(trial.outcome, assessment.outcome, assessment.confidence)
 
 
 def test_an_assessment_says_how_swarms_track_the_truth(assessment, tmp_path):

@@ -141,7 +141,7 @@ def candidate(*shares, steps=(3, 5), bits=10.0, answer="enough"):
         for place, (each, right) in enumerate(zip(sent, right_at, strict=True))
     ]
     tests = [Finding(0, 0, 100, Interval(share, 0, 1), answer) for share in shares]
-    worlds = [Measured(*each) for each in zip(tests, outcomes, strict=False)]
+    worlds = [Measured(*each, 0.95) for each in zip(tests, outcomes, strict=False)]
     return Candidate("", ROOM, worlds, Asked((), 8, 0, 2.0, 2.0), 0.95)
 
 
@@ -249,3 +249,27 @@ def test_the_command(tmp_path):
 )
 def test_a_relaxation_in_words(constraint, words, free):
     assert Relaxation(constraint, free.ranking[0]).in_words == words
+
+
+def test_strategies_that_cant_meet_a_constraint_are_simulated_only_if_none_meets_all():
+    world = ROOM.replace({"decision.strategy": "average"})
+    found = recommend(world, Constraints(0.01, names=False), ["average", "census"], 100, 1)
+    assert [each.strategy for each in found.ranking] == ["average"]
+    assert [each.strategy for each in found.tested] == ["average"]
+    assert found.excluded == {"census": "needs names of tasks"}
+    none = recommend(world, Constraints(0.99, names=False), ["average", "census"], 100, 1)
+    assert {each.strategy for each in none.tested} == {"average", "census"}
+    assert not recommend(world, Constraints(0.99, names=False), ["census"], 100, 1, relax=False).tested
+
+
+def test_a_strategy_that_is_close_is_named_with_the_runs_that_would_settle_it():
+    """100 of 100 are not enough to show 99 %; the world of the opposite truth is run, too."""
+    found = recommend(ROOM, Constraints(0.98), ["census"], 100, 1)
+    assert not found.ranking
+    assert found.excluded["census"].endswith("right in 100 of 100, too close to tell")
+    (line,) = found.probably
+    assert line.startswith("census probably is: 100.0 % (")
+    assert line.endswith(" more runs would settle it.")
+    assert found.to_dict()["probably"] == [line]
+    assert len(found.tested[0].worlds) == 2
+    assert recommend(ROOM, Constraints(0.98), ["dmmd"], 100, 1).probably == []

@@ -209,6 +209,8 @@ def _print_recommendation(found: Recommendation) -> None:
         click.echo(f"Right in at least {100 * found.constraints.right:g} % of the swarms, the best first:")
     else:
         click.echo("No strategy is shown to meet all constraints.")
+        for line in found.probably:
+            click.echo(wrapped(line))
     for place, each in enumerate(found.ranking, start=1):
         best = found.best[each.strategy]
         title = f"{place}. {each.strategy}" + (f" ({', '.join(best)})" if best else "")

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Final
 
 from feasibee.errors import ScenarioError
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
-from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of
-from feasibee.studies.needs import asked_of, suitable
+from feasibee.studies.comparison import SURE, Outcome, difference
+from feasibee.studies.needs import all_strategies, asked_of, suitable
+from feasibee.studies.race import AS_IT_IS, FIRST, Race
 from feasibee.studies.recommend import (
     TOLERATES,
     Candidate,
@@ -22,10 +24,10 @@ from feasibee.studies.recommend import (
     recommend,
 )
 from feasibee.studies.report import Assessment, Trial
-from feasibee.studies.size import Rule, Sizing, band_of, size
+from feasibee.studies.size import Rule, Sizing, band_of, looks, size
 from feasibee.sweeps.sweep import Execution, Rounds
 
-AS_IT_IS: Final = "as it is"
+OPPOSITE: Final = "opposite"
 RESOLUTION: Final = 0.15
 """Of the numbers of robots and of tasks that are enough: a finer search would take most of the time."""
 SHORT_REACH: Final = 3
@@ -34,6 +36,7 @@ LEAST_RUNS: Final = 400
 """A search may use so many runs of a value: 100 % of 200 is not enough to exclude 95 %."""
 LOST: Final = 0.2
 """Share of lost messages that is tried as a fault."""
+MOST_FAULTS: Final = 4
 MORE: Final = 1.5
 """Ranges and robots are tried at so many times their number."""
 
@@ -47,6 +50,8 @@ def assess(
 ) -> Assessment:
     """Simulate a swarm, changes to it, other strategies and single faults, all on the same worlds.
 
+    All differences hold together with a probability of 95 %. Their runs are paired.
+
     A swarm that always gave one answer would be right in all worlds of one truth. So the swarm, and the
     strategies that do better, are also simulated at the reciprocal ratio of robots to tasks.
 
@@ -58,7 +63,8 @@ def assess(
     scenario : Scenario
         What to assess.
     runs : int
-        Number of runs of each variant; searches use up to as many for each of their values, or 400.
+        Number of runs of the swarm; largest number of each change and fault, which end when their difference
+        is clear, or surely small. Searches and other strategies have up to as many, or 400.
     seed : int
         64 bits.
     execution : Execution, optional
@@ -83,14 +89,11 @@ class _Assessing:
 
     def assessment(self) -> Assessment:
         scenario = self.scenario
-        others, changed = suitable(scenario)[0], changes_of(scenario)
-        others.pop(scenario.decision.strategy, None)
-        outcomes = self._outcomes({AS_IT_IS: scenario, **changed, **others})
-        base = outcomes[AS_IT_IS]
-        strategies = _trials(others, outcomes, base)
-        gaining = [each.outcome.contender for each in strategies if each.difference.low > 0]
-        opposite = self._outcomes(_turned({AS_IT_IS: scenario, **{name: others[name] for name in gaining}}))
+        outcomes = self._verdict_runs()
+        base, opposite = outcomes[AS_IT_IS], outcomes.get(OPPOSITE)
+        changed = self._raced("comparing changes", scenario, self.changed)
         recommendation, recommended = self._recommended()
+        strategies = self._strategies(base, recommendation.tested)
         rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
         chosen = None if recommended is None else recommended.scenario
         return Assessment(
@@ -99,23 +102,69 @@ class _Assessing:
             target=self.right,
             outcome=base,
             asked=asked_of(scenario, self.seed),
-            sizing=self._sizing(rule),
-            limits=_trials(changed, outcomes, base),
-            strategies=[replace(each, opposite=opposite.get(each.outcome.contender)) for each in strategies],
-            opposite=opposite.get(AS_IT_IS),
+            limits=_best_first(changed),
+            strategies=_best_first(strategies),
+            opposite=opposite,
             recommendation=recommendation,
             recommended=recommended,
+            faults=self._raced("comparing faults", chosen or scenario, faults_of(chosen or scenario)),
+            sizing=self._sizing(rule),
             recommended_band=(
                 None if chosen is None else band_of(chosen, rule, self.seed, self.rounds, SHORT_REACH)
             ),
-            faults=self._faults(chosen or scenario),
             seed=self.seed,
+            confidence=self.race.confidence,
         )
 
-    def _outcomes(self, kinds: Mapping[str, Scenario]) -> dict[str, Outcome]:
-        self.rounds.phase = "comparing"
-        designs = design_points(kinds, (), self.runs, self.seed)
-        return {each.contender: each for each in outcomes_of(self.rounds, designs, self.runs, self.seed)}
+    @cached_property
+    def changed(self) -> dict[str, Scenario]:
+        """The scenario with each change that may show what limits the swarm."""
+        return changes_of(self.scenario)
+
+    @cached_property
+    def others(self) -> dict[str, Scenario]:
+        """The scenario with each other built-in strategy."""
+        found = suitable(self.scenario)[0]
+        found.pop(self.scenario.decision.strategy, None)
+        return found
+
+    @cached_property
+    def race(self) -> Race:
+        """How changes are raced: their differences hold together, also those at the opposite truth."""
+        differences = len(self.changed) + 2 * len(all_strategies(self.scenario)) + MOST_FAULTS
+        several = len(looks(FIRST, max(LEAST_RUNS, self.runs)))
+        return Race(self.rounds, self.runs, self.seed, differences * several)
+
+    def _verdict_runs(self) -> dict[str, Outcome]:
+        """Return the outcome of the scenario, and that at the opposite truth, if any."""
+        self.rounds.phase = "running the swarm"
+        opposite = None if self.scenario.dynamic else opposite_of(self.scenario)
+        worlds = {AS_IT_IS: self.scenario} | ({} if opposite is None else {OPPOSITE: opposite})
+        return self.race.outcomes(worlds, self.runs)
+
+    def _raced(self, phase: str, scenario: Scenario, changed: Mapping[str, Scenario]) -> list[Trial]:
+        self.rounds.phase = phase
+        return [Trial(*each) for each in self.race.against(scenario, changed).values()]
+
+    def _strategies(self, base: Outcome, tested: Sequence[Candidate]) -> list[Trial]:
+        """Return the other strategies; of those that gain, also what they do at the opposite truth.
+
+        In a world that stays, their runs are those that were to show whether they reach the target.
+        """
+        if self.scenario.dynamic:
+            return self._raced("comparing strategies", self.scenario, self.others)
+        candidates = {each.strategy: each for each in tested}
+        candidates.pop(self.scenario.decision.strategy, None)
+        here = {name: each.worlds[0].outcome for name, each in candidates.items()}
+        there = {name: each.worlds[1].outcome for name, each in candidates.items() if each.worlds[1:]}
+        trials = [Trial(each, difference(each, base, self.race.confidence)) for each in here.values()]
+        names = {each.outcome.contender for each in trials if each.difference.low > 0} - there.keys()
+        gaining = {name: opposite_of(candidates[name].scenario) for name in sorted(names)}
+        own, known = opposite_of(self.scenario), {name: each for name, each in gaining.items() if each}
+        if own is not None:
+            self.rounds.phase = "comparing strategies at the opposite truth"
+            there |= {name: each for name, (each, _) in self.race.against(own, known).items()}
+        return [replace(each, opposite=there.get(each.outcome.contender)) for each in trials]
 
     def _sizing(self, rule: Rule) -> Sizing | None:
         """Return how many robots are enough; None if their number can't vary, or the world changes."""
@@ -130,25 +179,12 @@ class _Assessing:
         if self.scenario.dynamic:
             return Recommendation(self.scenario, constraints, [], {}, (), self.seed), None
         runs = max(LEAST_RUNS, self.runs)
-        found = recommend(self.scenario, constraints, (), runs, self.seed, self.rounds)
+        found = recommend(self.scenario, constraints, (), runs, self.seed, self.rounds, relax=False)
         first = found.ranking[0] if found.ranking else None
         return found, next((each for each in found.ranking if each.strategy == own), first)
 
-    def _faults(self, chosen: Scenario) -> list[Trial]:
-        """Return what single faults do to a swarm, compared with the same swarm without them."""
-        outcomes = self._outcomes({AS_IT_IS: chosen, **faults_of(chosen)})
-        base = outcomes.pop(AS_IT_IS)
-        return [Trial(each, difference(each, base)) for each in outcomes.values()]
 
-
-def _turned(kinds: Mapping[str, Scenario]) -> dict[str, Scenario]:
-    """Return the scenarios at the reciprocal ratio, where the truth is the opposite, as far as possible."""
-    turned = {name: None if each.dynamic else opposite_of(each) for name, each in kinds.items()}
-    return {name: each for name, each in turned.items() if each is not None}
-
-
-def _trials(names: Mapping[str, Any], outcomes: Mapping[str, Outcome], base: Outcome) -> list[Trial]:
-    trials = [Trial(outcomes[name], difference(outcomes[name], base)) for name in names]
+def _best_first(trials: Sequence[Trial]) -> list[Trial]:
     return sorted(trials, key=lambda trial: (-trial.difference.estimate, trial.outcome.bits.mean()))
 
 

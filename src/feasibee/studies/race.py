@@ -25,7 +25,7 @@ MARGIN: Final = 0.05
 
 def is_none(shown: Interval) -> bool:
     """Whether a difference is shown to be small enough to be called none."""
-    return -MARGIN <= shown.low and shown.high <= MARGIN
+    return shown.low >= -MARGIN and shown.high <= MARGIN
 
 
 def is_clear(shown: Interval) -> bool:

@@ -71,10 +71,18 @@ class Measured:
     outcome: Outcome
     """Outcome of the same runs."""
 
+    target: float
+    """Share of swarms that must be right."""
+
     @property
     def right(self) -> Interval:
         """Share of swarms that are right at the last step."""
         return self.test.interval
+
+    @property
+    def is_close(self) -> bool:
+        """Whether the share isn't shown to reach the target, but is as large."""
+        return self.test.answer == "open" and self.right.estimate >= self.target
 
 
 @dataclass(frozen=True)
@@ -96,6 +104,12 @@ class Candidate:
     def worst(self) -> Measured:
         """The world in which it is right least often."""
         return min(self.worlds, key=lambda each: each.right.estimate)
+
+    @property
+    def is_probable(self) -> bool:
+        """Whether it probably reaches the target in all worlds, although it isn't shown."""
+        close = [each.is_close for each in self.worlds]
+        return any(close) and all(each.is_close or each.test.answer == "enough" for each in self.worlds)
 
     @property
     def bits(self) -> float:
@@ -207,6 +221,19 @@ class Recommendation:
                 found[min(self.ranking, key=key).strategy].append(name)
         return found
 
+    @property
+    def probably(self) -> list[str]:
+        """Return in words which strategy probably meets all constraints, if none is shown to."""
+        close = [each for each in self.tested if each.is_probable and not self.ranking]
+        close = [each for each in close if list(each.reasons(self.constraints)) == ["--right"]]
+        if not close:
+            return []
+        best = ranked(close)[0]
+        more = [each.test.more_trials(best.right) for each in best.worlds if each.is_close]
+        known = [number for number in more if number is not None]
+        settled = f"about {max(known):,} more runs" if len(known) == len(more) else "many more runs"
+        return [f"{best.strategy} probably is: {percent(best.worst.right)}; {settled} would settle it."]
+
     def to_dict(self) -> dict[str, Any]:
         """Return the recommendation as plain tables, for programs."""
         best = self.best
@@ -214,6 +241,7 @@ class Recommendation:
             "ranking": [{**each.to_dict(), "best": best[each.strategy]} for each in self.ranking],
             "excluded": [{"strategy": name, "reason": why} for name, why in self.excluded.items()],
             "relax": [each.to_dict() for each in self.relax],
+            "probably": self.probably,
             "constraints": vars(self.constraints),
             "by": self.scenario.run.steps,
             **origin(self.seed, self.scenario),
@@ -264,9 +292,8 @@ def recommend(
 
     A strategy meets ``right`` if it is shown to be right often enough at the last step, in this world and in
     one of the opposite truth, since one that always gave the same answer would be right in all worlds of one
-    truth. All intervals of the ranked and the excluded strategies hold together with a probability of 95 %.
-    If a strategy meets all constraints, those that can't meet one whatever came of their runs have none.
-    Otherwise relaxed constraints are tested in addition.
+    truth. All intervals of the strategies hold together with a probability of 95 %. Strategies that need what
+    a constraint excludes are run only if none meets all, to test relaxed ones.
 
     Parameters
     ----------
@@ -283,7 +310,7 @@ def recommend(
     execution : Execution or Rounds, optional
         Where to compute and keep the runs; by default on threads, and in memory.
     relax : bool
-        Whether to find out which constraint to relax if no strategy meets all.
+        Whether to test which constraint to relax if no strategy meets all.
 
     Raises
     ------
@@ -291,29 +318,37 @@ def recommend(
         If the constraints contradict each other or the scenario.
     """
     check_stays(scenario, "recommend")
-    constraints = constraints or Constraints()
-    names = list(strategies or all_strategies(scenario))
-    check_distinct(names)
-    world = world_of(scenario, constraints)  # raises before the work
+    check_distinct(names := list(strategies or all_strategies(scenario)))
+    world = world_of(scenario, constraints := constraints or Constraints())  # raises before the work
     with rounds_of(execution, "testing strategies") as rounds:
         trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
-        relaxed: Sequence[Relaxation] = ()
         entered = trials.field_of(world, names, constraints)
         candidates = trials.tested(entered.groups[0])
-        ranking = ranked([each for each in candidates if not each.reasons(constraints)])
-        if relax and not ranking:
-            candidates += trials.tested(entered.groups[1])
-            relaxed = _relaxations(trials, scenario, constraints, names, candidates)
+        none = relax and all(each.reasons(constraints) for each in candidates)
+        candidates += trials.tested(entered.groups[1]) if none else []
+        found = _relaxations(trials, scenario, constraints, names, candidates) if none else ()
+    return _recommendation(world, constraints, candidates, entered, found, seed)
+
+
+def _recommendation(
+    world: Scenario,
+    constraints: Constraints,
+    candidates: Sequence[Candidate],
+    entered: Field,
+    relax: Sequence[Relaxation],
+    seed: int,
+) -> Recommendation:
+    """Rank the candidates without reasons, and say why the others and those without runs are excluded."""
     reasons = entered.barred | {each.strategy: each.reasons(constraints) for each in candidates}
     excluded = {name: "; ".join(why.values()) for name, why in reasons.items() if why}
     return Recommendation(
-        world,
-        constraints,
-        ranking,
-        {**excluded, **entered.problems},
-        relaxed,
-        seed,
-        candidates,
+        scenario=world,
+        constraints=constraints,
+        ranking=ranked([each for each in candidates if not reasons[each.strategy]]),
+        excluded={**excluded, **entered.problems},
+        relax=relax,
+        seed=seed,
+        tested=candidates,
     )
 
 
@@ -395,7 +430,7 @@ class Trials:
     def _candidate(self, scenario: Scenario, asked: Asked) -> Candidate:
         worlds = [self._measured(scenario)]
         turned = opposite_of(scenario)
-        if turned is not None and worlds[0].test.answer == "enough":
+        if turned is not None and (worlds[0].test.answer == "enough" or worlds[0].is_close):
             worlds.append(self._measured(turned))
         return Candidate(
             strategy=scenario.decision.strategy,
@@ -413,7 +448,7 @@ class Trials:
             return int(last[0].right.sum())
 
         test = finding_at(0, count, self.rule, self.tests)
-        return Measured(test, last[0])
+        return Measured(test, last[0], self.rule.target)
 
 
 def _design(scenario: Scenario) -> DesignPoint:

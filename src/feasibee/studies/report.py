@@ -19,7 +19,7 @@ from feasibee.figures.comparison import draw_against_bits, draw_against_time
 from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.results.statistics import Interval, pareto, wilson
+from feasibee.results.statistics import CONFIDENCE, Interval, pareto, wilson
 from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
@@ -34,6 +34,7 @@ from feasibee.studies.comparison import (
     wait_for,
 )
 from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, quiet_times_in_words
+from feasibee.studies.race import MARGIN, is_clear, is_none
 from feasibee.studies.recommend import Candidate, Recommendation
 from feasibee.studies.size import Band, Sizing, band_sentence, panels_of, sentences
 
@@ -100,6 +101,8 @@ class Assessment:
     """The recommended strategy with single faults, or its own one if none is recommended."""
     seed: int
     """Seed of the runs."""
+    confidence: float = CONFIDENCE
+    """Confidence of each difference, so that all hold together."""
 
     @property
     def shares(self) -> dict[str, Interval]:
@@ -120,11 +123,14 @@ class Assessment:
     def better(self) -> list[Trial]:
         """Strategies that are significantly better here, and not worse at the opposite truth."""
         return [
-            trial
-            for trial in self.strategies
-            if trial.difference.low > 0
-            and not (trial.opposite and self.opposite and difference(trial.opposite, self.opposite).high < 0)
+            trial for trial in self.strategies if trial.difference.low > 0 and not self._is_worse_there(trial)
         ]
+
+    def _is_worse_there(self, trial: Trial) -> bool:
+        """Whether a strategy is shown to be worse at the opposite truth."""
+        if trial.opposite is None or self.opposite is None:
+            return False
+        return difference(trial.opposite, self.opposite, self.confidence).high < 0
 
     @property
     def verdict(self) -> Judged:
@@ -180,6 +186,7 @@ class Assessment:
     def _as_dict(self, trial: Trial) -> dict[str, Any]:
         return {
             "name": trial.outcome.contender,
+            "runs": trial.outcome.runs,
             "right": trial.outcome.accuracy._asdict(),
             "difference": trial.difference._asdict(),
             "right_from_step": wait_for(trial.outcome, self.target),
@@ -346,8 +353,9 @@ def _recommended(assessment: Assessment) -> list[str]:
         return _best_tracker(assessment)
     if found is None:
         return [
-            f"No strategy is shown to be right in {target} of the swarms, here and at the opposite truth."
-            " feasibee recommend says which constraint to relax."
+            f"No strategy is shown to be right in {target} of the swarms, here and at the opposite truth.",
+            *assessment.recommendation.probably,
+            "feasibee recommend says which constraint to relax.",
         ]
     text = (
         f"right in {percent(found.worst.right)}, with {found.worst.outcome.tasks} tasks; "
@@ -397,9 +405,13 @@ def _changes(assessment: Assessment) -> list[str]:
     helps = [trial for trial in assessment.limits if trial.difference.low > 0]
     lines = [f"{trial.outcome.contender}: {points(trial.difference)}." for trial in helps]
     if not helps:
-        lines = ["None of the tried changes makes the swarm right significantly more often."]
+        lines = ["None of the tried changes is shown to make the swarm right more often."]
     better = _chosen(assessment.better)
-    return lines + [_strategy_in_words(trial, assessment.target) for trial in better]
+    lines += [_strategy_in_words(trial, assessment.target) for trial in better]
+    return [
+        *lines,
+        f"All differences in this report hold together with a probability of {100 * CONFIDENCE:g} %.",
+    ]
 
 
 def _strategy_in_words(trial: Trial, target: float) -> str:
@@ -427,8 +439,10 @@ def _right(outcome: Outcome) -> str:
 
 
 def _gain(difference: Interval) -> str:
-    change = 100 * difference.estimate
-    return "as without it" if round(change, 1) == 0 else f"{change:+.1f} points"
+    """Return a difference in words: none to speak of, one that is shown, or one that isn't."""
+    if is_none(difference):
+        return f"as without it (within {100 * MARGIN:g} points)"
+    return points(difference) + ("" if is_clear(difference) else ", which may be chance")
 
 
 def section_as_html(title: str, lines: Sequence[str]) -> str:
@@ -454,6 +468,7 @@ def table_of(title: str, trials: Sequence[Trial]) -> str:
             for tasks in turned
         },
         "bits": lambda trial: f"{trial.outcome.bits.mean():.3g}",
+        "runs": lambda trial: f"{trial.outcome.runs:,}",
     }
     head = "".join(f'<th scope="col">{name}</th>' for name in ("", *columns))
     rows = "".join(
@@ -597,7 +612,7 @@ def _footer(assessment: Assessment, command: str) -> str:
         f"<code>{html.escape(command)}</code>",
         f"scenario {assessment.scenario.hash[:12]}",
         f"seed {assessment.seed}",
-        f"{assessment.outcome.runs} runs of each variant",
+        f"{assessment.outcome.runs} runs of the swarm",
         f"feasibee {version('feasibee')}, model {MODEL_VERSION}",
         f"{datetime.now(UTC):%Y-%m-%d}",
     )

@@ -28,6 +28,9 @@ from feasibee.sweeps.sweep import Execution, Rounds
 GROWTH: Final = 1.5
 """Each look at a value comes after so many times the trials of the last look."""
 
+MOST_TRIALS: Final = 100_000
+"""More trials than these are not suggested for an open test."""
+
 Answer = Literal["enough", "too few", "open"]
 """Whether a rate is shown to reach the target, shown not to, or neither after the most trials."""
 IN_WORDS: Final = {"enough": "often enough", "too few": "too rarely", "open": "too close to tell"}
@@ -43,6 +46,19 @@ class Finding(NamedTuple):
     interval: Interval
     """The rate, with an interval that holds for all tests of a search together."""
     answer: Answer
+
+    def more_trials(self, target: float) -> int | None:
+        """Return about how many more trials an open test needs if the rate stays; None if too many.
+
+        An interval shrinks with the root of their number. It must end where the target is.
+        """
+        rate, low, high = self.interval
+        away = abs(rate - target)
+        half = rate - low if rate >= target else high - rate
+        if away * math.sqrt(MOST_TRIALS / self.trials) <= half:
+            return None
+        more = self.trials * (half / away) ** 2 - self.trials
+        return 100 * max(1, math.ceil(more / 100))
 
 
 @dataclass(frozen=True)
