@@ -18,9 +18,8 @@ from feasibee.cli import interrupts, streams
 from feasibee.cli.decide import assess, recommend, size
 from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
 from feasibee.cli.own import check
-from feasibee.cli.reproduce import reproduce
 from feasibee.cli.robots import header, launch, replay, robot
-from feasibee.cli.run import run
+from feasibee.cli.run import reproduce, run
 from feasibee.cli.share import animate, page
 from feasibee.cli.studies import compare, paper
 from feasibee.cli.sweeps import results, sweep

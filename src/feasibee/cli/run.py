@@ -1,18 +1,24 @@
-"""feasibee run: simulate one scenario many times."""
+"""feasibee run and reproduce: simulate one scenario many times, and saved results again."""
 
 from __future__ import annotations
 
+import sys
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from feasibee.cli.options import (
     Given,
+    NamedPath,
+    argument,
     command,
     console,
     count_type,
     option,
     outputs_option,
+    path_type,
     print_json,
     progress,
 )
@@ -176,3 +182,53 @@ def _share(rate: dict[str, float]) -> str:
 
 def _counted(number: int, what: str) -> str:
     return f"{number} {what}" if number == 1 else f"{number} {what}s"
+
+
+@command()
+def reproduce(
+    *,
+    path: Path = argument(path_type, metavar="FILE|FOLDER"),
+    figure: tuple[Path, ...] = option(
+        "Figure that was written with FILE, repeatable; by default those named as FILE, such as mine.png.",
+        NamedPath(exists=True, dir_okay=False, path_type=Path),
+        multiple=True,
+        metavar="FILE",
+    ),
+    trust: bool = option("Run a strategy from the text in the results; read it before.", is_flag=True),
+    workers: int | None,
+    as_json: bool,
+) -> None:
+    """Simulate saved results again, and compare every byte of all runs and figures with what was saved.
+
+    FILE is one that feasibee run --out has written, .nc. FOLDER is that of a journal, as of feasibee sweep.
+    The exit status is 0 if all bytes are the same, 1 if some differ, and 2 after an error.
+
+    \b
+    Examples:
+      feasibee reproduce mine.nc
+      feasibee reproduce mine.nc --figure paper/mine.pdf
+      feasibee reproduce results
+    """
+    from feasibee.studies.reproduce import reproduce as simulate_again
+
+    with progress("Simulating again") as advance:
+        found = simulate_again(path, figure, trust=trust, workers=workers, progress=advance)
+    if as_json:
+        print_json(found._asdict())
+    else:
+        changed = [
+            f"{name} {now} (was {then})" for name, (then, now) in found.versions.items() if now != then
+        ]
+        for line in (
+            f"{path}: {found.runs:,} runs, written by feasibee {found.versions['feasibee'][0]}; now: "
+            f"{', '.join(changed) or 'the same versions'}.",
+            *(f"Different: {each}." for each in found.differences or ()),
+            *([] if found.differences else ["All results are the same, byte for byte."]),
+            *(
+                f"{each}: {'the same, byte for byte' if same else 'differs'}."
+                for each, same in found.figures.items()
+            ),
+        ):
+            click.echo(line)
+    if found.differences or not all(found.figures.values()):
+        sys.exit(1)

@@ -15,16 +15,15 @@ import xarray as xr
 from feasibee.errors import FeasibeeError
 from feasibee.files import FIGURES
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.model.outcomes import CURVES
-from feasibee.model.record import Record
 from feasibee.results.dataset import open_results, recipe_of, scenario_of, to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps.content import name_of
-from feasibee.sweeps.journal import Journal, StoredPoint
-from feasibee.sweeps.schema import Kind
+from feasibee.sweeps.journal import Journal
+from feasibee.sweeps.schema import Kind, difference, encode
 
-Advance = Callable[[float], None]
+NAMED = 10
+"""Largest number of runs that a line names."""
 
 
 class Reproduction(NamedTuple):
@@ -34,15 +33,13 @@ class Reproduction(NamedTuple):
     """Number of runs that were simulated again."""
     versions: dict[str, tuple[str, str]]
     """Versions that wrote the results and that simulated them again, by name."""
-    differing: dict[str, list[int]]
-    """Numbers of the runs that differ, by column; none if all bytes are equal."""
+    differences: list[str]
+    """Which columns of which runs differ; none if all bytes are equal."""
     figures: dict[str, bool]
     """Whether each figure has the same bytes, by its path."""
 
-    @property
-    def same(self) -> bool:
-        """Whether every byte is the same."""
-        return not self.differing and all(self.figures.values())
+
+Advance = Callable[[float], None]
 
 
 def reproduce(
@@ -53,21 +50,7 @@ def reproduce(
     workers: int | None = None,
     progress: Advance = lambda share: None,
 ) -> Reproduction:
-    """Simulate saved results again from their recipe, and compare every byte.
-
-    Parameters
-    ----------
-    path : Path
-        Results of ``feasibee run --out``, .nc; or the folder of a journal.
-    figures : sequence of Path
-        Figures of the same results; by default those of the same name in the same folder.
-    trust : bool
-        Whether the text of a user's strategy in the results may run.
-    workers : int, optional
-        Number of threads, by default one per processor.
-    progress : callable, optional
-        Called with the share of the work that is done.
-    """
+    """Simulate the runs of a file, .nc, or of a journal's folder again; `feasibee reproduce` says more."""
     if not path.is_dir():
         return _of_file(path, figures, trust, workers, progress)
     if figures:
@@ -78,86 +61,45 @@ def reproduce(
 def _of_file(
     path: Path, figures: Sequence[Path], trust: bool, workers: int | None, progress: Advance
 ) -> Reproduction:
+    """Compare a file, and figures: by default those that are named as the file."""
     saved = open_results(path)
     recipe, scenario = recipe_of(saved), scenario_of(saved, trust=trust)
     runs = Runs(*(recipe.get(key) for key in ("runs", "seed", "first_run")))  # type: ignore[arg-type]
     curves = "feasible_count" in saved
     record = simulate_record(scenario, runs, curves=curves, threads=workers, progress=progress)
     again = to_dataset(record, scenario, runs.seed)
-    differing = _unlike_columns(saved, again, path)
+    try:
+        part = again.sel({name: saved[name] for name in saved.dims})  # results may be saved in part
+        differences = list(_differences(saved, part, saved["run"].values))
+    except KeyError as error:
+        lack = f"has {error.args[0]}, or lacks it, unlike results of feasibee.simulate"
+        raise FeasibeeError(f"{path}: {lack}; use a file of feasibee run --out") from None
     same_name = (path.with_suffix(suffix) for suffix in FIGURES)
-    paths = figures or [each for each in same_name if each.is_file()]
-    drawn = {str(each): _drawn_alike(again, each) for each in paths}
-    versions = _versions(recipe, recipe_of(again))
-    return Reproduction(saved["run"].size, versions, differing, drawn)
+    drawn = figures or [each for each in same_name if each.is_file()]
+    alike = {str(each): _drawn_alike(again, each) for each in drawn}
+    return Reproduction(saved["run"].size, _versions(recipe, recipe_of(again)), differences, alike)
 
 
 def _versions(saved: Mapping[str, Any], now: Mapping[str, Any]) -> dict[str, tuple[str, str]]:
     """Return the versions in two recipes, as far as both have them."""
-    one, two = (
-        {"feasibee": each.get("version"), "model": each.get("model_version"), "Python": each.get("python")}
-        | each.get("libraries", {})
-        for each in (saved, now)
-    )
-    return {name: (str(one[name]), str(two[name])) for name in one if one[name] and two.get(name)}
+    names = {"version": "feasibee", "model_version": "model", "python": "Python"}
+    one, two = ({**each, **each.get("libraries", {})} for each in (saved, now))
+    wanted = [*names, *saved.get("libraries", {})]
+    return {
+        names.get(key, key): (str(one[key]), str(two[key])) for key in wanted if key in one and key in two
+    }
 
 
-def _of_journal(folder: Path, trust: bool, workers: int | None, progress: Advance) -> Reproduction:
-    differing: dict[str, list[int]] = {}
-    with Journal(folder) as journal:
-        parts = [(point, runs) for point in journal.points for runs in _stretches(journal, point)]
-        total, done = sum(runs.count for _, runs in parts), 0
-        now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
-        for point, runs in parts:
-            scenario = point.scenario.with_trust() if trust else point.scenario
-            curves = any(journal.chunks(Kind.CURVES, point.id))
-            again = simulate_record(scenario, runs, curves=curves, threads=workers)
-            saved = _saved(journal, point.id, again)
-            one, two = (to_dataset(each, scenario, point.seed) for each in (saved, again))
-            name = name_of(point.id, json.dumps(point.values))
-            found = _unlike_columns(one, two, folder)
-            differing |= {f"{column} of {name}": numbers for column, numbers in found.items()}
-            done += runs.count
-            progress(done / total)
-        return Reproduction(total, _versions(journal.about, now), differing, {})
-
-
-def _stretches(journal: Journal, point: StoredPoint) -> Iterator[Runs]:
-    """Yield the consecutive runs of a point."""
-    numbers = np.sort(journal.results(point.id).run)
-    for part in np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1):
-        if part.size:
-            yield Runs(part.size, point.seed, int(part[0]))
-
-
-def _saved(journal: Journal, point: int, again: Record) -> Record:
-    """Return the runs of a record as a journal has them."""
-    lengths = again.feasible_count.shape[1], again.truth.shape[1]
-    saved = journal.record(point, Record.empty(again.first_run, again.runs, *lengths))
-    if lengths[0]:
-        unkept = saved.feasible_count[:, 0] < 0  # runs that were simulated before curves were kept
-        for each in CURVES:
-            getattr(saved, each.name)[unkept] = getattr(again, each.name)[unkept]
-    return saved
-
-
-def _unlike_columns(saved: xr.Dataset, again: xr.Dataset, path: Path) -> dict[str, list[int]]:
-    """Return the numbers of the runs in which each column differs; results may have been saved in part."""
-    found = {}
-    try:
-        numbers = saved["run"].values
-        part = again.sel({name: saved[name] for name in saved.dims})
-        for name in map(str, saved.data_vars):
-            one, two = saved[name].values, part[name].values
-            rows = np.ones(numbers.size, bool)
-            if (one.dtype, one.shape) == (two.dtype, two.shape):
-                rows = (one != two).reshape(numbers.size, -1).any(axis=1)
-            if rows.any():
-                found[name] = numbers[rows].tolist()
-    except KeyError as error:
-        lack = f"has {error.args[0]}, or lacks it, unlike results of feasibee.simulate"
-        raise FeasibeeError(f"{path}: {lack}; use a file of feasibee run --out") from None
-    return found
+def _differences(saved: xr.Dataset, again: xr.Dataset, numbers: Any) -> Iterator[str]:
+    """Yield each column that differs, and in which runs."""
+    for name in map(str, saved.data_vars):
+        one, two = saved[name].values, again[name].values
+        rows = np.ones(numbers.size, bool)
+        if (one.dtype, one.shape) == (two.dtype, two.shape):
+            rows = (one != two).reshape(numbers.size, -1).any(axis=1)
+        if rows.any():
+            named = ", ".join(map(str, numbers[rows][:NAMED])) + (", ..." if rows.sum() > NAMED else "")
+            yield f"{name} in {rows.sum():,} of {numbers.size:,} runs: {named}"
 
 
 def _drawn_alike(dataset: xr.Dataset, path: Path) -> bool:
@@ -168,6 +110,28 @@ def _drawn_alike(dataset: xr.Dataset, path: Path) -> bool:
     if path.suffix.lower() not in FIGURES:
         return False
     with TemporaryDirectory() as folder:
-        drawn = Path(folder, path.name)
-        save_figure(draw_runs(dataset), drawn)
+        save_figure(draw_runs(dataset), drawn := Path(folder, path.name))
         return drawn.read_bytes() == path.read_bytes()
+
+
+def _of_journal(folder: Path, trust: bool, workers: int | None, progress: Advance) -> Reproduction:
+    differences, done = [], 0
+    with Journal(folder) as journal:
+        points = journal.points
+        for number, point in enumerate(points, start=1):
+            saved = [
+                {row[0]: row for part in journal.chunks(kind, point.id) for row in part} for kind in Kind
+            ]
+            scenario = point.scenario.with_trust() if trust else point.scenario
+            name, curves = name_of(point.id, json.dumps(point.values)), bool(saved[Kind.CURVES])
+            for part in journal.chunks(Kind.RUNS, point.id):
+                runs = Runs(len(part), point.seed, part[0][0])
+                again = encode(simulate_record(scenario, runs, curves=curves, threads=workers))
+                for kind, row in [(each, row) for each in Kind for row in again[each]]:
+                    old = saved[kind].get(row[0], row)  # earlier runs may lack curves
+                    if found := difference(kind, old, row):
+                        differences.append(f"{name}, run {row[0]}: {found[0]} was {found[1]}, is {found[2]}")
+                done += runs.count
+            progress(number / len(points))
+        now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
+        return Reproduction(done, _versions(journal.about, now), differences, {})
