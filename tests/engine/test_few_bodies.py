@@ -1,4 +1,4 @@
-"""Bodies of up to 32 robots: floats find what exact integers find, and cases of contact by hand."""
+"""Bodies of up to 64 robots: floats find what exact integers find, and cases of contact by hand."""
 
 from __future__ import annotations
 
@@ -6,30 +6,31 @@ import math
 
 import numpy as np
 import pytest
-from numba import uint32
+from numba import uint64
 
 from feasibee import Scenario
 from feasibee.engine import few
 from feasibee.engine.compile import entry
 from feasibee.engine.layout import Link, Robot, Set, empty_state, first_room
 from feasibee.engine.params import packed
-from feasibee.engine.signatures import PARAMS, STATE
+from feasibee.engine.signatures import PARAMS, PART, STATE
+from feasibee.engine.team import parts_of
 from feasibee.reference.robot import eighth, steps_of
 from feasibee.reference.world import World
 from feasibee.simulation.lowering import lower
 
 
-@entry(uint32(PARAMS, STATE))
-def find_colliding(params, state):
-    links, there, pairs = state.links[Link.CLOSE], state.sets[Set.THERE, 0], state.heard[0]
-    listed = few.list_pairs(params, state.robots, links, there, pairs)
-    return few.find_meeting(params, state.robots, pairs, listed, uint32(0xFFFFFFFF))[0]
+@entry(uint64(PARAMS, STATE, PART))
+def find_colliding(params, state, part):
+    links, there, pairs = state.links[Link.CLOSE], state.sets[Set.THERE], state.heard[0]
+    listed = few.list_pairs(params, state.robots, links, there, pairs, part)
+    return few.find_meeting(params, state.robots, pairs, listed, ~uint64(0))[0]
 
 
-@entry(uint32(PARAMS, STATE))
-def find_standing(params, state):
+@entry(uint64(PARAMS, STATE, PART))
+def find_standing(params, state, part):
     """Return who stands; the steps of the other robots are those that they make."""
-    return few.find_standing(params, state, state.heard[0])
+    return few.find_standing(params, state, part)
 
 
 def world_of(robots, boundary, side=8.0, contact="stand"):
@@ -46,7 +47,7 @@ def world_of(robots, boundary, side=8.0, contact="stand"):
 
 
 def state_of(scenario, places, steps):
-    """Return the numbers of a scenario and a state whose robots have these places and steps."""
+    """Return the numbers of a scenario, a state whose robots have these places and steps, and its part."""
     lowered = lower(scenario, 1)
     state = empty_state(lowered.params, lowered.tables, first_room(lowered.params))
     count = scenario.robots.count
@@ -54,14 +55,15 @@ def state_of(scenario, places, steps):
         state.robots[row, :count] = values.astype(np.uint32).view(np.int32)
     for row, values in zip((Robot.STEP_X, Robot.STEP_Y), np.array(steps).T, strict=True):
         state.robots[row, :count] = values
-    return packed(lowered.params), state
+    (part,) = parts_of(lowered.params)
+    return packed(lowered.params), state, part
 
 
 def found_and_expected(scenario, places, steps):
     """Return the set of colliding robots by the engine and by the reference's exact integers."""
     count, world = scenario.robots.count, World(scenario, 1, 0)
     word = int(find_colliding(*state_of(scenario, places, steps)))
-    found = {i for i in range(32) if word >> i & 1}
+    found = {i for i in range(64) if word >> i & 1}
     expected = set()
     for i in range(count):
         for j in set(range(count)) - {i}:
@@ -73,19 +75,23 @@ def found_and_expected(scenario, places, steps):
     return found, expected
 
 
-@pytest.mark.quick(2)
+@pytest.mark.quick(4)
 @pytest.mark.parametrize("boundary", ["torus", "walls"])
-@pytest.mark.parametrize("side", [8.0, [8.0, 5.0], [5.0, 9.0]])
-def test_the_quick_test_of_collisions_equals_exact_integers(boundary, side):
+@pytest.mark.parametrize(
+    ("robots", "side"), [(24, 8.0), (24, [8.0, 5.0]), (24, [5.0, 9.0]), (64, 13.0), (40, [9.0, 12.0])]
+)
+def test_the_quick_test_of_collisions_equals_exact_integers(boundary, robots, side):
     """Catches a sign, a robot taken for the other, and a pair round the torus."""
     generator = np.random.default_rng(1)
-    scenario = world_of(24, boundary, side)
+    scenario = world_of(robots, boundary, side)
     arena = lower(scenario, 1).params.arena
     reach = int(lower(scenario, 1).params.robots.reach)
     seen = set()
     for _ in range(100):
-        places = [(int(x), int(y)) for x, y in generator.integers(0, (arena.width, arena.height), (24, 2))]
-        steps = [(int(x), int(y)) for x, y in generator.integers(-reach, reach, (24, 2))]
+        places = [
+            (int(x), int(y)) for x, y in generator.integers(0, (arena.width, arena.height), (robots, 2))
+        ]
+        steps = [(int(x), int(y)) for x, y in generator.integers(-reach, reach, (robots, 2))]
         found, expected = found_and_expected(scenario, places, steps)
         assert found == expected
         seen.add(len(found))
@@ -139,11 +145,11 @@ def steps_made(places, steps, working, boundary="walls"):
     world = World(scenario, 1, 0)
     unit = float(1 / world.unit)
     places, steps = ([(round(x * unit), round(y * unit)) for x, y in each] for each in (places, steps))
-    params, state = state_of(scenario, places, steps)
+    params, state, part = state_of(scenario, places, steps)
     state.sets[Set.WORKING, 0] = sum(1 << i for i in working)
     bodies = [Body(*each) for each in zip(places, steps, strict=True)]
     expected = steps_of(scenario.robots, world, bodies, [bodies[i] for i in working])
-    standing = int(find_standing(params, state))
+    standing = int(find_standing(params, state, part))
     found = {
         body: (int(state.robots[Robot.STEP_X, i]), int(state.robots[Robot.STEP_Y, i]))
         for i, body in enumerate(bodies)

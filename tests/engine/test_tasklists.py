@@ -7,20 +7,23 @@ import pytest
 from numba import types
 
 from feasibee import Scenario
-from feasibee.engine import few, intrinsics, sensing, starting
+from feasibee.engine import few, sensing, starting
 from feasibee.engine.compile import entry
 from feasibee.engine.layout import Link, Point, Robot, empty_state, first_room
 from feasibee.engine.params import packed
-from feasibee.engine.signatures import PARAMS, STATE
+from feasibee.engine.signatures import PARAMS, PART, STATE
+from feasibee.engine.team import parts_of
 from feasibee.simulation.lowering import lower
+from feasibee.simulation.snapshot import members
 
 SIDE = 2**32
 
 
 def swarm(changes):
-    """Return parameters and an empty state."""
+    """Return parameters, an empty state, and the part of its one thread."""
     lowered = lower(Scenario().replace(changes), 1)
-    return packed(lowered.params), empty_state(lowered.params, lowered.tables, first_room(lowered.params))
+    state = empty_state(lowered.params, lowered.tables, first_room(lowered.params))
+    return packed(lowered.params), state, *parts_of(lowered.params)
 
 
 def scatter(params, state, generator):
@@ -50,16 +53,15 @@ def are_near(points, others, limit):
     return (ways**2).sum(axis=0) < int(limit)
 
 
-@entry(types.void(PARAMS, STATE))
-def find(params, state):
-    few.find_sight(params, state, params.sensing)
+@entry(types.void(PARAMS, STATE, PART))
+def find(params, state, part):
+    few.find_sight(params, state, params.sensing, part)
 
 
 @entry(types.boolean(PARAMS, STATE))
 def is_sure(params, state):
     robots, sight, band = state.robots, state.links[Link.SIGHT], params.sensing.band
-    xs, ys = robots[Robot.X], robots[Robot.Y]
-    return intrinsics.find_near(xs, ys, sight, params.robots.count, band.low, band.width)
+    return few.find_roughly(params, robots, sight, band.low, band.width, sight.shape[0])
 
 
 @entry(types.void(PARAMS, STATE))
@@ -76,6 +78,8 @@ WORLDS = [
     {"tasks.count": 100},
     {"tasks.count": 300, "robots.count": 32},
     {"tasks.count": 100, "robots.count": 32, "sensing.range": 4.9},
+    {"tasks.count": 100, "robots.count": 33},
+    {"tasks.count": 100, "robots.count": 64, "sensing.range": 4.9},
     {"tasks.count": 100, "robots.count": 31, "sensing.range": 5.1},  # fewer than four cells a side: no lists
     {"tasks.count": 40, "robots.count": 6, "sensing.range": 10.0},
     {"tasks.count": 2000, "sensing.range": 0.01, "arena.side": 1000.0},  # about one unit of 16 bits
@@ -84,20 +88,20 @@ WORLDS = [
 
 @pytest.mark.parametrize("changes", WORLDS)
 def test_neighbours_are_exactly_those_in_range(changes):
-    params, state = swarm(changes)
+    params, state, part = swarm(changes)
     count, generator = int(params.robots.count), np.random.default_rng(3)
     sight = state.links[Link.SIGHT]
     for _ in range(100):
         scatter(params, state, generator)
-        find(params, state)
+        find(params, state, part)
         points = state.robots[[Robot.X, Robot.Y], :count]
         expected = are_near(points, points, params.sensing.limit) & ~np.eye(count, dtype=bool)
-        assert sight[:count].tolist() == (expected << np.arange(count)).sum(axis=1).tolist()
+        assert [members(words.copy())[:count].tolist() for words in sight.T[:count]] == expected.tolist()
 
 
 @pytest.mark.parametrize("changes", WORLDS)
 def test_counts_of_tasks_are_exact(changes):
-    params, state = swarm(changes)
+    params, state, _ = swarm(changes)
     generator = np.random.default_rng(3)
     for _ in range(10):
         scatter(params, state, generator)
@@ -108,7 +112,7 @@ def test_counts_of_tasks_are_exact(changes):
 
 
 def test_most_steps_of_twenty_robots_need_no_exact_comparison():
-    params, state = swarm({"tasks.count": 100})
+    params, state, _ = swarm({"tasks.count": 100})
     generator, sure = np.random.default_rng(5), 0
     xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
     for _ in range(1000):

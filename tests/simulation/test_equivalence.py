@@ -361,11 +361,12 @@ CROWDED = {"arena.side": 6.0, "decision.gain": 40.0}
 BEYOND = {
     "the paper's": CROWDED,
     "the paper's, of forty": {**CROWDED, "robots.count": 40},
+    "the paper's, of seventy": {**CROWDED, "robots.count": 70},
     "walls and collisions": {
         "arena.side": [8.0, 12.0],
         "arena.boundary": "walls",
         "robots.avoid_collisions": True,
-        "robots.count": 45,
+        "robots.count": 66,
     },
     "few in a crowd": {"arena.side": 7.0, "robots.avoid_collisions": True, "robots.speed": 0.3},
     "few that deflect": {
@@ -377,9 +378,21 @@ BEYOND = {
         "faults.stopped": 0.2,
         "faults.stop_step": 9,
     },
+    "forty that deflect, miss, lose and lie": {
+        "arena.side": [9.0, 11.0],
+        "sensing.miss": 0.2,
+        "sensing.count_self": True,
+        "radio.range": 3.0,
+        "radio.loss": 0.2,
+        "faults.byzantine": 0.2,
+        "robots.count": 40,
+        "robots.avoid_collisions": True,
+        "robots.contact": "deflect",
+        "robots.speed": 0.4,
+    },
     "many that deflect": {
-        "arena.side": [9.0, 12.0],
-        "robots.count": 50,
+        "arena.side": [12.0, 14.0],
+        "robots.count": 80,
         "robots.avoid_collisions": True,
         "robots.contact": "deflect",
         "robots.speed": 0.4,
@@ -437,6 +450,7 @@ BY_VOTES = {"decision.declare": {"quorum": 0.6, "rounds": 2, "heard": 2}}
 WORLDS = {
     "twenty": {},
     "forty": {"robots.count": 40},
+    "seventy": {"robots.count": 70, "arena.side": 18.0},
     "all that can go wrong": {
         "arena.boundary": "walls",
         "robots.avoid_collisions": True,
@@ -484,6 +498,7 @@ WORLDS = {
 }
 SLOW_WORLDS = (
     "forty",
+    "seventy",
     "liars that say feasible, and few ids",
     "declaring by votes",
     "colluders that invent robots",
@@ -596,6 +611,7 @@ CHANGING = {
 CHANGING_WORLDS = {
     "twenty": {},
     "forty that collide": {"robots.count": 40, "arena.boundary": "walls", "robots.avoid_collisions": True},
+    "seventy that collide": {"robots.count": 70, "arena.boundary": "walls", "robots.avoid_collisions": True},
     "twenty that deflect": {"arena.side": 8.0, "robots.avoid_collisions": True, "robots.contact": "deflect"},
     "faults": {
         "faults.byzantine": 0.2,

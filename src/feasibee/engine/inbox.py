@@ -1,4 +1,4 @@
-"""Inboxes (model.md 4.5): sets for up to 32 robots with ids of their own, else a small hash table per robot.
+"""Inboxes (model.md 4.5): sets for up to 64 robots with ids of their own, else a small hash table per robot.
 
 Each robot has a line of 8 slots, in the order of the robots. An inbox that outgrows it takes one of the
 tables that lie behind all lines. Most never do: so a large swarm needs little memory. Eight slots are
@@ -11,35 +11,46 @@ from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import choose
-from feasibee.engine.intrinsics import lowest, popcount, says_feasible, sender_of, without_lowest
+from feasibee.engine.intrinsics import (
+    has_bit,
+    lowest,
+    lowest_member,
+    popcount,
+    says_feasible,
+    sender_of,
+    without_lowest,
+)
 from feasibee.engine.layout import LINE, WORD, Clock, Count, Lack, Link, Robot, Slot
 from feasibee.engine.queues import same_or_free
 from feasibee.model.codes import NO_OPINION
 
 
 @spliced
-def receive_together(params, state, speaking, said):
-    """Add the messages of the speaking robots in each robot's sight, those ``said`` to be for *feasible*."""
-    sight = state.links[Link.SIGHT]
+def receive_together(params, state, part, other, speaking, said):
+    """Add the messages of the speaking robots of a word in each robot's sight.
+
+    Those of ``said`` are for *feasible*.
+    """
+    sight, last = state.links[Link.SIGHT, other], WORD * part.last
     if params.decision.every_message:
         votes, feasible_votes = state.counts[Count.VOTES], state.counts[Count.FEASIBLE_VOTES]
-        for i in range(32):
+        for i in range(last):
             spoken = uint32(sight[i] & speaking)
             votes[i] += popcount(spoken)
             feasible_votes[i] += popcount(uint32(spoken & said))
-    else:
-        heard, feasible = state.links[Link.HEARD], state.links[Link.HEARD_FEASIBLE]
-        for i in range(32):
+        return
+    heard, feasible = state.links[Link.HEARD, other], state.links[Link.HEARD_FEASIBLE, other]
+    for i in range(last):
+        spoken = uint32(sight[i] & speaking)
+        heard[i] |= spoken
+        feasible[i] = uint32(uint32(feasible[i] & ~spoken) | uint32(spoken & said))
+    if params.strategy.value_scale > 0.0:
+        for i in range(params.robots.count):
             spoken = uint32(sight[i] & speaking)
-            heard[i] |= spoken
-            feasible[i] = uint32(uint32(feasible[i] & ~spoken) | uint32(spoken & said))
-        if params.strategy.value_scale > 0.0:
-            for i in range(params.robots.count):
-                spoken = uint32(sight[i] & speaking)
-                while spoken:
-                    j = lowest(spoken)
-                    state.inbox[Slot.VALUE, WORD * i + j] = state.robots[Robot.SENT_VALUE, j]
-                    spoken = without_lowest(spoken)
+            while spoken:
+                j = lowest_member(other, spoken)
+                state.inbox[Slot.VALUE, last * i + j] = state.robots[Robot.SENT_VALUE, j]
+                spoken = without_lowest(spoken)
 
 
 @inlined
@@ -153,8 +164,9 @@ def empty(params, state, thread, i):
 def clear_inbox(params, state, i):
     """Clear a robot's inbox, which then has no table."""
     if params.decision.inbox_is_set:
-        state.links[Link.HEARD, i] = uint32(0)
-        state.links[Link.HEARD_FEASIBLE, i] = uint32(0)
+        for other in range(state.links.shape[1]):
+            state.links[Link.HEARD, other, i] = uint32(0)
+            state.links[Link.HEARD_FEASIBLE, other, i] = uint32(0)
     elif not params.decision.every_message:
         first, slots = slots_of(state, i)
         for place in range(first, first + slots):
@@ -196,19 +208,23 @@ def read(params, state, i, word):
 @inlined
 def read_together(params, state, i, word):
     """Read an inbox that is a set."""
-    heard, feasible = state.links[Link.HEARD, i], state.links[Link.HEARD_FEASIBLE, i]
-    votes, feasible_votes = popcount(heard), popcount(feasible)
+    votes = feasible_votes = int64(0)
+    for other in range(state.links.shape[1]):
+        votes += popcount(state.links[Link.HEARD, other, i])
+        feasible_votes += popcount(state.links[Link.HEARD_FEASIBLE, other, i])
     opinion, drawn = draw_message(word, feasible_votes, votes)
     value = total = int64(0)
-    if params.strategy.value_scale > 0.0 and votes > 0:
-        among = feasible if opinion == 1 else uint32(heard & ~feasible)
-        while drawn > 0:
-            among = without_lowest(among)
-            drawn -= 1
-        value = int64(state.inbox[Slot.VALUE, WORD * i + lowest(among)])
-        while heard:
-            total += state.inbox[Slot.VALUE, WORD * i + lowest(heard)]
-            heard = without_lowest(heard)
+    if params.strategy.value_scale > 0.0:
+        for other in range(state.links.shape[1]):
+            heard = state.links[Link.HEARD, other, i]
+            while heard:
+                j = lowest_member(other, heard)
+                held = int64(state.inbox[Slot.VALUE, state.links.shape[2] * i + j])
+                total += held
+                if has_bit(state.links[Link.HEARD_FEASIBLE, other, i], j) == (opinion == 1):
+                    value = held if drawn == 0 else value
+                    drawn -= 1
+                heard = without_lowest(heard)
     return feasible_votes, votes, opinion, value, total
 
 

@@ -197,18 +197,26 @@ def spread(builder: Any, value: Any, vector: Any) -> Any:
     return builder.shuffle_vector(one, one, ir.Constant(ir.VectorType(INT, vector.count), None))
 
 
-@instruction(types.boolean, ARRAY, ARRAY, ARRAY, types.int64, types.uint32, types.uint32)
-def find_near(builder: Any, xs: Any, ys: Any, sight: Any, count: Any, low: Any, width: Any) -> Any:
-    """Store which of up to 32 robots are near each, by 16 bits an axis; return whether all are sure.
+@instruction(
+    types.boolean, ARRAY, ARRAY, ARRAY, types.int64, types.int64, types.int64, types.uint32, types.uint32
+)
+def find_near(
+    builder: Any, xs: Any, ys: Any, sight: Any, first: Any, other: Any, count: Any, low: Any, width: Any
+) -> Any:
+    """Store which robots of a word are near each of another or the same word; return whether all are sure.
 
-    Squared distances below ``low`` are near. Those less than ``width`` above are in doubt.
+    ``first`` is the first robot of those whose sight is stored, and ``count`` of the others begin at
+    ``other``. By 16 bits an axis: squared distances below ``low`` are near, those less than ``width`` above
+    are in doubt.
     """
     words = ir.VectorType(INT, WORD)
-    x, y, sight = (builder.bitcast(data, words.as_pointer()) for data in (xs, ys, sight))
-    places = upper_halves(builder, builder.load(x, align=4), builder.load(y, align=4))
+    places, others = (
+        upper_halves(builder, *(vector_at(builder, data, start, words) for data in (xs, ys)))
+        for start in (first, other)
+    )
     lows = spread(builder, low, words)
     stored, near, least = (allocate(builder, words) for _ in range(3))
-    builder.store(places, stored)
+    builder.store(others, stored)
     builder.store(ir.Constant(words, None), near)
     builder.store(constants(words, [-1] * WORD), least)
     with cgutils.for_range(builder, count) as loop:
@@ -220,8 +228,11 @@ def find_near(builder: Any, xs: Any, ys: Any, sight: Any, count: Any, low: Any, 
         # The highest bit of what is below ``low`` is 1.
         shifted = vector_call(builder, "fshl", builder.load(near), beyond, constants(words, [1] * WORD))
         builder.store(shifted, near)
-    others = constants(words, [~(1 << lane) for lane in range(WORD)])
-    builder.store(builder.and_(builder.load(near), others), sight, align=4)
+    not_itself = constants(words, [~(1 << lane) for lane in range(WORD)])
+    is_same = builder.icmp_unsigned("==", first, other)
+    allowed = builder.select(is_same, not_itself, constants(words, [-1] * WORD))
+    found = builder.bitcast(builder.gep(sight, [first]), words.as_pointer())
+    builder.store(builder.and_(builder.load(near), allowed), found, align=4)
     doubtful = builder.icmp_unsigned("<", builder.load(least), spread(builder, width, words))
     return builder.icmp_unsigned("==", as_word(builder, doubtful), INT(0))
 

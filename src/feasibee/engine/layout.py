@@ -23,6 +23,8 @@ from feasibee.strategies.contract import Strategy
 
 WORD = 32
 """Robots per word of a set."""
+FEW = 64
+"""Robots of the largest swarm that senses together, in sets of one word or two: see `feasibee.engine.few`."""
 LINE = 8
 """Slots for senders that each robot has, before its inbox takes a table."""
 TILE = 4
@@ -105,7 +107,7 @@ class Count(IntEnum):
 
 
 class Link(IntEnum):
-    """Rows of `State.links`: for each robot a set of up to 32 robots."""
+    """Rows of `State.links`: for each robot a set of up to 64 robots."""
 
     SIGHT = 0  # robots in sight
     HEARD = 1  # senders in the inbox
@@ -250,7 +252,7 @@ class Part(Struct):
 
 
 Alone = namedtuple("Alone", fields_of(Part))  # type: ignore[misc]  # mypy reads only lists written out
-"""The part of one thread with up to 32 robots: compiled code knows all of it but the array."""
+"""The part of one thread with up to 64 robots: compiled code knows all of it but the array."""
 
 
 class Cells(NamedTuple):
@@ -284,7 +286,7 @@ class State(Struct):
     robots: Annotated[Int32s, "Robot", "robot"]
     sets: Annotated[Words, "Set", "word of robots"]
     counts: Annotated[Int64s, "Count", "robot"]
-    links: Annotated[Words, "Link", "robot"]  # up to 32 robots
+    links: Annotated[Words, "Link", "word of others", "robot"]  # up to 64 robots
     seen: Annotated[Int64s, "robot", "class of robots, then of tasks"]  # no rows unless there are several
     remembered: Annotated[Words, "robot", "word of robots, then of tasks"]  # for unique observation
     inbox: Annotated[Int32s, "Slot", "slot"]  # see `feasibee.engine.inbox`
@@ -352,9 +354,10 @@ class Lowered(NamedTuple):
     fast: bool  # whether the fast path simulates it, else the general engine
 
     @property
-    def form(self) -> tuple[Strategy, bool, bool, bool]:
+    def form(self) -> tuple[Strategy, bool, int, bool]:
         """What compiled code depends on; see `feasibee.engine.runner.engine_functions`."""
-        return self.strategy, self.fast, self.params.together, self.params.changes
+        words = -(-self.params.robots.count // WORD) if self.params.together else 0
+        return self.strategy, self.fast, words, self.params.changes
 
 
 def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, threads: int = 1) -> State:
@@ -366,11 +369,13 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
     knowledge, grid = params.strategy.knowledge, params.robots.grid
     tiles = -(-grid.columns // TILE) * -(-grid.rows // TILE)
     heard_room = HEARD_ROOM + max(params.robots.count, params.tasks.count) + WORD  # so much one robot may add
+    if params.together:
+        heard_room = max(heard_room, padded * padded // 2)  # all pairs may meet
     return State(
         robots=aligned((len(Robot), padded), np.int32),
         sets=np.zeros((len(Set), words), np.uint32),
         counts=aligned((len(Count), padded), np.int64),
-        links=aligned((len(Link), WORD), np.uint32),
+        links=aligned((len(Link), words if params.together else 0, padded), np.uint32),
         seen=np.zeros((padded if params.sensing.by_class or knowledge.enabled else 0, classes), np.int64),
         remembered=np.zeros((padded if params.sensing.unique else 0, remembered), np.uint32),
         inbox=np.full(_inbox_shape(params, room), -1, np.int32),
@@ -419,7 +424,7 @@ def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:
     padded = -(-params.robots.count // WORD) * WORD
     values = params.strategy.value_scale > 0
     if params.decision.inbox_is_set:
-        return (2, padded * WORD) if values else (1, 0)
+        return (2, padded * padded) if values else (1, 0)
     rows = 3 if params.decision.inbox_size else 2 if values else 1
     return rows + params.in_space_order, padded * LINE + room.tables * room.slots
 

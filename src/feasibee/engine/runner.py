@@ -69,9 +69,9 @@ class Engine(NamedTuple):
     functions: Functions
 
 
-def engine_functions(strategy: Strategy, fast: bool, few: bool, changes: bool = False) -> Engine:
+def engine_functions(strategy: Strategy, fast: bool, words: int, changes: bool = False) -> Engine:
     """Compile the functions that start and advance a run, and those that a scenario chooses."""
-    start, advance = entrypoints.world_functions(fast, few)
+    start, advance = entrypoints.world_functions(fast, words)
     functions = strategy_functions(strategy)._replace(change=change_function(changes))
     return Engine(start, advance, functions)
 

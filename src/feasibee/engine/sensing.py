@@ -4,8 +4,8 @@ A cell is longer than the range, so a task is in at most nine lists. A robot loo
 cell: about 10 of 100 tasks, against 25 in a block of `feasibee.engine.cells`. A list holds places only, in 16
 bits an axis. They span four cells, so that the difference between a place and a listed one doesn't wrap.
 
-On the fast path, up to 32 robots sense together: each robot's neighbours are one word. Otherwise robots are
-sorted into cells. Both have the same outcome.
+Up to 64 robots sense together: each robot's neighbours are one word or two. Otherwise robots are sorted into
+cells. Both have the same outcome.
 """
 
 from __future__ import annotations
@@ -148,7 +148,7 @@ def count_exactly(params, cells, x, y):
 
 @spliced
 def sense_general_crowd(params, state, functions, part):
-    """Do what `feasibee.engine.few.sense_general_few` does, in a swarm of more than 32."""
+    """Do what `feasibee.engine.few.sense_general_few` does, in a swarm of more than 64."""
     publish(params, state, functions, part)
     fill_general(params, state, part)
     observe_crowd(params, state, functions, part)

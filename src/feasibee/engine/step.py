@@ -11,7 +11,7 @@ from feasibee.engine.crowd import keep_order, sense_crowd
 from feasibee.engine.draws import draw_phases, draw_words, list_members, phase_duration, present_phase
 from feasibee.engine.dynamics import draw_dynamics
 from feasibee.engine.few import move_few, sense_general_few, sense_together
-from feasibee.engine.intrinsics import contains, lowest, lowest_member, number_of, set_member, without_lowest
+from feasibee.engine.intrinsics import contains, lowest_member, number_of, set_member, without_lowest
 from feasibee.engine.knowledge import defer, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
@@ -63,7 +63,7 @@ def start_general(params, state, run):
 
 @spliced
 def advance_few(params, state, functions, part):
-    """Do one step of up to 32 robots on the fast path (model.md 3.1 to 3.3)."""
+    """Do one step of up to 64 robots on the fast path (model.md 3.1 to 3.3)."""
     move_freely(state, part)
     tick(state, part)
     sense_together(params, state, part)
@@ -85,7 +85,7 @@ def advance_crowd(params, state, functions, part):
 
 @spliced
 def advance_general_few(params, state, functions, part):
-    """Do one step of up to 32 robots in the general engine."""
+    """Do one step of up to 64 robots in the general engine."""
     begin_general(params, state, functions, part)
     move_few(params, state, part)
     tick(state, part)
@@ -164,16 +164,18 @@ def end_general(params, state, functions, part):
 
 @spliced
 def finish_few(params, state, functions, part):
-    """Do what `finish` does with up to 32 robots, which have pools: so none are listed first."""
-    left = state.sets[Set.TURNING, 0]
-    while left:
-        head(params, state, 0, lowest(left), 0)
-        left = without_lowest(left)
-    left = state.sets[Set.ENDING, 0]
-    while left:
-        i = lowest(left)
-        end_phase(params, state, functions, part, i, present_phase(params, state, 0, i, 0))
-        left = without_lowest(left)
+    """Do what `finish` does with up to 64 robots, which have pools: so none are listed first."""
+    for w in range(part.first, part.last):
+        left = state.sets[Set.TURNING, w]
+        while left:
+            head(params, state, 0, lowest_member(w, left), 0)
+            left = without_lowest(left)
+    for w in range(part.first, part.last):
+        left = state.sets[Set.ENDING, w]
+        while left:
+            i = lowest_member(w, left)
+            end_phase(params, state, functions, part, i, present_phase(params, state, 0, i, 0))
+            left = without_lowest(left)
     count_opinions(params, state, part)
 
 

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from feasibee.engine import params as numbers
-from feasibee.engine.layout import POOLED, WORD, Event, Int32s, Int64s, Lowered, Tables
+from feasibee.engine.layout import FEW, POOLED, WORD, Event, Int32s, Int64s, Lowered, Tables
 from feasibee.engine.params import Band, Lie, Placement
 from feasibee.model.codes import exact
 from feasibee.scenario.feasibility import truth
@@ -39,7 +39,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
     """Return the numbers of a scenario and a seed."""
     unit, setting = unit_of(scenario), scenario.setting
     arena, most = _arena(scenario, unit), scenario.most
-    together, knows = most.robots <= WORD, scenario.strategy.knowledge
+    together, knows = most.robots <= FEW, scenario.strategy.knowledge
     numbered = arena.wraps and most.tasks <= NUMBERED and scenario.sensing.misname == 0
     sight, radio = (squared(reach, unit) for reach in (scenario.sensing.range, scenario.radio.range))
     return numbers.Params(
@@ -175,7 +175,7 @@ def _decision(scenario: Scenario, most: int) -> numbers.DecisionParams:
         listens_for=_listens_for(decision.listen),
         every_message=decision.inbox == "every-message",
         inbox_size=decision.inbox_size or 0,
-        inbox_is_set=most <= WORD and all_kept,
+        inbox_is_set=most <= FEW and all_kept,
         own_vote=int(decision.own_vote),
         switching=probability(decision.switching or 0.0),
         declare=numbers.DeclareParams(

@@ -156,16 +156,19 @@ def state_of(
 
 def _heard_by(params: Params, state: State, i: int) -> tuple[tuple[int, int, int], ...]:
     """Return id, opinion and value of each sender in an inbox; see `feasibee.engine.inbox`."""
-    from feasibee.engine.layout import LINE, WORD, Clock, Link, Robot, Slot
+    from feasibee.engine.layout import LINE, Clock, Link, Robot, Slot
 
     decision = params.decision
     if decision.every_message:
         return ()
     values = state.inbox[Slot.VALUE] if params.strategy.value_scale > 0 else None
     if decision.inbox_is_set:
-        heard, feasible = int(state.links[Link.HEARD, i]), int(state.links[Link.HEARD_FEASIBLE, i])
-        senders = [j for j in range(WORD) if heard >> j & 1]
-        return tuple((j, feasible >> j & 1, _value(values, WORD * i + j)) for j in senders)
+        padded = state.links.shape[2]
+        heard, feasible = (
+            members(state.links[row, :, i].copy()) for row in (Link.HEARD, Link.HEARD_FEASIBLE)
+        )
+        senders = [j for j in range(padded) if heard[j]]
+        return tuple((j, int(feasible[j]), _value(values, padded * i + j)) for j in senders)
     table, first, slots = int(state.robots[Robot.TABLE, i]), LINE * i, LINE
     if table:
         slots = int(state.clock[Clock.TABLE_SLOTS])
