@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.execution import executing
+from feasibee.cli.execution import executing, leave_if_stopped
 from feasibee.cli.options import (
     JOURNAL,
     FiniteRange,
@@ -45,6 +45,7 @@ def assess(
     runs: int = option("Number of runs of each variant.", count_type, 400),
     right: float,
     seed: int,
+    budget: float | None,
     workforce: Workforce,
     outputs: dict[str, Path] = outputs_option(
         f"Write the assessment as a page, .html. A folder: {JOURNAL} Repeatable.",
@@ -56,12 +57,15 @@ def assess(
     """Assess in plain words how often a swarm is right, how soon, what it takes, and what would help.
 
     FILE is a scenario in TOML; without one, the paper's defaults. The verdict comes first. Changes, faults
-    and other strategies are run on the same worlds, so that their differences aren't chance.
+    and other strategies are run on the same worlds, so that their differences aren't chance. While it works,
+    standard error shows the verdict so far. After --budget, or at Ctrl-C on a terminal, it says what is
+    there, and which parts are missing.
 
     \b
     Examples:
       feasibee assess mine.toml --out mine.html
       feasibee assess --robots 40 --tasks 30 --arena 50 --range 4
+      feasibee assess mine.toml --budget 2min
     """
     from feasibee.studies.assess import assess as simulate_all
     from feasibee.studies.report import sections, write_report
@@ -74,20 +78,21 @@ def assess(
         "run.steps": steps,
     }
     scenario = given.read(fields)
-    with executing("Assessing", outputs.get("folder"), workforce) as execution:
+    folder = outputs.get("folder")
+    with executing("Assessing", folder, workforce, budget=budget, answers=True) as execution:
         assessment = simulate_all(scenario, runs, seed, execution, right)
     if report := outputs.get("page"):
         write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
         print_json(assessment.to_dict())
-        return
-    for title, lines in sections(assessment).items():
+    for title, lines in sections(assessment).items() if not as_json else ():
         click.echo(title)
         for line in lines:
             click.echo(wrapped(line, "  ", "    "))
         click.echo()
-    if report is not None:
+    if report is not None and not as_json:
         click.echo(f"The page is {report}")
+    leave_if_stopped(assessment.stopped)
 
 
 @command()
@@ -107,6 +112,7 @@ def size(
     ),
     runs: int = option("Largest number of runs at each value; the search begins with 100.", count_type, 2000),
     seed: int,
+    budget: float | None,
     workforce: Workforce,
     outputs: dict[str, Path] = outputs_option(
         f"Draw the shares, with the blind band shaded: .png, .pdf or .svg. A folder: {JOURNAL} Repeatable.",
@@ -136,20 +142,24 @@ def size(
 
     scenario = given.read({"decision.strategy": strategy, "run.steps": steps})
     Runs(runs, seed)  # raises before the search
-    with executing("Sizing", outputs.get("folder"), workforce) as execution:
+    folder = outputs.get("folder")
+    with executing("Sizing", folder, workforce, budget=budget, answers=True) as execution:
         found = search(
             scenario, over, Rule(right, most=runs), seed, execution, lambda line: click.echo(line, err=True)
         )
     if plot := outputs.get("figure"):
         save_figure(draw_sizing(panels_of(found), found.rule.target), plot)
+    told = [
+        *sentences(found),
+        f"Whole answer: {100 * found.rule.confidence:g} % confidence, if {found.assumption}.",
+    ]
+    if plot is not None:
+        told.append(f"The figure is {plot}")
     if as_json:
         print_json(found.to_dict())
-        return
-    for sentence in sentences(found):
+    for sentence in told if not as_json else ():
         click.echo(wrapped(sentence))
-    click.echo(wrapped(f"Whole answer: {100 * found.rule.confidence:g} % confidence, if {found.assumption}."))
-    if plot is not None:
-        click.echo(f"The figure is {plot}")
+    leave_if_stopped(found.stopped)
 
 
 FEW = click.IntRange(0, 1_000_000)
@@ -172,6 +182,7 @@ def recommend(
         "Largest number of runs of a strategy in a world; a test begins with 100.", count_type, 1000
     ),
     seed: int,
+    budget: float | None,
     workforce: Workforce,
     out: Path | None = option(f"Folder of {JOURNAL} By default in memory.", folder_type),
     as_json: bool,
@@ -194,12 +205,13 @@ def recommend(
     scenario = given.read({"run.steps": steps})
     constraints = Constraints(right, bits, message_bits, not no_ids, not no_names, liars, stopped)
     Runs(runs, seed)  # raises before the tests
-    with executing("Testing strategies", out, workforce) as execution:
+    with executing("Testing strategies", out, workforce, budget=budget, answers=True) as execution:
         found = test_all(scenario, constraints, strategies, runs, seed, execution)
     if as_json:
         print_json(found.to_dict())
     else:
         _print_recommendation(found)
+    leave_if_stopped(found.stopped)
 
 
 def _print_recommendation(found: Recommendation) -> None:
@@ -218,6 +230,8 @@ def _print_recommendation(found: Recommendation) -> None:
     for relaxed in found.relax:
         title = f"{relaxed.in_words}: {relaxed.candidate.strategy}"
         click.echo(_entry(title, described(relaxed.candidate)))
+    if found.stopped:
+        click.echo(f"The tests ended early ({found.stopped}). More time would complete them.")
     if found.excluded:
         click.echo("Excluded:")
     for name, reason in found.excluded.items():

@@ -1,12 +1,14 @@
 """Run a study for a command: with its workers, its journal, and its progress.
 
-The progress is a bar on a terminal, a line every ten seconds elsewhere, and JSON lines in a log.
+The progress is a bar on a terminal, a line every ten seconds elsewhere, and JSON lines in a log. It shows
+the answer so far, if any, the phase of the study, what is done in it, and the least and most time left.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -30,9 +32,17 @@ PATIENCE = 10.0
 
 @contextmanager
 def executing(
-    what: str, folder: Path | None, workforce: Workforce, log: Path | None = None
+    what: str,
+    folder: Path | None,
+    workforce: Workforce,
+    log: Path | None = None,
+    *,
+    budget: float | None = None,
+    answers: bool = False,
 ) -> Iterator[Execution]:
     """Let a study run within: with its workers, its journal, and a display of its progress.
+
+    If the study answers early, it does so when its budget is over, and at Ctrl-C on a terminal.
 
     Ctrl-C while chunks are computed waits for these; a second one, or one at another moment, ends the process
     at once. So nothing but the journal may be written within.
@@ -44,7 +54,13 @@ def executing(
         leaving(UNHARMED if folder is None else "the runs in the journal are kept; the same command goes on"),
         progress_display(what, log) as display,
     ):
-        yield Execution(folder, pool, display)
+        yield Execution(folder, pool, display, budget, answers and sys.stderr.isatty())
+
+
+def leave_if_stopped(stopped: str) -> None:
+    """End the process as at Ctrl-C if that is why a study ended early; its answer is printed by now."""
+    if stopped == "interrupted":
+        sys.exit(128 + signal.SIGINT)
 
 
 @contextmanager
@@ -57,15 +73,16 @@ def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[P
 
     terminal = sys.stderr.isatty()
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[done]}"))
-    last = time.monotonic()
+    last, said = time.monotonic(), ""
     if log is not None:
         _end_line(log)
     with Bar(*columns, console=stderr_console(), transient=True, disable=not terminal) as bar:
         task = bar.add_task(what, total=None, done="")
 
         def display(progress: Progress) -> None:
-            nonlocal last
+            nonlocal last, said
             words = f"{what}, {progress.phase}" if progress.phase else what
+            words = f"{progress.so_far}\n{words}" if terminal and progress.so_far else words
             if progress.stopping:
                 words = "stopping, Ctrl-C again ends at once"
             done = _done(progress)
@@ -74,7 +91,11 @@ def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[P
             if log is not None:
                 with _writing_log(log), log.open("a", encoding="utf-8") as file:
                     file.write(json.dumps({"time": time.time(), **vars(progress)}) + "\n")
-            if not terminal and time.monotonic() - last >= PATIENCE:
+            late = time.monotonic() - last >= PATIENCE
+            if not terminal and progress.so_far != said and (late or not said):
+                said = progress.so_far
+                click.echo(f"feasibee: {said}", err=True)
+            if not terminal and late:
                 last = time.monotonic()
                 click.echo(f"feasibee: {words}: {done}", err=True)
 

@@ -61,6 +61,19 @@ class FiniteRange(click.FloatRange):
         return number
 
 
+class Duration(click.ParamType):
+    """A time with its unit, such as 90s, 2min or 1h; in seconds."""
+
+    name = "time"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        """Return the seconds, or raise a usage error."""
+        found = re.fullmatch(r"(\d+(?:\.\d+)?) ?(s|min|h)", str(value))
+        if found is None or not float(found[1]):
+            self.fail(f"{quoted(value)}: must be a time such as 90s, 2min or 1h.", param, ctx)
+        return float(found[1]) * {"s": 1, "min": 60, "h": 3600}[found[2]]
+
+
 class MeasureChoice(click.Choice[str]):
     """The names of measures, which are loaded only when they are needed."""
 
@@ -195,6 +208,7 @@ SHARED: dict[str, Any] = {
     "right": option(
         "Share of swarms that must be right.", FiniteRange(0, 1, min_open=True, max_open=True), 0.95
     ),
+    "budget": option("Time such as 90s or 2min, after which the answer so far is printed.", Duration()),
     "workers": option("Number of workers; by default one per processor.", click.IntRange(1, 1024)),
     "processes": option("Use processes instead of threads; a process that dies is replaced.", is_flag=True),
     "dask": option("Use a Dask cluster, such as tcp://10.0.0.1:8786.", callback=_address, metavar="ADDRESS"),

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
 
@@ -11,7 +12,7 @@ from feasibee.errors import ScenarioError
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
-from feasibee.studies.comparison import SURE, Outcome, difference
+from feasibee.studies.comparison import SURE, Outcome, difference, percent
 from feasibee.studies.needs import all_strategies, asked_of, suitable
 from feasibee.studies.race import AS_IT_IS, FIRST, Race
 from feasibee.studies.recommend import (
@@ -23,9 +24,10 @@ from feasibee.studies.recommend import (
     opposite_of,
     recommend,
 )
-from feasibee.studies.report import Assessment, Trial
-from feasibee.studies.size import Rule, Sizing, band_of, looks, size
-from feasibee.sweeps.sweep import Execution, Rounds
+from feasibee.studies.report import Assessment, Trial, judge
+from feasibee.studies.size import Rule, Sizing, band_of, looks, most_tests, size
+from feasibee.sweeps.schedule import run_work
+from feasibee.sweeps.sweep import Enough, Execution, Rounds
 
 OPPOSITE: Final = "opposite"
 RESOLUTION: Final = 0.15
@@ -74,7 +76,9 @@ def assess(
     """
     scenario = scenario.replace({"run.stop_at_decision": False})
     with Rounds(execution, most=None) as rounds:
-        return _Assessing(rounds, scenario, runs, seed, right).assessment()
+        study = _Assessing(rounds, scenario, runs, seed, right)
+        rounds.phases = study.most_work()
+        return study.assessment()
 
 
 @dataclass(frozen=True)
@@ -86,16 +90,25 @@ class _Assessing:
     runs: int
     seed: int
     right: float
+    missing: list[str] = field(default_factory=list)
+    """Phases that ended early."""
 
     def assessment(self) -> Assessment:
         scenario = self.scenario
         outcomes = self._verdict_runs()
         base, opposite = outcomes[AS_IT_IS], outcomes.get(OPPOSITE)
         changed = self._raced("comparing changes", scenario, self.changed)
-        recommendation, recommended = self._recommended()
+        with self._part("testing strategies"):
+            recommendation, recommended = self._recommended()
         strategies = self._strategies(base, recommendation.tested)
         rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
-        chosen = None if recommended is None else recommended.scenario
+        chosen = scenario if recommended is None else recommended.scenario
+        faults = self._raced("comparing faults", chosen, faults_of(chosen))
+        sizing = band = None
+        with self._part("searching sizes"):
+            sizing = self._sizing(rule)
+            if recommended is not None:
+                band = band_of(chosen, rule, self.seed, self.rounds, SHORT_REACH)
         return Assessment(
             scenario=scenario,
             truth=explain(scenario),
@@ -107,14 +120,37 @@ class _Assessing:
             opposite=opposite,
             recommendation=recommendation,
             recommended=recommended,
-            faults=self._raced("comparing faults", chosen or scenario, faults_of(chosen or scenario)),
-            sizing=self._sizing(rule),
-            recommended_band=(
-                None if chosen is None else band_of(chosen, rule, self.seed, self.rounds, SHORT_REACH)
-            ),
+            faults=faults,
+            sizing=sizing,
+            recommended_band=band,
             seed=self.seed,
             confidence=self.race.confidence,
+            stopped=self.rounds.stopped,
+            missing=tuple(self.missing),
         )
+
+    @contextmanager
+    def _part(self, phase: str) -> Iterator[None]:
+        """Compute a part of the answer; note its phase if it ends before it is complete."""
+        self.rounds.phase, before = phase, self.rounds.stops
+        with suppress(Enough):
+            yield
+        if self.rounds.stops > before:
+            self.missing.append(phase)
+
+    def most_work(self) -> dict[str, int]:
+        """Return the largest number of robot-steps of each phase."""
+        most, own = max(LEAST_RUNS, self.runs), run_work(self.scenario)
+        strategies = 2 * len(self.others) * most * own
+        searches = 3 * most_tests(SHORT_REACH * max(self.scenario.most)) * most * own
+        return {
+            "running the swarm": 2 * self.runs * own,
+            "comparing changes": self.runs * sum(map(run_work, self.changed.values())),
+            "testing strategies": strategies,
+            "comparing strategies": strategies,
+            "comparing faults": MOST_FAULTS * self.runs * own,
+            "searching sizes": (1 + SHORT_REACH) * searches,
+        }
 
     @cached_property
     def changed(self) -> dict[str, Scenario]:
@@ -137,14 +173,20 @@ class _Assessing:
 
     def _verdict_runs(self) -> dict[str, Outcome]:
         """Return the outcome of the scenario, and that at the opposite truth, if any."""
-        self.rounds.phase = "running the swarm"
         opposite = None if self.scenario.dynamic else opposite_of(self.scenario)
         worlds = {AS_IT_IS: self.scenario} | ({} if opposite is None else {OPPOSITE: opposite})
-        return self.race.outcomes(worlds, self.runs)
+        outcomes: dict[str, Outcome] = {}
+        with self._part("running the swarm"):
+            for runs in looks(FIRST, self.runs):
+                outcomes = self.race.outcomes(worlds, runs)
+                judged = judge([*outcomes.values()], self.right)
+                self.rounds.so_far = f"{judged.level} so far: {percent(judged.right)} right of {runs} swarms"
+        return outcomes
 
     def _raced(self, phase: str, scenario: Scenario, changed: Mapping[str, Scenario]) -> list[Trial]:
-        self.rounds.phase = phase
-        return [Trial(*each) for each in self.race.against(scenario, changed).values()]
+        with self._part(phase):
+            found = self.race.against(scenario, changed)
+        return [Trial(*each) for each in found.values()]
 
     def _strategies(self, base: Outcome, tested: Sequence[Candidate]) -> list[Trial]:
         """Return the other strategies; of those that gain, also what they do at the opposite truth.
@@ -162,8 +204,8 @@ class _Assessing:
         gaining = {name: opposite_of(candidates[name].scenario) for name in sorted(names)}
         own, known = opposite_of(self.scenario), {name: each for name, each in gaining.items() if each}
         if own is not None:
-            self.rounds.phase = "comparing strategies at the opposite truth"
-            there |= {name: each for name, (each, _) in self.race.against(own, known).items()}
+            with self._part("comparing strategies"):
+                there |= {name: each for name, (each, _) in self.race.against(own, known).items()}
         return [replace(each, opposite=there.get(each.outcome.contender)) for each in trials]
 
     def _sizing(self, rule: Rule) -> Sizing | None:

@@ -7,6 +7,7 @@ report share one error rate (Bonferroni over changes and looks), so that none of
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Final
 
@@ -14,7 +15,7 @@ from feasibee.results.statistics import CONFIDENCE, Interval
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import Outcome, design_points, difference, outcomes_of
 from feasibee.studies.size import looks
-from feasibee.sweeps.sweep import Rounds
+from feasibee.sweeps.sweep import Enough, Rounds
 
 AS_IT_IS: Final = "as it is"
 FIRST: Final = 100
@@ -57,14 +58,18 @@ class Race:
     def against(
         self, scenario: Scenario, changed: Mapping[str, Scenario]
     ) -> dict[str, tuple[Outcome, Interval]]:
-        """Return the outcome of each changed scenario, and its difference from the unchanged one."""
+        """Return the outcome of each changed scenario, and its difference from the unchanged one.
+
+        If the study ends early, they are those of the last look, if any.
+        """
         found: dict[str, tuple[Outcome, Interval]] = {}
         left = dict(changed)
-        for runs in looks(FIRST, self.runs):
-            outcomes = self.outcomes({AS_IT_IS: scenario, **left}, runs) if left else {}
-            for name in tuple(left):
-                shown = difference(outcomes[name], outcomes[AS_IT_IS], self.confidence)
-                found[name] = outcomes[name], shown
-                if is_clear(shown) or is_none(shown):
-                    del left[name]
+        with suppress(Enough):
+            for runs in looks(FIRST, self.runs):
+                outcomes = self.outcomes({AS_IT_IS: scenario, **left}, runs) if left else {}
+                for name in tuple(left):
+                    shown = difference(outcomes[name], outcomes[AS_IT_IS], self.confidence)
+                    found[name] = outcomes[name], shown
+                    if is_clear(shown) or is_none(shown):
+                        del left[name]
         return found

@@ -27,7 +27,8 @@ from feasibee.studies.comparison import (
 from feasibee.studies.needs import IDS, NAMES, Asked, all_strategies, asked_of, strategy_change
 from feasibee.studies.size import Finding, Rule, finding_at
 from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.sweep import Execution, Rounds
+from feasibee.sweeps.schedule import run_work
+from feasibee.sweeps.sweep import Enough, Execution, Rounds
 
 BEST: Final = ("right most", "soonest", "cheapest")
 """What the first of a ranking by share, by step and by bits is called."""
@@ -210,6 +211,8 @@ class Recommendation:
     seed: int = 0
     tested: Sequence[Candidate] = field(default=())
     """All strategies that were simulated."""
+    stopped: str = ""
+    """Why the tests ended early, if they did."""
 
     @property
     def best(self) -> dict[str, list[str]]:
@@ -242,6 +245,7 @@ class Recommendation:
             "excluded": [{"strategy": name, "reason": why} for name, why in self.excluded.items()],
             "relax": [each.to_dict() for each in self.relax],
             "probably": self.probably,
+            "stopped": self.stopped,
             "constraints": vars(self.constraints),
             "by": self.scenario.run.steps,
             **origin(self.seed, self.scenario),
@@ -274,6 +278,7 @@ def described(candidate: Candidate) -> str:
     )
 
 
+WITHOUT: Final = "testing without constraints"
 TOLERATES: Final = "tolerates"
 """The parameter that says how many Byzantine robots a strategy bears."""
 
@@ -292,8 +297,8 @@ def recommend(
 
     A strategy meets ``right`` if it is shown to be right often enough at the last step, in this world and in
     one of the opposite truth, since one that always gave the same answer would be right in all worlds of one
-    truth. All intervals of the strategies hold together with a probability of 95 %. Strategies that need what
-    a constraint excludes are run only if none meets all, to test relaxed ones.
+    truth. All intervals hold together with a probability of 95 %. Strategies that a constraint excludes are
+    run only if none meets all.
 
     Parameters
     ----------
@@ -303,10 +308,8 @@ def recommend(
         What strategies must do with, and bear.
     strategies : sequence of str
         Names or files; by default those that ``feasibee strategies`` lists.
-    runs : int
-        Largest number of runs of each strategy in each world; a test begins with 100.
-    seed : int
-        64 bits.
+    runs, seed : int
+        Largest number of runs of each strategy in each world, where a test begins with 100; and their seed.
     execution : Execution or Rounds, optional
         Where to compute and keep the runs; by default on threads, and in memory.
     relax : bool
@@ -321,13 +324,15 @@ def recommend(
     check_distinct(names := list(strategies or all_strategies(scenario)))
     world = world_of(scenario, constraints := constraints or Constraints())  # raises before the work
     with rounds_of(execution, "testing strategies") as rounds:
-        trials = Trials(rounds, Rule(constraints.right, most=runs), seed, 2 * len(names))
+        rule, looser = Rule(constraints.right, most=runs), _looser(scenario, constraints)
+        trials = Trials(rounds, rule, seed, 2 * len(names), rounds is not execution)
+        trials.announce(world, len(looser))
         entered = trials.field_of(world, names, constraints)
         candidates = trials.tested(entered.groups[0])
         none = relax and all(each.reasons(constraints) for each in candidates)
         candidates += trials.tested(entered.groups[1]) if none else []
         found = _relaxations(trials, scenario, constraints, names, candidates) if none else ()
-    return _recommendation(world, constraints, candidates, entered, found, seed)
+    return _recommendation(world, constraints, candidates, entered, found, seed, rounds.stopped)
 
 
 def _recommendation(
@@ -337,9 +342,12 @@ def _recommendation(
     entered: Field,
     relax: Sequence[Relaxation],
     seed: int,
+    stopped: str,
 ) -> Recommendation:
     """Rank the candidates without reasons, and say why the others and those without runs are excluded."""
-    reasons = entered.barred | {each.strategy: each.reasons(constraints) for each in candidates}
+    untested = {"stopped": f"not tested ({stopped})"} if stopped else {}
+    reasons = {name: why or untested for name, why in entered.barred.items()}
+    reasons |= {each.strategy: each.reasons(constraints) for each in candidates}
     excluded = {name: "; ".join(why.values()) for name, why in reasons.items() if why}
     return Recommendation(
         scenario=world,
@@ -349,6 +357,7 @@ def _recommendation(
         relax=relax,
         seed=seed,
         tested=candidates,
+        stopped=stopped,
     )
 
 
@@ -404,6 +413,21 @@ class Trials:
     rule: Rule
     seed: int
     tests: int
+    tells: bool
+    """Whether the answer so far is that of these tests, and not of a study around them."""
+
+    def announce(self, world: Scenario, looser: int) -> None:
+        """Say how many robot-steps there may be, also in so many worlds of looser constraints."""
+        if self.tells:
+            most = self.tests * self.rule.most * run_work(world)
+            self.rounds.phases = {"testing strategies": most, WITHOUT: looser * most}
+
+    def tell(self, candidate: Candidate) -> None:
+        """Add a tested strategy to the answer so far."""
+        if self.tells:
+            reached = all(each.test.answer == "enough" for each in candidate.worlds)
+            told = f"{candidate.strategy} {'is' if reached else 'is not shown to be'} right often enough"
+            self.rounds.so_far = f"{told}: {percent(candidate.worst.right)}"
 
     def field_of(self, world: Scenario, names: Sequence[str], constraints: Constraints) -> Field:
         """Return which strategies a world supports, and which constraints each can't meet."""
@@ -422,10 +446,19 @@ class Trials:
         return entered
 
     def tested(self, group: Sequence[tuple[Scenario, Asked]]) -> list[Candidate]:
-        """Return what some strategies do in their world; their first runs are side by side on all workers."""
-        designs = [_design(scenario) for scenario, _ in group]
-        self.rounds.complete(Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True))
-        return [self._candidate(*each) for each in group]
+        """Return what some strategies do in their world: as many at a time as there are workers."""
+        found, workers = [], self.rounds.execution.pool.workers
+        for place in range(0, len(group), workers):
+            some = group[place : place + workers]
+            designs = [_design(scenario) for scenario, _ in some]
+            first = Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True)
+            with suppress(Enough):
+                self.rounds.complete(first)
+            for each in some:
+                with suppress(Enough):  # of the others, all runs may be there
+                    found.append(self._candidate(*each))
+                    self.tell(found[-1])
+        return found
 
     def _candidate(self, scenario: Scenario, asked: Asked) -> Candidate:
         worlds = [self._measured(scenario)]
@@ -490,11 +523,8 @@ def _relaxations(
     names: Sequence[str],
     candidates: Sequence[Candidate],
 ) -> list[Relaxation]:
-    """Return for each constraint what would be recommended without it.
-
-    A pair of constraints is of no interest if one of them alone is enough.
-    """
-    trials.rounds.phase = "testing without constraints"
+    """Return for each constraint what would be recommended without it, or without it and a second one."""
+    trials.rounds.phase = WITHOUT
     alone: dict[str, list[Candidate]] = {}
     for each in candidates:
         reasons = list(each.reasons(constraints))

@@ -67,6 +67,13 @@ class Judged(NamedTuple):
     """Number of tasks of that world."""
 
 
+def judge(worlds: Sequence[Outcome], target: float) -> Judged:
+    """Return whether a swarm can be deployed, from its outcomes in its world and at the opposite truth."""
+    worst = min(worlds, key=lambda world: world.judged.estimate)
+    level = READY if worst.judged.low >= target else UNCERTAIN
+    return Judged(NOT_READY if worst.judged.high < target else level, worst.judged, worst.tasks)
+
+
 @dataclass(frozen=True)
 class Assessment:
     """Expected behaviour of a swarm, and what would improve it."""
@@ -103,6 +110,10 @@ class Assessment:
     """Seed of the runs."""
     confidence: float = CONFIDENCE
     """Confidence of each difference, so that all hold together."""
+    stopped: str = ""
+    """Why the assessment ended early, if it did."""
+    missing: tuple[str, ...] = ()
+    """Phases that then were not complete."""
 
     @property
     def shares(self) -> dict[str, Interval]:
@@ -135,12 +146,7 @@ class Assessment:
     @property
     def verdict(self) -> Judged:
         """Whether the swarm can be deployed: judged in its world and at the opposite truth."""
-        worlds = [(self.outcome.judged, self.outcome.tasks)]
-        if self.opposite is not None:
-            worlds.append((self.opposite.accuracy, self.opposite.tasks))
-        worst, tasks = min(worlds, key=lambda world: world[0].estimate)
-        level = READY if worst.low >= self.target else UNCERTAIN
-        return Judged(NOT_READY if worst.high < self.target else level, worst, tasks)
+        return judge([each for each in (self.outcome, self.opposite) if each is not None], self.target)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the assessment as plain tables, for programs."""
@@ -151,6 +157,8 @@ class Assessment:
             "verdict": {**sign, "right": right._asdict(), "tasks": tasks, "target": self.target},
             "scenario": self.scenario.to_dict(),
             "runs": self.outcome.runs,
+            "stopped": self.stopped,
+            "missing": list(self.missing),
             "steps": self.scenario.run.steps,
             "truth": self.truth.to_dict(),
             **{name: share._asdict() for name, share in self.shares.items()},
@@ -207,7 +215,7 @@ def sections(assessment: Assessment) -> dict[str, list[str]]:
     if sizing is not None and sizing.band:
         sized += bias_in_words(sizing.band, assessment.scenario)
     found = {
-        "Verdict": [verdict_sentence(assessment)],
+        "Verdict": [verdict_sentence(assessment), *_ended_early(assessment)],
         "Recommended": _recommended(assessment),
         "What to expect": _expected(assessment),
         "How many robots, for how many tasks": sized,
@@ -216,6 +224,13 @@ def sections(assessment: Assessment) -> dict[str, list[str]]:
         "What would help": _changes(assessment),
     }
     return {title: lines for title, lines in found.items() if lines}
+
+
+def _ended_early(assessment: Assessment) -> list[str]:
+    if not assessment.stopped:
+        return []
+    missing = ", ".join(assessment.missing)
+    return [f"The assessment ended early ({assessment.stopped}). More time would complete: {missing}."]
 
 
 def verdict_sentence(assessment: Assessment) -> str:
@@ -526,7 +541,8 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
         The command that made it, for the footer.
     """
     _, *others = sections(assessment).items()
-    body = _verdict(assessment) + "".join(section_as_html(*each) for each in others)
+    body = _verdict(assessment) + "".join(f"<p>{html.escape(line)}</p>" for line in _ended_early(assessment))
+    body += "".join(section_as_html(*each) for each in others)
     body += "".join(map(_figure, _figures(assessment)))
     body += table_of("Strategies", assessment.strategies) + table_of("Changes", assessment.limits)
     body += table_of("Faults", assessment.faults) + excluded_as_html(assessment.recommendation.excluded)
@@ -593,7 +609,7 @@ def _best_in_words(assessment: Assessment) -> str:
         f"{trial.outcome.contender} {percent(trial.outcome.judged)}" for trial in assessment.strategies[:4]
     ]
     when = "At the end" if assessment.outcome.tracking is None else "Of the steps"
-    return f"{when}: {OWN} {percent(assessment.outcome.judged)}; {'; '.join(best)}."
+    return f"{when}: {'; '.join([f'{OWN} {percent(assessment.outcome.judged)}', *best])}."
 
 
 def _figure(shown: Shown) -> str:

@@ -23,7 +23,8 @@ from feasibee.scenario.units import axis_of, step_in_words, value_in_words
 from feasibee.studies.comparison import check_stays, origin, rounds_of
 from feasibee.studies.space import ladder, valid_values
 from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.sweep import Execution, Rounds
+from feasibee.sweeps.schedule import run_work
+from feasibee.sweeps.sweep import Enough, Execution, Rounds
 
 GROWTH: Final = 1.5
 """Each look at a value comes after so many times the trials of the last look."""
@@ -142,15 +143,23 @@ def finding_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) 
         Largest number of tests that share the error rate.
     """
     confidence = 1 - (1 - rule.confidence) / tests
+    found: Finding | None = None
     for trials in looks(rule.first, rule.most):
-        successes = count(trials)
+        try:
+            successes = count(trials)
+        except Enough:
+            if found is None:
+                raise
+            break
         interval = confidence_sequence(successes, trials, confidence)
         answer: Answer = "too few" if interval.high < rule.target else "open"
         if interval.low >= rule.target:
             answer = "enough"
+        found = Finding(place, successes, trials, interval, answer)
         if answer != "open":
             break
-    return Finding(place, successes, trials, interval, answer)
+    assert found is not None
+    return found
 
 
 def find_edge(
@@ -182,7 +191,13 @@ def find_edge(
     found: dict[int, Finding] = {}
     places, place = len(values), 0
     while place not in found:
-        found[place] = test(place)
+        try:
+            found[place] = test(place)
+        except Enough:  # an answer so far: its interval is wider
+            if not found:
+                raise
+            look_last = False
+            break
         below = max((at for at, each in found.items() if each.answer == "too few"), default=-1)
         enough = min((at for at, each in found.items() if each.answer == "enough"), default=None)
         if enough is None and places - 1 not in found:
@@ -266,6 +281,8 @@ class Sizing:
     band: Band | None
     """The blind band; None if tasks have classes or given places."""
     seed: int
+    stopped: str = ""
+    """Why the search ended early, if it did."""
 
     @property
     def assumption(self) -> str:
@@ -290,6 +307,7 @@ class Sizing:
             "by": self.scenario.run.steps,
             "strategy": self.scenario.decision.strategy,
             "confidence": self.rule.confidence,
+            "stopped": self.stopped,
             "assumes": {"text": self.assumption, "refuted": self.edge.refuted},
             **origin(self.seed, self.scenario),
         }
@@ -310,8 +328,10 @@ def _rows(edge: Edge) -> list[dict[str, Any]]:
 def sentences(sizing: Sizing) -> list[str]:
     """Return the answer in words: the field, then the blind band."""
     band, robots = sizing.band, sizing.scenario.robots.count
+    early = f"The search ended early ({sizing.stopped}); more time would narrow the answer."
     return [
         edge_sentence(sizing),
+        *([early] if sizing.stopped else []),
         *([] if band is None else [band_sentence(band, robots, sizing.rule.target)]),
     ]
 
@@ -319,7 +339,7 @@ def sentences(sizing: Sizing) -> list[str]:
 def edge_sentence(sizing: Sizing) -> str:
     """Return in words from which value of the field the swarm is right often enough."""
     edge, step = sizing.edge, sizing.scenario.run.steps
-    first, last = edge.values[0], edge.values[-1]
+    first, last = edge.values[0], edge.values[edge.findings[-1].place]
     of_robots = edge.path == ROBOTS
     when = step_in_words(sizing.scenario, step)
     right = f"{100 * sizing.rule.target:g} % of the swarms are right at {when}"
@@ -449,7 +469,7 @@ def size(
     field = _robots(scenario, over, reach) if path == ROBOTS else ladder(scenario, over)
     with rounds_of(execution, "searching sizes") as rounds:
         edge, *ends = _search_all(rounds, scenario, rule, seed, [field, *_task_lists(scenario, reach)], tell)
-    return Sizing(scenario, rule, edge, Band(*ends) if ends else None, seed)
+    return Sizing(scenario, rule, edge, Band(*ends) if len(ends) == 2 else None, seed, rounds.stopped)
 
 
 def band_of(
@@ -458,7 +478,7 @@ def band_of(
     """Search the blind band of a swarm; None if its tasks can't vary. The arguments are those of `size`."""
     with rounds_of(execution, "searching sizes") as rounds:
         ends = _search_all(rounds, scenario, rule, seed, _task_lists(scenario, reach))
-    return Band(*ends) if ends else None
+    return Band(*ends) if len(ends) == 2 else None
 
 
 def _search_all(
@@ -481,13 +501,23 @@ def _search_all(
         design = DesignPoint({path: value}, scenario.replace({path: value}))
         found = finding_at(place, lambda runs: _right(rounds, design, runs, seed), rule, tests)
         if tell is not None:
+            rounds.so_far = ""  # the lines that are told
             tell(f"{path} = {value}: right in {found.successes} of {found.trials}, {IN_WORDS[found.answer]}")
         return found
 
-    return [
-        find_edge(path, values, partial(test, path, values), rule.resolution, path not in (ROBOTS, TASKS))
-        for path, values in lists
-    ]
+    if not rounds.phases:
+        longest = max(run_work(scenario.replace({path: values[-1]})) for path, values in lists)
+        rounds.phases = {rounds.phase: tests * rule.most * longest}
+    edges: list[Edge] = []
+    for path, values in lists:
+        look_last = path not in (ROBOTS, TASKS)
+        try:
+            edges.append(find_edge(path, values, partial(test, path, values), rule.resolution, look_last))
+        except Enough:
+            break
+    if not edges and rounds.stopped:
+        raise Enough
+    return edges
 
 
 def _right(rounds: Rounds, design: DesignPoint, runs: int, seed: int) -> int:

@@ -130,7 +130,7 @@ class Schedule:
         pieces: list[RunRange] = []
         while self.queue and work > 0:
             piece = self.queue.popleft()
-            each = _work(self.study.points[piece.point].scenario)
+            each = run_work(self.study.points[piece.point].scenario)
             runs = min(piece.runs, max(1, int(work / each)))
             if runs < piece.runs:
                 self.queue.appendleft(RunRange(piece.point, piece.first_run + runs, piece.runs - runs))
@@ -142,7 +142,7 @@ class Schedule:
 
     def work(self, pieces: Sequence[RunRange]) -> int:
         """Return the number of robot-steps of some pieces."""
-        return sum(piece.runs * _work(self.study.points[piece.point].scenario) for piece in pieces)
+        return sum(piece.runs * run_work(self.study.points[piece.point].scenario) for piece in pieces)
 
     def enter(self, pieces: Sequence[RunRange], encoded: Sequence[EncodedRuns]) -> None:
         """Write a chunk to the journal; queue more runs of its points if the stopping rule wants them."""
@@ -163,7 +163,7 @@ class Schedule:
         counts: list[Mapping[int, int]] = [self.wanted, self.there, self.new]
         runs = (sum(each.values()) for each in counts)
         work = (
-            sum(number * _work(points[place].scenario) for place, number in each.items())
+            sum(number * run_work(points[place].scenario) for place, number in each.items())
             for each in (*counts, {**self.wanted, **most})
         )
         done = sum(pieces == 0 for pieces in self.pending.values())
@@ -178,7 +178,8 @@ def is_sure(rule: StoppingRule, right: int, runs: int) -> bool:
     return rule.decided is not None and not low <= rule.decided <= high
 
 
-def _work(scenario: Scenario) -> int:
+def run_work(scenario: Scenario) -> int:
+    """Return the number of robot-steps of a run."""
     return scenario.robots.count * scenario.run.steps
 
 
@@ -186,8 +187,8 @@ def _piece_size(scenario: Scenario, runs: int, curves: bool) -> int:
     """Return the number of runs per piece: about an eighth of all, at most a chunk or what fits in memory."""
     by_step = 8 * curves + 10 * scenario.dynamic
     room = CURVES_LIMIT // 64 // (by_step * (scenario.run.steps + 1)) if by_step else runs
-    balanced = max(-(-runs // ROUNDS), LEAST_PIECE // _work(scenario))
-    return max(1, min(CHUNK_WORK // _work(scenario), balanced, room))
+    balanced = max(-(-runs // ROUNDS), LEAST_PIECE // run_work(scenario))
+    return max(1, min(CHUNK_WORK // run_work(scenario), balanced, room))
 
 
 def chunk_work(budget: float, left: int, workers: int) -> float:

@@ -9,20 +9,25 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Self
+from typing import NoReturn, Self
 
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.model.record import Record
 from feasibee.simulation.ensemble import CURVES_LIMIT
 from feasibee.simulation.loading import load_engine
-from feasibee.sweeps.executors import WorkerPool, Workers, threads
+from feasibee.sweeps.executors import WorkerPool, Workers, counted_interrupts, threads
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import Study
 from feasibee.sweeps.schedule import Schedule, Totals
+
+
+class Enough(Exception):  # noqa: N818 (no error: a study that has an answer ends with it)
+    """The time is over, or Ctrl-C was pressed, and the study has an answer so far."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,6 +38,8 @@ class Progress(Totals):
     """Whether ``most`` is the most work of the whole study: a search may go on without end."""
     phase: str = ""
     """What the study does at the moment, if it has phases."""
+    so_far: str = ""
+    """The answer so far, if any."""
     seconds: float
     stopping: bool = False
     """Whether it was interrupted, and waits for the chunks that are being computed."""
@@ -59,11 +66,17 @@ class Execution:
         Workers; by default one thread per processor.
     progress : callable, optional
         Called with a `Progress` after each chunk of runs, and each second.
+    budget : float, optional
+        Seconds after which a study that can ends with its answer so far, once it has one.
+    answers : bool
+        Whether Ctrl-C ends such a study in the same way.
     """
 
     folder: str | Path | None = None
     pool: WorkerPool = field(default_factory=threads)
     progress: Callable[[Progress], None] | None = None
+    budget: float | None = None
+    answers: bool = False
 
 
 class Rounds:
@@ -79,6 +92,7 @@ class Rounds:
         Where to compute and keep the runs; by default on threads, and in memory.
     most : int, optional
         Largest number of runs in all rounds, for the progress only; 0 if one round is all, None if unknown.
+        A study with phases sets ``phases`` instead.
 
     Raises
     ------
@@ -96,28 +110,48 @@ class Rounds:
     [[1, 1, 0], [0, 0, 0]]
     """
 
-    phase = ""
-    """What the study does at the moment, in words; for the progress only."""
+    so_far: str | None = None
+    """The answer so far, in words, perhaps none; unless it is None, a round may raise `Enough`."""
+    stopped = ""
+    """Why rounds raise `Enough`: ``"out of time"`` or ``"interrupted"``."""
+    stops = 0
+    """Number of rounds that raised it."""
 
     def __init__(self, execution: Execution | None = None, most: int | None = 0) -> None:
         self.execution = execution or Execution()
         self._most = most
         self._past = Totals()
+        self.phases: dict[str, int] = {}
+        self.phase = ""
         self._started = time.monotonic()
         self._workers = Workers(self.execution.pool)
+        self._interrupts: list[int] = []
+        self._exits = ExitStack()
         folder = self.execution.folder
         self._journal = Journal(folder and make_folder(folder), write=True, rescue=True)
         if self._journal.rescued:
             print(f"feasibee: {self._journal.rescued}", file=sys.stderr, flush=True)
 
+    @property
+    def phase(self) -> str:
+        """What the study does at the moment, in words; for the progress only."""
+        return self._phase
+
+    @phase.setter
+    def phase(self, name: str) -> None:
+        self._phase, self._begun = name, self._past.work
+
     def __enter__(self) -> Self:
+        if self.execution.answers:  # between rounds; in a round, its workers count
+            self._interrupts = self._exits.enter_context(counted_interrupts(lambda: False))
         return self
 
     def __exit__(self, *error: object) -> None:
-        try:
-            self._workers.close()
-        finally:
-            self._journal.close()
+        with self._exits:
+            try:
+                self._workers.close()
+            finally:
+                self._journal.close()
 
     def run(self, study: Study) -> Iterator[Record]:
         """Run a round; then read each point's runs, in the order of the points, a point at a time.
@@ -155,6 +189,8 @@ class Rounds:
         numbers = self._journal.add(study.points, study.seed, study.until)
         schedule = Schedule(study, self._journal, numbers, shard)
         schedule.begin()
+        if schedule.queue and (self.stopped or self._interrupts):
+            self._stop(self.stopped or "interrupted")
         if self.execution.pool.is_local:  # compile here, once, what workers on this machine need
             for place in {piece.point: None for piece in schedule.queue}:
                 load_engine(study.points[place].scenario)
@@ -162,22 +198,38 @@ class Rounds:
         interrupted = self._workers.work_off(schedule, partial(self._report, schedule))
         if interrupted:  # also in the last chunk: other rounds may follow
             kept = f"{self._progress(schedule.totals).runs_done} runs kept; the same command goes on"
-            raise KeyboardInterrupt("" if self.execution.folder is None else kept)
+            self._stop("interrupted", "" if self.execution.folder is None else kept)
         self._past = self._past.plus(schedule.totals)
         return schedule
+
+    def _stop(self, why: str, kept: str = "") -> NoReturn:
+        if self.so_far is None or (why == "interrupted" and not self.execution.answers):
+            raise KeyboardInterrupt(kept)
+        self.stopped, self.stops = why, self.stops + 1
+        raise Enough
 
     def _report(self, schedule: Schedule, stopping: bool) -> None:
         if self.execution.progress is not None:
             self.execution.progress(self._progress(schedule.totals, stopping))
+        budget = self.execution.budget
+        late = budget is not None and time.monotonic() - self._started >= budget
+        if late and self.so_far is not None and schedule.queue and not stopping:
+            self._stop("out of time")
 
     def _progress(self, now: Totals, stopping: bool = False) -> Progress:
         done = self._past.plus(now)
         later = max(0, (self._most or 0) - done.runs)  # runs, taken to be as long as those so far
         most = done.most + later * done.work // max(1, done.runs)
+        names, several = list(self.phases), f", {now.points_done} of {now.points}" if now.points > 1 else ""
+        if self.phase in names:
+            place = names.index(self.phase)
+            most = max(most, self._begun + self.phases[self.phase])
+            most += sum(self.phases[name] for name in names[place + 1 :])
         return Progress(
             **(vars(done) | {"most": most}),
-            is_bounded=self._most is not None,
-            phase=self.phase,
+            is_bounded=self._most is not None or self.phase in names,
+            phase=self.phase + several if self.phase else "",
+            so_far=self.so_far or "",
             seconds=time.monotonic() - self._started,
             stopping=stopping,
         )

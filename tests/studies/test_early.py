@@ -1,0 +1,129 @@
+"""Studies that end early, by their budget or an interrupt: the answer so far, and what is missing."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+
+import pytest
+from click.testing import CliRunner
+
+from feasibee import Scenario
+from feasibee.cli import main
+from feasibee.cli.execution import leave_if_stopped
+from feasibee.studies.assess import assess
+from feasibee.studies.recommend import Constraints, recommend
+from feasibee.studies.report import sections, write_report
+from feasibee.studies.size import Rule, size
+from feasibee.sweeps.executors import threads
+from feasibee.sweeps.plan import DesignPoint, Study
+from feasibee.sweeps.sweep import Enough, Execution, Rounds
+
+SMALL = Scenario(arena={"side": 8.0}, robots={"count": 6}, tasks={"count": 5}, run={"steps": 60})
+OVER = Execution(pool=threads(1), budget=1e-9)
+SHORT = ("--robots", "6", "--tasks", "5", "--arena", "8", "--steps", "60", "--runs", "20")
+
+
+def runs_of(rounds, runs):
+    return list(rounds.run(Study([DesignPoint({}, SMALL)], runs, 1)))
+
+
+def test_a_budget_ends_a_study_only_once_it_has_an_answer():
+    with Rounds(OVER) as rounds:
+        runs_of(rounds, 10)
+        rounds.so_far = "an answer"
+        runs_of(rounds, 10)  # they are there
+        with pytest.raises(Enough):
+            runs_of(rounds, 4000)
+        assert (rounds.stopped, rounds.stops) == ("out of time", 1)
+        with pytest.raises(Enough):
+            runs_of(rounds, 4000)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs signals")
+@pytest.mark.parametrize(
+    ("answers", "so_far", "within", "error"),
+    [
+        (True, "x", True, Enough),
+        (True, "x", False, Enough),
+        (True, None, True, KeyboardInterrupt),
+        (True, None, False, KeyboardInterrupt),
+        (False, "x", True, KeyboardInterrupt),
+    ],
+)
+def test_an_interrupt_ends_a_study_with_its_answer_if_it_has_one(answers, so_far, within, error):
+    def interrupt(progress):
+        if within and not progress.stopping:
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have it ignored
+    try:
+        with Rounds(Execution(None, threads(1), interrupt, answers=answers)) as rounds:
+            rounds.so_far = so_far
+            if not within:
+                signal.raise_signal(signal.SIGINT)
+            with pytest.raises(error):
+                runs_of(rounds, 400)
+        assert rounds.stopped == ("interrupted" if error is Enough else "")
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_an_assessment_so_far_has_its_verdict_and_says_what_is_missing(tmp_path):
+    found = assess(SMALL, 150, 1, OVER)
+    assert found.outcome.runs == 100
+    assert found.stopped == "out of time"
+    phases = ["running the swarm", "comparing changes", "testing strategies", "comparing faults"]
+    assert list(found.missing) == [*phases, "searching sizes"]
+    verdict, early = sections(found)["Verdict"]
+    assert "of such swarms are right" in verdict
+    assert early.startswith(
+        "The assessment ended early (out of time). More time would complete: running the "
+    )
+    assert json.loads(json.dumps(found.to_dict()))["missing"] == [*phases, "searching sizes"]
+    write_report(found, tmp_path / "page.html")
+    assert "ended early" in (tmp_path / "page.html").read_text()
+
+
+def test_a_recommendation_so_far_names_the_strategies_that_are_not_tested():
+    found = recommend(SMALL, Constraints(0.9), ["average", "census", "roster"], 1000, 1, OVER)
+    assert [each.strategy for each in found.tested] == ["average"]
+    assert {found.excluded[name] for name in ("census", "roster")} == {"not tested (out of time)"}
+
+
+def test_a_search_so_far_says_how_far_it_came():
+    told = []
+    found = size(SMALL, rule=Rule(0.95, most=200), seed=1, execution=OVER, tell=told.append)
+    assert (len(told), found.band, found.stopped) == (1, None, "out of time")
+    assert found.to_dict()["stopped"] == "out of time"
+
+
+def test_the_most_work_of_phases_never_grows_and_includes_later_ones():
+    told = []
+    with Rounds(Execution(None, threads(1), told.append), most=None) as rounds:
+        rounds.phases = {"one": 9000, "two": 18000}
+        for rounds.phase, seed in (("one", 1), ("two", 2)):
+            list(rounds.run(Study([DesignPoint({}, SMALL)], 20, seed)))
+    each = SMALL.robots.count * SMALL.run.steps
+    assert (told[0].phase, told[0].most, told[0].is_bounded) == ("one", 27_000, True)
+    assert (told[-1].phase, told[-1].most) == ("two", 20 * each + 18_000)
+    assert all(progress.work <= progress.most for progress in told)
+
+
+def test_commands_say_the_verdict_so_far_on_standard_error_and_take_a_budget():
+    done = CliRunner().invoke(main, ["assess", *SHORT, "--budget", "0.01s"])
+    assert done.exit_code == 0, done.output
+    assert "feasibee: " in done.stderr
+    assert " so far: " in done.stderr
+    assert "ended early (out of time)" in done.stdout
+    wrong = CliRunner().invoke(main, ["recommend", "--budget", "2"])
+    assert wrong.exit_code == 2
+    assert "must be a time such as 90s, 2min or 1h" in wrong.stderr
+
+
+def test_an_answer_after_ctrl_c_has_its_exit_status():
+    leave_if_stopped("out of time")
+    with pytest.raises(SystemExit) as ended:
+        leave_if_stopped("interrupted")
+    assert ended.value.code == 130
