@@ -22,6 +22,7 @@ from feasibee.cli.options import (
     print_json,
     progress,
 )
+from feasibee.errors import FeasibeeError
 from feasibee.files import FIGURES, RESULTS
 from feasibee.scenario.runs import Runs
 
@@ -209,10 +210,15 @@ def reproduce(
       feasibee reproduce mine.nc --figure paper/mine.pdf
       feasibee reproduce results
     """
-    from feasibee.studies.reproduce import reproduce as simulate_again
+    from feasibee.studies.reproduce import reproduce_file, reproduce_journal
 
+    if figure and path.is_dir():
+        raise FeasibeeError(f"--figure {figure[0]}: is for results in a file; leave it out for a folder")
     with progress("Simulating again") as advance:
-        found = simulate_again(path, figure, trust=trust, workers=workers, progress=advance)
+        if path.is_dir():
+            found = reproduce_journal(path, trust, workers, advance)
+        else:
+            found = reproduce_file(path, figure, trust, workers, advance)
     if as_json:
         print_json(found._asdict())
     else:

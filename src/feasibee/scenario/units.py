@@ -127,12 +127,5 @@ def axis_of(scenario: Scenario, path: str) -> tuple[str, float]:
 
 
 def symbol_of(path: str) -> str:
-    """Return the symbol of a field, or its key as words.
-
-    Examples
-    --------
-    >>> from feasibee.scenario.units import symbol_of
-    >>> symbol_of("radio.loss"), symbol_of("radio.id_bits")
-    ('p_loss', 'id bits')
-    """
+    """Return the symbol of a field, or its key as words."""
     return SYMBOLS.get(path) or path.rpartition(".")[2].replace("_", " ")

@@ -22,20 +22,8 @@ def text_of(
 ) -> str:
     """Return the caption of a sweep's figure, its methods, and a line for each point.
 
-    Parameters
-    ----------
-    points : sequence of Summary
-        The points that the figure shows.
-    axes : sequence of str
-        The fields of the figure: that of the horizontal axis, then that of the other axis or of the lines.
-    varying : sequence of str
-        All fields that the sweep varies.
-    show : str
-        Name of the measure.
-    over : sequence of str
-        Fields over whose values the measure is averaged.
-    about : mapping of str to str
-        Versions that wrote the journal.
+    ``axes`` are the fields that the figure shows, that of the horizontal axis first; ``varying`` all fields
+    that the sweep varies; ``over`` those over which the measure ``show`` is averaged. ``about`` has versions.
     """
     caption, methods = _caption(axes, show, over), _methods(points, varying, about)
     lines = [

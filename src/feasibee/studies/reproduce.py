@@ -42,26 +42,10 @@ class Reproduction(NamedTuple):
 Advance = Callable[[float], None]
 
 
-def reproduce(
-    path: Path,
-    figures: Sequence[Path] = (),
-    *,
-    trust: bool = False,
-    workers: int | None = None,
-    progress: Advance = lambda share: None,
-) -> Reproduction:
-    """Simulate the runs of a file, .nc, or of a journal's folder again; `feasibee reproduce` says more."""
-    if not path.is_dir():
-        return _of_file(path, figures, trust, workers, progress)
-    if figures:
-        raise FeasibeeError(f"{figures[0]}: is compared with results of a file only; leave out --figure")
-    return _of_journal(path, trust, workers, progress)
-
-
-def _of_file(
+def reproduce_file(
     path: Path, figures: Sequence[Path], trust: bool, workers: int | None, progress: Advance
 ) -> Reproduction:
-    """Compare a file, and figures: by default those that are named as the file."""
+    """Simulate the runs of a file, .nc, again; by default draw the figures that are named as the file."""
     saved = open_results(path)
     recipe, scenario = recipe_of(saved), scenario_of(saved, trust=trust)
     runs = Runs(*(recipe.get(key) for key in ("runs", "seed", "first_run")))  # type: ignore[arg-type]
@@ -114,7 +98,8 @@ def _drawn_alike(dataset: xr.Dataset, path: Path) -> bool:
         return drawn.read_bytes() == path.read_bytes()
 
 
-def _of_journal(folder: Path, trust: bool, workers: int | None, progress: Advance) -> Reproduction:
+def reproduce_journal(folder: Path, trust: bool, workers: int | None, progress: Advance) -> Reproduction:
+    """Simulate all runs of a journal again."""
     differences, done = [], 0
     with Journal(folder) as journal:
         points = journal.points
