@@ -86,7 +86,8 @@ def test_set_answers_a_question_beforehand(answering):
 
 def test_an_end_of_the_input_leaves_no_file(answering):
     result, path = answering("\n\n")
-    assert result.exit_code != 0
+    assert result.exit_code == 2
+    assert "feasibee: the answers end too early; answer all questions, or use --yes" in result.stderr
     assert not path.exists()
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 import click
 
 from feasibee.cli.options import Given
-from feasibee.errors import Problem, ScenarioError
+from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.scenario.paths import read_value
 from feasibee.scenario.units import duration
 
@@ -67,10 +67,12 @@ def ask(changes: tuple[str, ...]) -> Scenario:
         click.echo(f"\n{number} of {len(questions)}. {about}")
         kept = " ".join(_kept(scenario, field) for field in fields)
         while True:
-            answer = click.prompt(f"{' '.join(fields)} [{kept}]", default="", show_default=False)
             try:
+                answer = click.prompt(f"{' '.join(fields)} [{kept}]", default="", show_default=False)
                 tried = {**answers, **_values(fields, answer)}
                 scenario = given.read(tried)
+            except click.Abort:
+                raise FeasibeeError("the answers end too early; answer all questions, or use --yes") from None
             except ScenarioError as error:
                 problems = [each for each in error.problems if each.path not in later]
                 if problems:
