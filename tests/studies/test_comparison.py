@@ -12,6 +12,7 @@ from declaring import declaring
 from feasibee import FeasibeeError, Scenario
 from feasibee.model.record import Record
 from feasibee.results import statistics
+from feasibee.results.calibration import calibration
 from feasibee.results.statistics import decision_rates, paired_difference, pareto
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -19,6 +20,7 @@ from feasibee.strategies import STRATEGIES
 from feasibee.studies.comparison import (
     as_dict,
     by_contender,
+    calibrations,
     compare,
     contenders_of,
     mean_bits,
@@ -143,9 +145,9 @@ def test_declarations_are_those_of_the_runs(with_quiet):
 
 def test_figures_and_a_table_are_written_that_have_declarations(with_quiet, tmp_path):
     write_comparison(tmp_path, with_quiet)
-    names = ("ratio", "time", "bits", "declared")
-    figures = {f"compare_{name}.{suffix}" for name in names for suffix in ("png", "pdf")}
-    assert {path.name for path in tmp_path.iterdir()} == {*figures, "compare.csv"}
+    names = ("compare_ratio", "compare_time", "compare_bits", "compare_declared", "calibration")
+    figures = {f"{name}.{suffix}" for name in names for suffix in ("png", "pdf")}
+    assert {path.name for path in tmp_path.iterdir()} == {*figures, "compare.csv", "calibration.csv"}
     rows = rows_of(tmp_path / "compare.csv")
     assert [(row["contender"], row["tasks"]) for row in rows[:3]] == [
         ("dmmd", "10"),
@@ -162,6 +164,25 @@ def test_figures_and_a_table_are_written_that_have_declarations(with_quiet, tmp_
         names = ("ok", "ok_low", "ok_high", "wrong", "wrong_low", "wrong_high")
         assert [float(row[f"declared_{name}"]) for name in names] == [*ok, *wrong]
         assert [int(row[f"declare_step_{name}"]) for name in ("median", "p95")] == [*steps[:2]]
+
+
+def test_calibration_is_of_all_runs_of_a_contender_and_needs_both_truths(outcomes, tmp_path):
+    found = calibrations(outcomes)
+    assert list(found) == ["dmmd", "census", "bayes"]
+    said = np.concatenate([each.said for each in by_contender(outcomes)["bayes"]])
+    assert found["bayes"] == calibration(said, [True] * 20 + [False] * 20)
+    mean = sum(each.brier.estimate for each in by_contender(outcomes)["bayes"]) / 2
+    assert found["bayes"].brier.estimate == pytest.approx(mean)
+    assert as_dict(outcomes, 20, 3)["calibration"]["bayes"]["brier"]["estimate"] == pytest.approx(mean)
+    write_comparison(tmp_path, outcomes)
+    rows = rows_of(tmp_path / "calibration.csv")
+    assert [int(row["runs"]) for row in rows if row["contender"] == "bayes"] == [
+        each.runs for each in found["bayes"].bins
+    ]
+    assert {float(row["brier"]) for row in rows_of(tmp_path / "compare.csv")} == {
+        each.brier.estimate for each in outcomes
+    }
+    assert calibrations([each for each in outcomes if each.feasible]) == {}
 
 
 @pytest.mark.slow

@@ -46,6 +46,11 @@ SUMS_CAPTION = (
     "same runs; first: share of right first collective decisions (%); by: step by which half of the runs had "
     "decided; bits: per robot-step"
 )
+CALIBRATION_CAPTION = (
+    "brier: mean squared distance of the share of robots that hold feasible at the end from the truth, 1 or "
+    "0, with its interval; 0 is best, 0.25 says nothing. right if sure: swarms that are right (%), of those "
+    "with 90 % of the robots or more on one side"
+)
 TRACKING_CAPTION = (
     "right: share of steps at which the swarm held the truth (%), with its 95 % interval; delay: steps until "
     "a quarter, half and three quarters of the changes were followed; missed: changes that were not (%); "
@@ -97,7 +102,7 @@ def compare(
     out: Path = folder_option("compare", "figures and data"),
     as_json: bool,
 ) -> None:
-    """Compare strategies on the same worlds: accuracy, decision time, declarations, bits on the air.
+    """Compare strategies on the same worlds: accuracy, calibration, decision time, declarations, bits.
 
     FILE is a scenario in TOML; without one, the paper's defaults. A strategy may be the path of a .py file.
 
@@ -135,7 +140,7 @@ def compare(
         print_json(as_dict(outcomes, runs, seed))
         return
     _print_comparison(outcomes)
-    click.echo(f"Figures (PNG, PDF) and their data, compare.csv, are in {folder}/")
+    click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
 
 
 def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) -> Sequence[int]:
@@ -228,9 +233,23 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
     heads = ["over all m", "right", "interval", "difference", "first", "by", "bits"]
     sums = [[name, *_sums(groups[name], baseline)] for name in ranked]
     print_numbers("All together", heads, sums, SUMS_CAPTION.format(baseline=first))
+    _print_calibration(outcomes)
     if declared := [_declared_cells(groups[name]) for name in ranked if groups[name][0].declared is not None]:
         title = f"Swarms that declared rightly (%), of {some[0].runs} each, and when"
         print_numbers(title, tasks, declared, DECLARED_CAPTION)
+
+
+def _print_calibration(outcomes: Sequence[Outcome]) -> None:
+    """Print how far the agreement of robots can be trusted, the best first; nothing without both truths."""
+    from feasibee.studies.comparison import calibrations
+
+    rows = []
+    for name, found in sorted(calibrations(outcomes).items(), key=lambda pair: pair[1].brier.estimate):
+        score, low, high = (f"{each:.3f}" for each in found.brier)
+        rows.append([name, score, f"{low} to {high}", *(percents(found.sure) if found.sure else ("", ""))])
+    heads = ["over all m", "brier", "interval", "right if sure", "interval"]
+    if rows:
+        print_numbers("How sure the swarms are", heads, rows, CALIBRATION_CAPTION)
 
 
 def _declared_cells(group: list[Outcome]) -> list[str]:

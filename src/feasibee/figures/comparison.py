@@ -1,4 +1,4 @@
-"""Figures of a comparison: right swarms against ratio, time and bits on the air, delays, and service."""
+"""Figures of a comparison: right swarms against ratio, time and bits, calibration, delays, and service."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ from feasibee.figures.style import (
     over_time,
     spaced_by_ratio,
 )
+from feasibee.results.calibration import Calibration
 from feasibee.results.responding import Judgement, Service
 from feasibee.results.statistics import Interval, Quartiles, pareto
 
@@ -127,6 +128,35 @@ def draw_against_time(
         axes[0][0].set(ylabel="swarms that are right (%)")
         ends = {name: (line.size - 1, float(line[-1])) for name, line in lines.items()}
         label_ends(axes[0][-1], ends, found, means, markers=False)
+    return drawn
+
+
+def draw_calibration(
+    found: Mapping[str, Calibration],
+    *,
+    keep: Sequence[str] | None = None,
+    before: Mapping[str, Look] | None = None,
+) -> Figure:
+    """Draw calibration curves: on the diagonal, tasks are feasible as often as the swarms say.
+
+    The contenders with the best Brier scores are highlighted; the options are those of `draw_against_time`.
+    """
+    scores = {name: -each.brier.estimate for name, each in found.items()}
+    chosen, ends = looks(scores, keep, before), {}
+    with figure(4.6, 3.4) as (drawn, ax):
+        ax.plot([0, 100], [0, 100], color=GREY, linewidth=0.8, linestyle="--", zorder=0)
+        for name, each in found.items():
+            look, said = chosen[name], 100 * np.array([part.said for part in each.bins])
+            shares = [part.feasible for part in each.bins]
+            ax.plot(said, [100 * share.estimate for share in shares], **look.line)
+            if look.highlighted:
+                draw_intervals(ax, said, shares, **look.bars)
+            ends[name] = (float(said[-1]), 100 * shares[-1].estimate)
+        ax.set(
+            xlabel="robots that hold feasible at the end (%)", ylabel="swarms whose tasks are feasible (%)"
+        )
+        ax.set(xlim=PERCENT, ylim=PERCENT)
+        label_ends(ax, ends, chosen, scores)
     return drawn
 
 

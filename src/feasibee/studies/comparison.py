@@ -21,6 +21,7 @@ from feasibee.figures.comparison import (
     draw_against_bits,
     draw_against_ratio,
     draw_against_time,
+    draw_calibration,
     draw_delay_against_bits,
     draw_right_over_time,
     draw_service,
@@ -30,6 +31,7 @@ from feasibee.figures.style import looks, save_both
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
+from feasibee.results.calibration import Bin, Calibration, calibration, said_feasible
 from feasibee.results.measures import (
     Declarations,
     Measured,
@@ -46,6 +48,8 @@ from feasibee.results.statistics import (
     CONFIDENCE,
     Interval,
     mean_difference,
+    mean_share,
+    plain,
     wilson,
 )
 from feasibee.scenario.feasibility import truth
@@ -83,6 +87,9 @@ class Outcome:
     """Whether that share of them held either opinion; shape (runs,)."""
     right_at: NDArray[np.int64]
     """Number of runs that were right at each step; shape (steps + 1,)."""
+    said: NDArray[np.float64]
+    """Probability that each swarm gave to feasible at the last step, by the share of its robots; shape
+    (runs,), or (0,) in a world that changes."""
     bits: NDArray[np.float64]
     """Bits sent per robot-step; shape (runs,)."""
     found: Measured
@@ -101,6 +108,11 @@ class Outcome:
     def accuracy(self) -> Interval:
         """Share of the runs that were right at the last step, with its interval."""
         return wilson(int(self.right.sum()), self.runs)
+
+    @property
+    def brier(self) -> Interval | None:
+        """Brier score of the probabilities that the swarms gave to feasible; None in a world that changes."""
+        return mean_share((self.said - self.feasible) ** 2) if self.said.size else None
 
     @property
     def first(self) -> Interval:
@@ -143,6 +155,7 @@ class Outcome:
             "runs": self.runs,
             "right_at_end": self.accuracy._asdict(),
             "first_decision_right": self.first._asdict(),
+            "brier": plain(self.brier),
             "decision_step": self.found.times._asdict(),
             "bits_per_robot_and_step": float(self.bits.mean()),
             **self.found.to_dict(),
@@ -280,6 +293,7 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         right=ended_right(record, scenario),
         agreed=ended_agreed(record, scenario),
         right_at=_right_at(record, scenario, feasible),
+        said=said_feasible(record, scenario),
         bits=record.bits_sent / (robot_steps(record) if scenario.dynamic else steps),
         found=found,
         judgement=judgement(record, scenario),
@@ -302,7 +316,8 @@ def _right_at(record: Record, scenario: Scenario, feasible: bool) -> NDArray[np.
 
 def as_dict(outcomes: Sequence[Outcome], runs: int, seed: int) -> dict[str, Any]:
     """Return a comparison as plain tables, for programs."""
-    return {"runs": runs, **origin(seed), "outcomes": [each.to_dict() for each in outcomes]}
+    found = [each.to_dict() for each in outcomes]
+    return {"runs": runs, **origin(seed), "outcomes": found, "calibration": plain(calibrations(outcomes))}
 
 
 def origin(seed: int, scenario: Scenario | None = None) -> dict[str, Any]:
@@ -348,6 +363,18 @@ def difference(one: Outcome, other: Outcome, confidence: float = CONFIDENCE) -> 
     return mean_difference(one.shares[:runs], other.shares[:runs], confidence)
 
 
+def calibration_of(group: Sequence[Outcome]) -> Calibration | None:
+    """Return how good the probabilities of a contender are; None unless outcomes of both truths are given."""
+    truths = [np.full(each.said.size, each.feasible) for each in group]
+    return calibration(np.concatenate([each.said for each in group]), np.concatenate(truths))
+
+
+def calibrations(outcomes: Sequence[Outcome]) -> dict[str, Calibration]:
+    """Return how good the probabilities of each contender are, of those with outcomes of both truths."""
+    found = {name: calibration_of(group) for name, group in by_contender(outcomes).items()}
+    return {name: each for name, each in found.items() if each is not None}
+
+
 def mean_bits(group: Sequence[Outcome]) -> float:
     """Return the mean number of bits sent per robot-step."""
     return float(np.mean([each.bits.mean() for each in group]))
@@ -359,7 +386,23 @@ SURE: Final = 0.95
 
 def wait_for(outcome: Outcome, share: float = SURE) -> int | None:
     """Return the first step from which a share of the swarms is right until the end; None without one."""
-    short = np.flatnonzero(outcome.right_at < math.ceil(exact(share) * outcome.runs))
+    return _last_from(outcome, math.ceil(exact(share) * outcome.runs))
+
+
+def wait_interval(outcome: Outcome, share: float = SURE) -> tuple[int | None, int | None]:
+    """Return an interval of `wait_for`: first steps from which a share is possible, and is shown.
+
+    Possible: no later step has a 95 % interval that lies below the share. Shown: all later ones lie above it.
+    """
+    runs = outcome.runs
+    counts = [wilson(right, runs) for right in range(runs + 1)]
+    possible = sum(each.high < share for each in counts)
+    return _last_from(outcome, possible), _last_from(outcome, sum(each.low < share for each in counts))
+
+
+def _last_from(outcome: Outcome, least: int) -> int | None:
+    """Return the first step from which so many runs are right until the end; None without one."""
+    short = np.flatnonzero(outcome.right_at < least)
     step = int(short[-1]) + 1 if short.size else 0
     return step if step < outcome.right_at.size else None
 
@@ -379,7 +422,8 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
     """Write ``compare.csv`` and its figures into a folder, as PNG and PDF.
 
     In a world that changes, the figures are those of `tracking_figures`, for each number of tasks. In others,
-    they show accuracy by ratio, by step and by bits, and declarations if robots declare.
+    they show accuracy by ratio, by step and by bits, calibration if both truths are among the numbers of
+    tasks, and declarations if robots declare.
     """
     if outcomes[0].tracking is None:
         figures = _figures(by_contender(outcomes))
@@ -389,6 +433,13 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
         save_both(drawn, folder / name)
     baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
     write_table(folder / "compare.csv", [_row(each, baseline[each.tasks]) for each in outcomes])
+    found = calibrations(outcomes)
+    if rows := [{"contender": name, **_bin_row(each)} for name in found for each in found[name].bins]:
+        write_table(folder / "calibration.csv", rows)
+
+
+def _bin_row(each: Bin) -> dict[str, object]:
+    return {"said": round(each.said, 6), "runs": each.runs, **columns("feasible", each.feasible)}
 
 
 def _figures_by_tasks(outcomes: Sequence[Outcome]) -> dict[str, Figure]:
@@ -430,7 +481,7 @@ def tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
 
 
 def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
-    """Return the figures of a world that doesn't change: a fourth if robots declare."""
+    """Return the figures of a world that doesn't change, with those of calibration and declarations."""
     some = next(iter(groups.values()))
     labels = [f"{each.robots / each.tasks:.3g}" if each.tasks else "no task" for each in some]
     numbers = [each.tasks for each in some]
@@ -445,6 +496,8 @@ def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
             totals, "swarms that are right at the end,\nover all ratios (%)", before=before
         ),
     }
+    if found := calibrations([each for group in groups.values() for each in group]):
+        figures["calibration"] = draw_calibration(found, before=before)
     declared = {
         name: [each.declared for each in group if each.declared is not None] for name, group in groups.items()
     }
@@ -471,6 +524,7 @@ def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
         "runs": each.runs,
         **columns("accuracy", each.accuracy),
         **columns("first_decision", each.first),
+        **columns("brier", each.brier),
         **columns(f"difference_from_{baseline.contender}", difference(each, baseline)),
         **columns("step", each.found.times),
         "bits_per_robot_and_step": f"{each.bits.mean():.6g}",

@@ -1,0 +1,98 @@
+"""Calibration: whether tasks are feasible as often as a swarm's robots say so.
+
+A swarm is read as an ensemble forecast: the share of its robots that hold *feasible* at the last step is the
+probability that it gives to *feasible*. Scores and curves compare these probabilities with the ground truth.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from feasibee.results.measures import column, counted_robots
+from feasibee.results.statistics import Interval, mean_share, wilson
+from feasibee.scenario.scenario import Scenario
+
+BINS: Final = 10
+"""Number of bins of a calibration curve, of equal width."""
+SURE: Final = 0.9
+"""Share of robots that agree in a swarm that is called sure."""
+ROUNDING: Final = 1e-9
+"""A share this close to the edge of a bin is taken to be on it."""
+
+
+class Bin(NamedTuple):
+    """Runs in which the swarm gave about the same probability to *feasible*."""
+
+    said: float
+    """Mean of these probabilities."""
+    runs: int
+    """Number of these runs."""
+    feasible: Interval
+    """Share of these runs whose tasks are feasible."""
+
+
+class Calibration(NamedTuple):
+    """How good the probabilities are that swarms give to *feasible*."""
+
+    brier: Interval
+    """Mean squared distance of the probability from the truth, 1 or 0. 0 is best; always 1/2 gives 0.25."""
+    sure: Interval | None
+    """Share of runs that are right, of those in which at least 90 % of the robots agree; None without any."""
+    bins: tuple[Bin, ...]
+    """The calibration curve, by rising probability; empty bins are left out."""
+
+
+def said_feasible(results: Any, scenario: Scenario) -> NDArray[np.float64]:
+    """Return the probability that each swarm gives to *feasible* at its last step: shape (runs,).
+
+    It is the share of the counted robots that hold *feasible*; a robot without an opinion counts as half. In
+    a world that changes, no run has one. ``results`` has each outcome as an attribute.
+    """
+    if scenario.dynamic:
+        return np.empty(0)
+    feasible, infeasible = (column(results, f"{name}_at_end") for name in ("feasible", "infeasible"))
+    lead: NDArray[np.float64] = (feasible - infeasible) / np.maximum(1, counted_robots(results, scenario))
+    return 0.5 + 0.5 * lead
+
+
+def calibration(said: ArrayLike, feasible: ArrayLike) -> Calibration | None:
+    """Return how good probabilities are; None unless there are worlds of both truths.
+
+    Parameters
+    ----------
+    said : array of float, shape (runs,)
+        Probability that each swarm gave to *feasible*.
+    feasible : array of bool, shape (runs,)
+        Whether the tasks of each run are feasible.
+
+    References
+    ----------
+    Brier, "Verification of forecasts expressed in terms of probability", 1950.
+
+    Examples
+    --------
+    >>> from feasibee.results.calibration import calibration
+    >>> calibration([1.0, 1.0, 0.5, 0.0], [True, True, False, False]).brier.estimate
+    0.0625
+    """
+    said, true = np.asarray(said, np.float64), np.asarray(feasible, np.bool_)
+    if not said.size or true.all() or not true.any():
+        return None
+    sure = np.abs(said - 0.5) >= SURE - 0.5 - ROUNDING
+    right = (said > 0.5) == true
+    which = np.minimum(np.floor(BINS * said + ROUNDING), BINS - 1)
+    return Calibration(
+        mean_share((said - true) ** 2),
+        _share(right[sure]) if sure.any() else None,
+        tuple(
+            Bin(float(said[rows].mean()), int(rows.sum()), _share(true[rows]))
+            for rows in (which == each for each in np.unique(which))
+        ),
+    )
+
+
+def _share(holds: NDArray[np.bool_]) -> Interval:
+    return wilson(int(holds.sum()), holds.size)
