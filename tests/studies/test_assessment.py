@@ -21,7 +21,8 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare, percent, wait_for
 from feasibee.studies.needs import asked_of, suitable
-from feasibee.studies.report import Trial, _declared, bias_in_words, sections, write_report
+from feasibee.studies.pages import write_report
+from feasibee.studies.report import Trial, _declared, bias_in_words, sections
 from feasibee.studies.size import Rule, band_of
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.tuning import (
@@ -152,9 +153,9 @@ def test_words_json_and_a_page_that_begin_with_the_verdict(assessment, tmp_path)
     assert '<section class="verdict red">' in page
     assert page.index("Not ready") < page.index("<h2>")
     assert "<code>feasibee assess mine.toml</code>" in page
-    assert page.count("data:image/png;base64,") == 3
+    assert page.count("data:image/png;base64,") == 4
     assert page.count('<th scope="col">right with 50 tasks</th>') == 1
-    assert page.count("<img ") == page.count('<img alt="Share of right swarms')
+    assert page.count("<img ") == page.count('<img alt="Share of ')
     assert "seed 2; 30 runs of the swarm" in page
     assert "http" not in page  # one page by itself
 

@@ -19,8 +19,9 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import assess
 from feasibee.studies.comparison import compare, contenders_of, difference, write_comparison
 from feasibee.studies.limits import limits
+from feasibee.studies.pages import write_report
 from feasibee.studies.recommend import recommend
-from feasibee.studies.report import sections, write_report
+from feasibee.studies.report import sections
 from feasibee.studies.size import size
 from feasibee.studies.tuning import Objective, Scored, objective_for
 
@@ -205,7 +206,8 @@ def test_an_assessment_says_how_swarms_track_the_truth(assessment, tmp_path):
     write_report(assessment, tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     assert page.count("<figure>") == 3
-    assert "these swarms are right (10 robots, 5 tasks before any change)" in page
+    strategy = assessment.scenario.decision.strategy
+    assert f"these swarms are right ({strategy}, 10 robots, 5 tasks before any change)" in page
     assert "right in the steps" in page
 
 

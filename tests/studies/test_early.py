@@ -13,8 +13,9 @@ from feasibee import Scenario
 from feasibee.cli import main
 from feasibee.cli.execution import leave_if_stopped
 from feasibee.studies.assess import assess
+from feasibee.studies.pages import write_report
 from feasibee.studies.recommend import Constraints, recommend
-from feasibee.studies.report import sections, write_report
+from feasibee.studies.report import sections
 from feasibee.studies.size import Rule, size
 from feasibee.sweeps.executors import threads
 from feasibee.sweeps.plan import DesignPoint, Study

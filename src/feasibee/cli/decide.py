@@ -48,9 +48,11 @@ def assess(
     budget: float | None,
     workforce: Workforce,
     outputs: dict[str, Path] = outputs_option(
-        f"Write the assessment as a page, .html. A folder: {JOURNAL} Repeatable.",
+        f"Write the assessment as pages, .pdf or .html; the first has all in brief. A folder: {JOURNAL} "
+        "Repeatable.",
         folder=True,
         page=(".html", ".htm"),
+        sheets=(".pdf",),
     ),
     as_json: bool,
 ) -> None:
@@ -63,12 +65,13 @@ def assess(
 
     \b
     Examples:
-      feasibee assess mine.toml --out mine.html
+      feasibee assess mine.toml --out mine.pdf --out mine.html
       feasibee assess --robots 40 --tasks 30 --arena 50 --range 4
       feasibee assess mine.toml --budget 2min
     """
     from feasibee.studies.assess import assess as simulate_all
-    from feasibee.studies.report import sections, write_report
+    from feasibee.studies.pages import write_report
+    from feasibee.studies.report import sections
 
     fields = {
         "robots.count": robots,
@@ -78,11 +81,11 @@ def assess(
         "run.steps": steps,
     }
     scenario = given.read(fields)
-    folder = outputs.get("folder")
+    folder = outputs.pop("folder", None)
     with executing("Assessing", folder, workforce, budget=budget, answers=True) as execution:
         assessment = simulate_all(scenario, runs, seed, execution, right)
-    if report := outputs.get("page"):
-        write_report(assessment, report, shlex.join(("feasibee", *sys.argv[1:])))
+    for path in outputs.values():
+        write_report(assessment, path, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
         print_json(assessment.to_dict())
     for title, lines in sections(assessment).items() if not as_json else ():
@@ -90,8 +93,8 @@ def assess(
         for line in lines:
             click.echo(wrapped(line, "  ", "    "))
         click.echo()
-    if report is not None and not as_json:
-        click.echo(f"The page is {report}")
+    if outputs and not as_json:
+        click.echo(f"The report is {' and '.join(map(str, outputs.values()))}")
     leave_if_stopped(assessment.stopped)
 
 

@@ -97,7 +97,7 @@ class _Assessing:
         scenario = self.scenario
         outcomes = self._verdict_runs()
         base, opposite = outcomes[AS_IT_IS], outcomes.get(OPPOSITE)
-        changed = self._raced("comparing changes", scenario, self.changed)
+        changed = self._turned(self._raced("comparing changes", scenario, self.changed))
         with self._part("testing strategies"):
             recommendation, recommended = self._recommended()
         strategies = self._strategies(base, recommendation.tested)
@@ -145,7 +145,7 @@ class _Assessing:
         searches = 3 * most_tests(SHORT_REACH * max(self.scenario.most)) * most * own
         return {
             "running the swarm": 2 * self.runs * own,
-            "comparing changes": self.runs * sum(map(run_work, self.changed.values())),
+            "comparing changes": 2 * self.runs * sum(map(run_work, self.changed.values())),
             "testing strategies": strategies,
             "comparing strategies": strategies,
             "comparing faults": MOST_FAULTS * self.runs * own,
@@ -188,6 +188,23 @@ class _Assessing:
             found = self.race.against(scenario, changed)
         return [Trial(*each) for each in found.values()]
 
+    def _turned(self, changed: Sequence[Trial]) -> list[Trial]:
+        """Return priced changes; those that may be enough have all runs, also at the opposite truth."""
+        prices = {name: price for price, name in enumerate(self.changed)}
+        found = {each.outcome.contender: each for each in changed}
+        near = [name for name, each in found.items() if _may_be_enough(each, self.right)]
+        turned = {name: opposite_of(self.changed[name]) for name in near if not self.scenario.dynamic}
+        worlds = {name: world for name, world in turned.items() if world is not None}
+        here: dict[str, Outcome] = {}
+        there: dict[str, Outcome] = {}
+        with self._part("comparing changes"):
+            here = self.race.outcomes({name: self.changed[name] for name in near}, self.runs) if near else {}
+            there = self.race.outcomes(worlds, self.runs) if worlds else {}
+        return [
+            replace(each, outcome=here.get(name, each.outcome), opposite=there.get(name), price=prices[name])
+            for name, each in found.items()
+        ]
+
     def _strategies(self, base: Outcome, tested: Sequence[Candidate]) -> list[Trial]:
         """Return the other strategies; of those that gain, also what they do at the opposite truth.
 
@@ -226,24 +243,28 @@ class _Assessing:
         return found, next((each for each in found.ranking if each.strategy == own), first)
 
 
+def _may_be_enough(trial: Trial, target: float) -> bool:
+    return trial.difference.low > 0 and trial.outcome.judged.estimate >= target
+
+
 def _best_first(trials: Sequence[Trial]) -> list[Trial]:
     return sorted(trials, key=lambda trial: (-trial.difference.estimate, trial.outcome.bits.mean()))
 
 
 def changes_of(scenario: Scenario) -> dict[str, Scenario]:
-    """Return the scenario with each change that may show what limits the swarm."""
+    """Return the scenario with each change that may show what limits the swarm, the cheapest first."""
     sensing, radio, decision, robots = scenario.sensing, scenario.radio, scenario.decision, scenario.robots
     tried: dict[str, dict[str, Any]] = {
-        "sight 1.5 times as far": {"sensing.range": MORE * sensing.range, "radio.range": radio.range},
-        "radio 1.5 times as far": {"radio.range": MORE * radio.range},
         "explorations 3 times as long": {"decision.exploration": 3 * decision.exploration},
         "3 times as many steps": {"run.steps": 3 * scenario.run.steps},
     }
+    if not sensing.count_self:
+        tried["robots that count themselves"] = {"sensing.count_self": True}
     if not (robots.classes or robots.points):
         more = round(MORE * robots.count)
         tried[f"{more} robots instead of {robots.count}"] = {"robots.count": more}
-    if not sensing.count_self:
-        tried["robots that count themselves"] = {"sensing.count_self": True}
+    tried["radio 1.5 times as far"] = {"radio.range": MORE * radio.range}
+    tried["sight 1.5 times as far"] = {"sensing.range": MORE * sensing.range, "radio.range": radio.range}
     errors = ("miss", "false_robots", "false_tasks", "misname")
     if any(getattr(sensing, name) for name in errors):
         tried["a perfect sensor"] = {f"sensing.{name}": 0.0 for name in errors}

@@ -1,42 +1,34 @@
-"""What an assessment of a swarm found: plain tables, the verdict, words, and a page of HTML."""
+"""What an assessment of a swarm found: plain tables, the verdict, and words."""
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from importlib.metadata import version
-from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from matplotlib.figure import Figure
-
-from feasibee.figures.comparison import draw_against_bits, draw_against_time
-from feasibee.figures.sizing import draw_sizing
-from feasibee.files import atomic_write
-from feasibee.model.codes import MODEL_VERSION
-from feasibee.results.statistics import CONFIDENCE, Interval, pareto, wilson
+from feasibee.results.calibration import Calibration
+from feasibee.results.statistics import CONFIDENCE, Interval, pareto, plain, wilson
 from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words
 from feasibee.studies.comparison import (
     Outcome,
+    calibration_of,
     difference,
     origin,
     percent,
     points,
-    tracking_figures,
     wait_for,
+    wait_interval,
 )
 from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, quiet_times_in_words
+from feasibee.studies.page_one import action, agreement, evidence
 from feasibee.studies.race import MARGIN, is_clear, is_none
 from feasibee.studies.recommend import Candidate, Recommendation
-from feasibee.studies.size import Band, Sizing, band_sentence, panels_of, sentences
+from feasibee.studies.size import Band, Sizing, band_sentence, sentences
 
 READY, UNCERTAIN, NOT_READY = "ready", "uncertain", "not ready"
 SIGNS: Final = {READY: ("green", "●"), UNCERTAIN: ("amber", "▲"), NOT_READY: ("red", "■")}
@@ -54,6 +46,8 @@ class Trial:
     share of steps."""
     opposite: Outcome | None = None
     """Outcome at the reciprocal ratio, where the truth is the opposite."""
+    price: int = 0
+    """Place among the changes in the order of what they cost, 0 for the cheapest."""
 
 
 class Judged(NamedTuple):
@@ -131,6 +125,11 @@ class Assessment:
         return wait_for(self.outcome, self.target)
 
     @property
+    def calibration(self) -> Calibration | None:
+        """How good the probabilities are that swarms give to *feasible*; None without the opposite truth."""
+        return calibration_of([each for each in (self.outcome, self.opposite) if each])
+
+    @property
     def better(self) -> list[Trial]:
         """Strategies that are significantly better here, and not worse at the opposite truth."""
         return [
@@ -155,6 +154,7 @@ class Assessment:
         sign = {"level": level, "colour": colour, "shape": shape}
         return {
             "verdict": {**sign, "right": right._asdict(), "tasks": tasks, "target": self.target},
+            "action": action(self),
             "scenario": self.scenario.to_dict(),
             "runs": self.outcome.runs,
             "stopped": self.stopped,
@@ -168,6 +168,7 @@ class Assessment:
             "asked": self.asked._asdict(),
             **self.outcome.found.to_dict(),
             "opposite": _opposite_as_dict(self.opposite),
+            "calibration": plain(self.calibration),
             "size": None if self.sizing is None else self.sizing.to_dict(),
             "recommended": self._recommended_as_dict(),
             "excluded": dict(self.recommendation.excluded),
@@ -216,12 +217,14 @@ def sections(assessment: Assessment) -> dict[str, list[str]]:
         sized += bias_in_words(sizing.band, assessment.scenario)
     found = {
         "Verdict": [verdict_sentence(assessment), *_ended_early(assessment)],
+        "What to do": [action(assessment)],
         "Recommended": _recommended(assessment),
         "What to expect": _expected(assessment),
         "How many robots, for how many tasks": sized,
         "What is asked of the robots": _asked(assessment),
         "If something fails": _faults(assessment),
         "What would help": _changes(assessment),
+        "What this rests on": evidence(assessment),
     }
     return {title: lines for title, lines in found.items() if lines}
 
@@ -254,11 +257,15 @@ def _expected(assessment: Assessment) -> list[str]:
     outcome, target = assessment.outcome, f"{100 * assessment.target:g} %"
     answers = {"right": "are right", "wrong": "are wrong", "split": "are undecided"}
     shares = [f"{percent(share)} {answers[name]}" for name, share in assessment.shares.items()]
+    steps = (assessment.wait, *wait_interval(outcome, assessment.target))
+    since, first, last = (
+        "never" if step is None else step_in_words(assessment.scenario, step) for step in steps
+    )
+    interval = "" if first == last == "never" else f" (95 % interval: {first} to {last})"
     waiting = (
-        f"From {step_in_words(assessment.scenario, assessment.wait)} on, at least {target} of the swarms are "
-        "right."
+        f"From {since} on{interval}, at least {target} of the swarms are right."
         if assessment.wait is not None
-        else f"The share of right swarms never stays at {target} or more."
+        else f"The share of right swarms never stays at {target} or more{interval}."
     )
     lines = [
         _truth(assessment),
@@ -274,7 +281,7 @@ def _expected(assessment: Assessment) -> list[str]:
         lines.append(
             f"With {other.tasks} tasks, where the truth is the opposite, {percent(other.accuracy)} are right."
         )
-    return lines
+    return lines + agreement(assessment.calibration)
 
 
 def _truth(assessment: Assessment) -> str:
@@ -470,28 +477,33 @@ def table_of(title: str, trials: Sequence[Trial]) -> str:
     """Return trials as a table in HTML that scrolls where it is too wide."""
     if not trials:
         return ""
-    turned = {trial.opposite.tasks for trial in trials if trial.opposite}
-    columns: dict[str, Callable[[Trial], str]] = {
-        "right at the end" if trials[0].outcome.tracking is None else "right in the steps": lambda trial: (
-            percent(trial.outcome.judged)
-        ),
-        "difference": lambda trial: points(trial.difference),
-        **{
-            f"right with {tasks} tasks": lambda trial: (
-                percent(trial.opposite.accuracy) if trial.opposite else ""
-            )
-            for tasks in turned
-        },
-        "bits": lambda trial: f"{trial.outcome.bits.mean():.3g}",
-        "runs": lambda trial: f"{trial.outcome.runs:,}",
-    }
-    head = "".join(f'<th scope="col">{name}</th>' for name in ("", *columns))
-    rows = "".join(
-        f'<tr><th scope="row">{html.escape(trial.outcome.contender)}</th>'
-        f"{''.join(f'<td>{shown(trial)}</td>' for shown in columns.values())}</tr>"
-        for trial in trials
+    heads, *rows = cells_of(trials)
+    head = "".join(f'<th scope="col">{name}</th>' for name in heads)
+    body = "".join(
+        f'<tr><th scope="row">{html.escape(name)}</th>{"".join(f"<td>{cell}</td>" for cell in cells)}</tr>'
+        for name, *cells in rows
     )
-    return _framed(title, f"<table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>")
+    return _framed(title, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>")
+
+
+def cells_of(trials: Sequence[Trial]) -> list[list[str]]:
+    """Return trials as a table of texts, the names of its columns first."""
+    turned = sorted({trial.opposite.tasks for trial in trials if trial.opposite})
+    right = "right at the end" if trials[0].outcome.tracking is None else "right in the steps"
+    rows = [["", right, "difference", *(f"right with {tasks} tasks" for tasks in turned), "bits", "runs"]]
+    for trial in trials:
+        other = trial.opposite
+        rows.append(
+            [
+                trial.outcome.contender,
+                percent(trial.outcome.judged),
+                points(trial.difference),
+                *(percent(other.accuracy) if other and other.tasks == tasks else "" for tasks in turned),
+                f"{trial.outcome.bits.mean():.3g}",
+                f"{trial.outcome.runs:,}",
+            ]
+        )
+    return rows
 
 
 def excluded_as_html(excluded: Mapping[str, str]) -> str:
@@ -506,167 +518,3 @@ def excluded_as_html(excluded: Mapping[str, str]) -> str:
 def _framed(title: str, table: str) -> str:
     label = html.escape(title, quote=True)
     return f'<h2>{label}</h2><div class="wide" tabindex="0" role="region" aria-label="{label}">{table}</div>'
-
-
-OWN = "this swarm"
-
-
-TRACKING = {
-    "time": "Share of right swarms at each step, with each strategy; grey: the tasks are infeasible",
-    "bits": "Share of steps at which swarms are right against bits on the air",
-    "delay": "Delay of detection against bits on the air",
-}
-"""Titles of the figures of a world that changes."""
-
-
-class Shown(NamedTuple):
-    """A figure of the page."""
-
-    title: str
-    text: str
-    """What it shows, for those who can't see it."""
-    drawn: Figure
-
-
-def write_report(assessment: Assessment, path: Path, command: str = "feasibee.studies.assess") -> None:
-    """Write an assessment as one HTML file that includes its figures.
-
-    Parameters
-    ----------
-    assessment : Assessment
-        What to write.
-    path : Path
-        The file.
-    command : str
-        The command that made it, for the footer.
-    """
-    _, *others = sections(assessment).items()
-    body = _verdict(assessment) + "".join(f"<p>{html.escape(line)}</p>" for line in _ended_early(assessment))
-    body += "".join(section_as_html(*each) for each in others)
-    body += "".join(map(_figure, _figures(assessment)))
-    body += table_of("Strategies", assessment.strategies) + table_of("Changes", assessment.limits)
-    body += table_of("Faults", assessment.faults) + excluded_as_html(assessment.recommendation.excluded)
-    written = html.escape(assessment.scenario.to_toml())
-    body += f"<details><summary>Scenario</summary><pre>{written}</pre></details>"
-    text = PAGE.replace("{body}", body).replace("{footer}", _footer(assessment, command))
-    with atomic_write(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
-
-
-def _verdict(assessment: Assessment) -> str:
-    level, right, tasks = assessment.verdict
-    colour, shape = SIGNS[level]
-    middle, low, high = (100 * value for value in right)
-    scenario, target = assessment.scenario, 100 * assessment.target
-    steps = steps_in_words(scenario, scenario.run.steps)
-    world = f"{scenario.robots.count} robots, {tasks} tasks"
-    what = (
-        f"of the swarms are right after {steps} ({world})"
-        if assessment.outcome.tracking is None
-        else f"of {steps}, these swarms are right ({world} before any change)"
-    )
-    return (
-        f'<section class="verdict {colour}"><p class="level"><span aria-hidden="true">{shape}</span> '
-        f'{level.capitalize()}</p><p class="number">{middle:.1f} %</p>'
-        f"<p>{what}. 95 % interval: {low:.1f} to {high:.1f} %. Asked for: {target:g} %.</p></section>"
-    )
-
-
-def _figures(assessment: Assessment) -> Iterator[Shown]:
-    if assessment.sizing is not None:
-        yield Shown(
-            "Share of right swarms against the number of robots, and against the number of tasks",
-            " ".join(sentences(assessment.sizing)),
-            draw_sizing(panels_of(assessment.sizing), assessment.target),
-        )
-    recommended = assessment.recommended
-    keep = [OWN] if recommended is None else [OWN, recommended.strategy]
-    outcomes = {
-        OWN: assessment.outcome,
-        **{trial.outcome.contender: trial.outcome for trial in assessment.strategies},
-    }
-    if assessment.outcome.tracking is not None:
-        for name, drawn in tracking_figures(outcomes).items():
-            yield Shown(TRACKING[name], _best_in_words(assessment), drawn)
-        return
-    shares = {name: each.right_at[None, :] / each.runs for name, each in outcomes.items()}
-    yield Shown(
-        "Share of right swarms at each step, with each strategy",
-        _best_in_words(assessment),
-        draw_against_time(shares, keep=keep, seconds=assessment.scenario.units.seconds),
-    )
-    totals = {name: (float(each.bits.mean()), each.accuracy) for name, each in outcomes.items()}
-    yield Shown(
-        "Share of right swarms against bits on the air",
-        _best_in_words(assessment),
-        draw_against_bits(totals, keep=keep),
-    )
-
-
-def _best_in_words(assessment: Assessment) -> str:
-    """Return the shares at the end of this swarm and of the best other strategies, in words."""
-    best = [
-        f"{trial.outcome.contender} {percent(trial.outcome.judged)}" for trial in assessment.strategies[:4]
-    ]
-    when = "At the end" if assessment.outcome.tracking is None else "Of the steps"
-    return f"{when}: {'; '.join([f'{OWN} {percent(assessment.outcome.judged)}', *best])}."
-
-
-def _figure(shown: Shown) -> str:
-    buffer = io.BytesIO()
-    shown.drawn.savefig(buffer, format="png", dpi=150)
-    data = base64.b64encode(buffer.getvalue()).decode()
-    alt = html.escape(f"{shown.title}. {shown.text}", quote=True)
-    return (
-        f'<figure><div class="wide"><img alt="{alt}" src="data:image/png;base64,{data}"></div>'
-        f"<figcaption>{html.escape(shown.title)}</figcaption></figure>"
-    )
-
-
-def _footer(assessment: Assessment, command: str) -> str:
-    parts = (
-        f"<code>{html.escape(command)}</code>",
-        f"scenario {assessment.scenario.hash[:12]}",
-        f"seed {assessment.seed}",
-        f"{assessment.outcome.runs} runs of the swarm",
-        f"feasibee {version('feasibee')}, model {MODEL_VERSION}",
-        f"{datetime.now(UTC):%Y-%m-%d}",
-    )
-    return "; ".join(parts)
-
-
-PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>feasibee: assessment</title><style>
-:root { color-scheme: light dark; --line: color-mix(in srgb, currentColor 22%, transparent); }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 52rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .4rem; }
-ul { padding-left: 1.2rem; } li { margin: .25rem 0; }
-.verdict { border: 2px solid; border-left-width: .6rem; border-radius: .4rem; padding: .6rem 1.2rem; }
-.verdict p { margin: .2rem 0; } .level { font-weight: 600; font-size: 1.2rem; }
-.number { font-size: 2.6rem; line-height: 1.1; font-weight: 600; }
-.green { border-color: #0b7a53; } .amber { border-color: #b06d00; } .red { border-color: #c2410c; }
-.green .level { color: #0b7a53; } .amber .level { color: #8f5800; } .red .level { color: #c2410c; }
-figure { margin: 1.5rem 0; }
-img { max-width: 100%; min-width: 32rem; background: white; border-radius: .3rem; }
-figcaption { font-size: .9rem; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
-td, th { text-align: left; padding: .25rem .7rem .25rem 0; white-space: nowrap; font-weight: normal; }
-thead th { font-weight: 600; } td.text { white-space: normal; }
-tr + tr, tbody tr { border-top: 1px solid var(--line); }
-pre { overflow-x: auto; font-size: 13px; } summary { cursor: pointer; margin-top: 2rem; }
-footer { border-top: 1px solid var(--line); margin-top: 2rem; padding-top: .6rem; font-size: .85rem; }
-footer code { overflow-wrap: anywhere; }
-@media (prefers-color-scheme: dark) {
-  .green { border-color: #35c08a; } .amber { border-color: #e0a33a; } .red { border-color: #ff8a5c; }
-  .green .level { color: #35c08a; } .amber .level { color: #e0a33a; } .red .level { color: #ff8a5c; }
-  img { filter: invert(0.92) hue-rotate(180deg); }
-}
-@media print {
-  body { max-width: none; margin: 0; font-size: 10.5pt; } img { filter: none; min-width: 0; }
-  figure, .verdict, tr { break-inside: avoid; } h2 { break-after: avoid; } .wide { overflow: visible; }
-  td, th { padding-right: .5rem; font-size: 8.5pt; }
-}
-</style></head><body><main><h1>Assessment of a swarm</h1>{body}</main><footer>{footer}</footer></body></html>
-"""

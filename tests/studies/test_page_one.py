@@ -1,0 +1,199 @@
+"""The first page of an assessment: the one action, what stands on it, and that it fits."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from feasibee import Scenario
+from feasibee.figures.sheets import HEIGHT, MARGIN, WIDTH, sheets
+from feasibee.results.statistics import Interval, wilson
+from feasibee.studies.assess import _Assessing, assess
+from feasibee.studies.comparison import compare, wait_for, wait_interval
+from feasibee.studies.page_one import action
+from feasibee.studies.pages import FIRST, write_report
+from feasibee.studies.report import cells_of, sections
+from feasibee.sweeps.sweep import Rounds
+
+SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
+
+
+@pytest.fixture(scope="module")
+def assessment():
+    """An assessment of few strategies, whose searches are short."""
+    few = {name: SHORT.replace({"decision.strategy": name}) for name in ("dmmd", "dmvd", "census")}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("feasibee.studies.assess.suitable", lambda scenario: (dict(few), {}))
+        patch.setattr("feasibee.studies.recommend.all_strategies", lambda scenario: list(few))
+        patch.setattr("feasibee.studies.assess.LEAST_RUNS", 60)
+        return assess(SHORT, runs=30, seed=2)
+
+
+def having(outcome, share, **values):
+    """Return an outcome of 400 runs of which this share is right."""
+    return replace(outcome, right=np.arange(400) < 400 * share, **values)
+
+
+def with_changes(assessment, *, here=0.5, there=1.0, robots=None, shares=()):
+    """Return an assessment without a recommendation, whose cheapest changes have these pairs of shares."""
+    ordered = sorted(assessment.limits, key=lambda each: each.price)
+    shares = [*shares, *[(0, 0)] * (len(ordered) - len(shares))]
+    limits = [
+        replace(
+            each,
+            outcome=having(each.outcome, one),
+            opposite=having(assessment.opposite, other),
+            difference=Interval(0.5, 0.4, 0.6),
+        )
+        for each, (one, other) in zip(ordered, shares, strict=True)
+    ]
+    edge = SimpleNamespace(enough=robots)
+    return replace(
+        assessment,
+        outcome=having(assessment.outcome, here),
+        opposite=having(assessment.opposite, there),
+        recommended=None,
+        strategies=[],
+        limits=limits[::-1],  # the order in which they are found doesn't count
+        sizing=SimpleNamespace(edge=edge),
+    )
+
+
+def test_nothing_is_changed_in_a_swarm_that_is_ready(assessment):
+    ready = with_changes(assessment, here=1.0, robots=24, shares=[(1.0, 1.0)])
+    assert action(ready) == "Use the swarm as it is, with dmmd."
+
+
+def test_another_strategy_comes_before_other_changes(assessment):
+    worst = SimpleNamespace(right=Interval(0.99, 0.97, 1.0), outcome=assessment.opposite)
+    asked = SimpleNamespace(needs=("names of tasks",))
+    found = SimpleNamespace(strategy="census", worst=worst, asked=asked)
+    better = replace(with_changes(assessment, robots=24, shares=[(1.0, 1.0)]), recommended=found)
+    assert action(better) == (
+        "Use the strategy census instead of dmmd. Then 99.0 % (97.0 to 100.0) are right with 50 tasks."
+        " It needs names of tasks."
+    )
+    found.strategy = "dmmd"
+    assert action(better) == "Use the swarm as it is, with dmmd. Further runs show that it is enough."
+
+
+def test_the_cheapest_change_is_chosen_that_is_enough_in_both_worlds(assessment):
+    def chosen(*shares, **values):
+        return action(with_changes(assessment, shares=shares, **values))
+
+    assert chosen((1, 1), (1, 1)).startswith(
+        "Change this: explorations 3 times as long. Then 100.0 % (99.0 to"
+    )
+    assert chosen((0.9, 1), (1, 0.9), (1, 1)).startswith("Change this: robots that count themselves.")
+    assert chosen((1, 0.9), robots=24).startswith("Use 24 robots, 4 more.")
+    assert chosen((1, 1), robots=24).startswith("Change this: explorations")
+    said = ["None of the strategies and changes that were tried is shown to be enough."]
+    nothing = " ".join(said + assessment.recommendation.probably)
+    assert chosen((1, 0.9), (0.95, 1)) == chosen(robots=24, there=0.9) == chosen(robots=20) == nothing
+
+
+def test_what_ended_early_is_not_taken_for_tried(assessment):
+    early = replace(with_changes(assessment), missing=("comparing changes",))
+    assert "Allow more time: not all of them were tried." in action(early)
+
+
+def test_a_change_that_may_be_enough_has_all_runs_in_both_worlds(assessment):
+    trial = replace(
+        assessment.limits[0], outcome=replace(assessment.outcome, contender="robots that count themselves")
+    )
+    better = replace(trial, difference=Interval(0.5, 0.4, 0.6))
+    other = replace(trial, outcome=replace(trial.outcome, contender="3 times as many steps"))
+    with Rounds(None, most=None) as rounds:
+        near, far = _Assessing(rounds, SHORT, 7, 2, 0.0)._turned(
+            [better, replace(other, difference=Interval(0.1, -0.1, 0.3))]
+        )
+    assert (near.opposite.tasks, near.opposite.runs, near.outcome.runs, near.price) == (50, 7, 7, 2)
+    assert (far.opposite, far.outcome, far.price) == (None, other.outcome, 1)
+
+
+def test_a_longer_run_is_as_long_as_is_shown_to_be_enough(assessment):
+    longer = with_changes(assessment, shares=[(0, 0), (1, 1)])
+    trial = min(longer.limits, key=lambda each: -each.outcome.right_at.size)
+    right_at = np.where(np.arange(451) < 200, 370, 400)
+    other = np.where(np.arange(451) < 230, 370, 400)
+    trial = replace(
+        trial,
+        outcome=replace(trial.outcome, right_at=right_at),
+        opposite=replace(trial.opposite, right_at=other),
+    )
+    text = action(replace(longer, limits=[trial]))
+    assert text.startswith("Let the swarm run until step 230, 80 steps longer. Then 100.0 %")
+
+
+def test_an_interval_of_a_wait_has_the_wait_and_is_wilsons():
+    (outcome,) = compare({"x": SHORT}, (), 40, 1)
+    low, high = wait_interval(outcome, 0.5)
+    assert low <= wait_for(outcome, 0.5)
+    assert high is None or wait_for(outcome, 0.5) <= high
+    rising = replace(outcome, right_at=np.arange(41))
+    assert wait_for(rising, 0.5) == 20
+    low, high = wait_interval(rising, 0.5)
+    assert wilson(low, 40).high >= 0.5 > wilson(low - 1, 40).high
+    assert wilson(high, 40).low >= 0.5 > wilson(high - 1, 40).low
+    assert wait_interval(replace(outcome, right_at=np.full(41, 20)), 0.99) == (None, None)
+
+
+def test_page_one_says_all_in_brief_and_nothing_leaves_its_page(assessment, tmp_path, monkeypatch):
+    kept = []
+
+    @contextmanager
+    def keeping(path, foot):
+        with sheets(path, foot) as document:
+            yield document
+        kept.append(document)
+
+    monkeypatch.setattr("feasibee.studies.pages.sheets", keeping)
+    write_report(assessment, tmp_path / "a.PDF", "feasibee assess " + 40 * "a/long/path ")
+    assert (tmp_path / "a.PDF").read_bytes().startswith(b"%PDF")
+    pages = kept[0].pages
+    texts = [[text.get_text() for text in page.texts] for page in pages]
+    assert "■ Not ready: " in "\n".join(texts[0])
+    assert len(pages[0].axes) == 1
+    first = " ".join(texts[0])
+    said = sections(assessment)
+    for title in FIRST:
+        assert title in texts[0]
+        assert all(word in first for line in said[title] for word in line.split())
+    assert {*said, "Strategies", "Changes", "Faults"} - {"Verdict", *FIRST} <= {
+        text for page in texts[1:] for text in page
+    }
+    for page in pages:
+        renderer = FigureCanvasAgg(page).get_renderer()
+        for each in [*page.texts, *page.axes]:
+            box = each.get_window_extent(renderer).transformed(page.transFigure.inverted())
+            assert (box.x0 * WIDTH >= MARGIN - 1) & (box.x1 * WIDTH <= WIDTH - MARGIN + 1), each
+            assert (box.y0 > 0) & (box.y1 * HEIGHT < HEIGHT - MARGIN / 2), each
+
+
+def test_the_page_in_html_is_parted_after_page_one(assessment, tmp_path):
+    write_report(assessment, tmp_path / "a.html")
+    page = (tmp_path / "a.html").read_text()
+    first, details = page.split("<h1>Details</h1>")
+    assert first.count("data:image/png;base64,") == 1
+    assert [f"<h2>{title}</h2>" in first for title in sections(assessment)] == [
+        title in FIRST for title in sections(assessment)
+    ]
+    assert not any(f"<h2>{title}</h2>" in details for title in FIRST)
+    assert ".first { break-after: page;" in page
+    assert action(assessment) == assessment.to_dict()["action"]
+
+
+def test_a_change_has_a_column_for_each_number_of_tasks_it_was_turned_to(assessment):
+    one, other = assessment.limits[:2]
+    turned = [
+        replace(one, opposite=assessment.opposite),
+        replace(other, opposite=replace(assessment.opposite, tasks=9)),
+    ]
+    heads, *rows = cells_of(turned)
+    assert heads[3:5] == ["right with 9 tasks", "right with 50 tasks"]
+    assert [[bool(cell) for cell in row[3:5]] for row in rows] == [[False, True], [True, False]]
