@@ -1,0 +1,53 @@
+"""Runs kept in the cache: the second question needs no runs, and the folder stays small."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from feasibee import Scenario
+from feasibee.files.locking import lock
+from feasibee.sweeps import kept
+from feasibee.sweeps.kept import kept_folder
+from feasibee.sweeps.schema import LOCK
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def test_a_folder_is_that_of_a_scenario_a_seed_and_this_code(monkeypatch):
+    scenario = Scenario()
+    folder = kept_folder(scenario, 1)
+    assert folder == kept_folder(Scenario(), 1)
+    others = {kept_folder(scenario, 2), kept_folder(scenario.replace({"tasks.count": 9}), 1)}
+    monkeypatch.setattr(kept, "_code", lambda: "other")
+    assert len({folder, *others, kept_folder(scenario, 1)}) == 4
+
+
+def test_a_folder_that_another_process_writes_to_isnt_used():
+    folder = kept_folder(Scenario(), 1)
+    taken = lock(folder, LOCK)
+    assert kept_folder(Scenario(), 1) is None
+    taken.close()
+    assert kept_folder(Scenario(), 1) == folder
+
+
+def test_a_cache_that_cant_be_written_keeps_nothing(cache):
+    cache.write_text("a file")
+    assert kept_folder(Scenario(), 1) is None
+
+
+def test_the_folders_used_longest_ago_are_removed(monkeypatch):
+    folders = []
+    for seed in range(4):
+        folders.append(kept_folder(Scenario(), seed))
+        (folders[-1] / LOCK).unlink()
+        (folders[-1] / "journal").write_bytes(bytes(100_000))
+        os.utime(folders[-1], (1000 + seed, 1000 + seed))
+    monkeypatch.setattr(kept, "ROOM", 250_000)
+    assert kept_folder(Scenario(), 0) == folders[0]  # used again, though the oldest
+    assert [each.exists() for each in folders] == [True, False, False, True]
