@@ -23,15 +23,27 @@ from feasibee.engine.intrinsics import (
     vector_at,
 )
 
+PIECE = 16
+"""Numbers that a register of 512 bits compresses."""
+
 
 def compress(builder: Any, numbers: Any, chosen: Any, target: Any) -> Any:
-    """Store the chosen ones of a vector's numbers one after another; return how many these are."""
-    words, truths = numbers.type, ir.VectorType(BIT, numbers.type.count)
-    kind = ir.FunctionType(ir.VoidType(), [words, INT.as_pointer(), truths])
-    store = declared(builder.module, kind, f"llvm.masked.compressstore.v{words.count}i32")
-    bits = chosen if words.count == WORD else builder.trunc(chosen, ir.IntType(words.count))
-    builder.call(store, [numbers, target, builder.bitcast(bits, truths)])
-    return builder.zext(builder.ctpop(bits), LONG)
+    """Store the chosen ones of a vector's numbers one after another; return how many these are.
+
+    Whole registers are stored, with anything behind the chosen ones: processors of AMD take 100 cycles to
+    compress into memory.
+    """
+    count, lanes, stored = numbers.type.count, min(numbers.type.count, PIECE), LONG(0)
+    piece, truths, word = ir.VectorType(INT, lanes), ir.VectorType(BIT, lanes), ir.IntType(lanes)
+    kind = ir.FunctionType(piece, [piece, truths, piece])
+    packed = declared(builder.module, kind, f"llvm.experimental.vector.compress.v{lanes}i32")
+    for first in range(0, count, lanes):
+        some = builder.shuffle_vector(numbers, numbers, constants(piece, range(first, first + lanes)))
+        bits = builder.trunc(builder.lshr(chosen, INT(first)), word)
+        found = builder.call(packed, [some, builder.bitcast(bits, truths), ir.Constant(piece, ir.Undefined)])
+        builder.store(found, builder.bitcast(builder.gep(target, [stored]), piece.as_pointer()), align=4)
+        stored = builder.add(stored, builder.zext(builder.ctpop(bits), LONG))
+    return stored
 
 
 def repeat(builder: Any, number: Any, words: Any, target: Any) -> None:

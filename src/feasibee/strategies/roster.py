@@ -105,9 +105,8 @@ def younger(state, entry, me):
 def expired(state, timeout, me):
     """Return a state, absent if it is older than a timeout, and 0 if it is forgotten."""
     entry = entry_of(state, me)
-    if entry > 2 * FORGOTTEN:
-        return 0
-    return state + (entry > 2 * timeout + 2 and state % 2 == 1)
+    found = state + ((entry > 2 * timeout + 2) & (state & 1))
+    return 0 if entry > 2 * FORGOTTEN else found
 
 
 def own_timeout(setting, place, quiets, robots):
@@ -188,15 +187,17 @@ def look(known, me):
 def encode(message, known, me):
     """Write the ages of all states that aren't too old, and the positions of the tasks."""
     robots, tasks = robot_entries(me.setting), me.setting.task_ids
-    longest = known[TASK_TIMEOUT] if robots == 0 else max(known[TASK_TIMEOUT], known[ROBOT_TIMEOUT])
+    task_timeout, robot_timeout = known[TASK_TIMEOUT], known[ROBOT_TIMEOUT]
+    longest = task_timeout if robots == 0 else max(task_timeout, robot_timeout)
     message[0] = longest.bit_length()
     if robots > 0:
         known[STATES + me.id] = state_at(me.step, 1)
-    for k in range(robots + tasks):
+    for k in range(robots):
         entry = entry_of(known[STATES + k], me)
-        oldest = 2 * known[ROBOT_TIMEOUT if k < robots else TASK_TIMEOUT] + 2
-        gone = k < robots and entry % 2 == 0
-        message[ENTRIES + k] = 0 if gone or entry > oldest else entry
+        message[ENTRIES + k] = 0 if (entry & 1 == 0) | (entry > 2 * robot_timeout + 2) else entry
+    for k in range(robots, robots + tasks):
+        entry = entry_of(known[STATES + k], me)
+        message[ENTRIES + k] = 0 if entry > 2 * task_timeout + 2 else entry
     for k in range(robots, robots + tasks):
         message[ENTRIES + tasks + k] = known[STATES + tasks + k] if message[ENTRIES + k] != 0 else 0
 
@@ -274,17 +275,18 @@ def expire(known, me):
 
     Else it would count again when the timeouts grow, since robots that leave make them longer.
     """
-    robots = robot_entries(me.setting)
-    for k in range(robots + me.setting.task_ids):
-        timeout = known[ROBOT_TIMEOUT if k < robots else TASK_TIMEOUT]
-        known[STATES + k] = expired(known[STATES + k], timeout, me)
+    robots, task_timeout, robot_timeout = robot_entries(me.setting), known[TASK_TIMEOUT], known[ROBOT_TIMEOUT]
+    for k in range(STATES, STATES + robots):
+        known[k] = expired(known[k], robot_timeout, me)
+    for k in range(STATES + robots, STATES + robots + me.setting.task_ids):
+        known[k] = expired(known[k], task_timeout, me)
 
 
 def present(known, first, number):
     """Return how many of so many names are there."""
     there = 0
     for k in range(first, first + number):
-        there += known[k] % 2
+        there += known[k] & 1
     return there
 
 
