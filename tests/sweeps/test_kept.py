@@ -5,17 +5,20 @@ from __future__ import annotations
 import os
 
 import pytest
+from commands import json_of
 
 from feasibee import Scenario
 from feasibee.files.locking import lock
 from feasibee.sweeps import kept
+from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.kept import kept_folder
 from feasibee.sweeps.schema import LOCK
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path, monkeypatch):
-    monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path / "cache"))
+    """Keep runs in a folder of the test; compiled code stays where it is."""
+    monkeypatch.setattr(kept, "cache_root", lambda: tmp_path / "cache")
     return tmp_path / "cache"
 
 
@@ -26,6 +29,20 @@ def test_a_folder_is_that_of_a_scenario_a_seed_and_this_code(monkeypatch):
     others = {kept_folder(scenario, 2), kept_folder(scenario.replace({"tasks.count": 9}), 1)}
     monkeypatch.setattr(kept, "_code", lambda: "other")
     assert len({folder, *others, kept_folder(scenario, 1)}) == 4
+
+
+def test_the_second_question_needs_no_new_runs(cache):
+    """Another command, on the same scenario and seed; `recommend` tests what `assess` has tested."""
+    words = ["--set", "run.steps=60", "--set", "arena.side=8", "--runs", 100, "--seed", 3, "--json"]
+    before = json_of("assess", *words)
+    (journal,) = (cache / "runs").glob("*/*.sqlite")
+    with Journal(journal.parent) as kept_there:
+        runs = kept_there.counts()
+    assert json_of("assess", *words) == before
+    with Journal(journal.parent) as kept_there:
+        assert kept_there.counts() == runs
+    json_of("recommend", *words, "--strategies", "dmmd")
+    assert len(list((cache / "runs").iterdir())) == 1
 
 
 def test_a_folder_that_another_process_writes_to_isnt_used():

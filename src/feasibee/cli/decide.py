@@ -72,6 +72,7 @@ def assess(
     from feasibee.studies.assess import assess as simulate_all
     from feasibee.studies.pages import write_report
     from feasibee.studies.report import sections
+    from feasibee.sweeps.kept import kept_folder
 
     fields = {
         "robots.count": robots,
@@ -81,7 +82,7 @@ def assess(
         "run.steps": steps,
     }
     scenario = given.read(fields)
-    folder = outputs.pop("folder", None)
+    folder = outputs.pop("folder", None) or kept_folder(scenario, seed)
     with executing("Assessing", folder, workforce, budget=budget, answers=True) as execution:
         assessment = simulate_all(scenario, runs, seed, execution, right)
     for path in outputs.values():
@@ -142,10 +143,11 @@ def size(
     from feasibee.figures.style import save_figure
     from feasibee.studies.size import Rule, panels_of, sentences
     from feasibee.studies.size import size as search
+    from feasibee.sweeps.kept import kept_folder
 
     scenario = given.read({"decision.strategy": strategy, "run.steps": steps})
     Runs(runs, seed)  # raises before the search
-    folder = outputs.get("folder")
+    folder = outputs.get("folder") or kept_folder(scenario, seed)
     with executing("Sizing", folder, workforce, budget=budget, answers=True) as execution:
         found = search(
             scenario, over, Rule(right, most=runs), seed, execution, lambda line: click.echo(line, err=True)
@@ -187,7 +189,7 @@ def recommend(
     seed: int,
     budget: float | None,
     workforce: Workforce,
-    out: Path | None = option(f"Folder of {JOURNAL} By default in memory.", folder_type),
+    out: Path | None = option(f"Folder of {JOURNAL} By default in the cache.", folder_type),
     as_json: bool,
 ) -> None:
     """Recommend strategies that meet the constraints of a deployment, and say why others don't.
@@ -204,11 +206,13 @@ def recommend(
     """
     from feasibee.studies.recommend import Constraints
     from feasibee.studies.recommend import recommend as test_all
+    from feasibee.sweeps.kept import kept_folder
 
     scenario = given.read({"run.steps": steps})
     constraints = Constraints(right, bits, message_bits, not no_ids, not no_names, liars, stopped)
     Runs(runs, seed)  # raises before the tests
-    with executing("Testing strategies", out, workforce, budget=budget, answers=True) as execution:
+    folder = out or kept_folder(scenario, seed)
+    with executing("Testing strategies", folder, workforce, budget=budget, answers=True) as execution:
         found = test_all(scenario, constraints, strategies, runs, seed, execution)
     if as_json:
         print_json(found.to_dict())
