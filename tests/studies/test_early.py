@@ -128,3 +128,15 @@ def test_an_answer_after_ctrl_c_has_its_exit_status():
     with pytest.raises(SystemExit) as ended:
         leave_if_stopped("interrupted")
     assert ended.value.code == 130
+
+
+def test_progress_says_how_many_strategies_are_tested_and_what_is_known():
+    told = []
+    execution = Execution(pool=threads(1), progress=told.append)
+    recommend(SMALL, Constraints(0.9), ["average", "census"], 100, 1, execution, relax=False)
+    assert [*dict.fromkeys(each.phase for each in told)] == [
+        "testing strategies, 1 of 2",
+        "testing strategies, 2 of 2",
+    ]
+    assert told[0].so_far == ""
+    assert told[-1].so_far.startswith("average is ")

@@ -58,10 +58,9 @@ def assess(
 ) -> None:
     """Assess in plain words how often a swarm is right, how soon, what it takes, and what would help.
 
-    FILE is a scenario in TOML; without one, the paper's defaults. The verdict comes first. Changes, faults
-    and other strategies are run on the same worlds, so that their differences aren't chance. While it works,
-    standard error shows the verdict so far. After --budget, or at Ctrl-C on a terminal, it says what is
-    there, and which parts are missing.
+    FILE is a scenario in TOML; without one, the paper's defaults. The verdict comes first, and on standard
+    error already while the rest is computed. All differences are of runs on the same worlds. After --budget,
+    or at Ctrl-C on a terminal, it says what is there, and which parts are missing.
 
     \b
     Examples:

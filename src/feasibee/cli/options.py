@@ -61,7 +61,7 @@ class FiniteRange(click.FloatRange):
         return number
 
 
-class Duration(click.ParamType):
+class Duration(click.ParamType):  # type: ignore[type-arg]
     """A time with its unit, such as 90s, 2min or 1h; in seconds."""
 
     name = "time"

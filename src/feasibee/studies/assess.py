@@ -142,14 +142,14 @@ class _Assessing:
         """Return the largest number of robot-steps of each phase."""
         most, own = max(LEAST_RUNS, self.runs), run_work(self.scenario)
         strategies = 2 * len(self.others) * most * own
-        searches = 3 * most_tests(SHORT_REACH * max(self.scenario.most)) * most * own
+        searches = most_tests(SHORT_REACH * max(self.scenario.most)) * most * own
         return {
             "running the swarm": 2 * self.runs * own,
             "comparing changes": 2 * self.runs * sum(map(run_work, self.changed.values())),
             "testing strategies": strategies,
             "comparing strategies": strategies,
             "comparing faults": MOST_FAULTS * self.runs * own,
-            "searching sizes": (1 + SHORT_REACH) * searches,
+            "searching sizes": (SHORT_REACH + 4) * searches,  # robots, and tasks of two swarms on two sides
         }
 
     @cached_property

@@ -450,6 +450,7 @@ class Trials:
         found, workers = [], self.rounds.execution.pool.workers
         for place in range(0, len(group), workers):
             some = group[place : place + workers]
+            self.rounds.place = f"{place + len(some)} of {len(group)}"
             designs = [_design(scenario) for scenario, _ in some]
             first = Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True)
             with suppress(Enough):

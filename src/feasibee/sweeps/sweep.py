@@ -114,6 +114,8 @@ class Rounds:
     """The answer so far, in words, perhaps none; unless it is None, a round may raise `Enough`."""
     stopped = ""
     """Why rounds raise `Enough`: ``"out of time"`` or ``"interrupted"``."""
+    place = ""
+    """How far the phase is, such as ``"14 of 23"``; by default by the points of the round."""
     stops = 0
     """Number of rounds that raised it."""
 
@@ -139,7 +141,7 @@ class Rounds:
 
     @phase.setter
     def phase(self, name: str) -> None:
-        self._phase, self._begun = name, self._past.work
+        self._phase, self._begun, self.place = name, self._past.work, ""
 
     def __enter__(self) -> Self:
         if self.execution.answers:  # between rounds; in a round, its workers count
@@ -220,15 +222,16 @@ class Rounds:
         done = self._past.plus(now)
         later = max(0, (self._most or 0) - done.runs)  # runs, taken to be as long as those so far
         most = done.most + later * done.work // max(1, done.runs)
-        names, several = list(self.phases), f", {now.points_done} of {now.points}" if now.points > 1 else ""
+        names, place = list(self.phases), self.place
+        if now.points > 1 and not place:
+            place = f"{now.points_done} of {now.points}"
         if self.phase in names:
-            place = names.index(self.phase)
             most = max(most, self._begun + self.phases[self.phase])
-            most += sum(self.phases[name] for name in names[place + 1 :])
+            most += sum(self.phases[name] for name in names[names.index(self.phase) + 1 :])
         return Progress(
             **(vars(done) | {"most": most}),
             is_bounded=self._most is not None or self.phase in names,
-            phase=self.phase + several if self.phase else "",
+            phase=", ".join(filter(None, (self.phase, place))) if self.phase else "",
             so_far=self.so_far or "",
             seconds=time.monotonic() - self._started,
             stopping=stopping,
