@@ -156,7 +156,7 @@ def test_words_json_and_a_page_that_begin_with_the_verdict(assessment, tmp_path)
     assert page.count("data:image/png;base64,") == 4
     assert page.count('<th scope="col">right with 50 tasks</th>') == 1
     assert page.count("<img ") == page.count('<img alt="Share of ')
-    assert "seed 2; 30 runs of the swarm" in page
+    assert "30 simulated runs of the swarm, seed 2. Shares have" in page
     assert "http" not in page  # one page by itself
 
 

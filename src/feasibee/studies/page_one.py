@@ -96,7 +96,7 @@ def agreement(found: Calibration | None) -> list[str]:
     if sure is not None:
         agreed = f"Where at least 90 % of the robots agree, {percent(sure)} of the swarms are right."
     interval = f"{score.estimate:.3f} ({score.low:.3f} to {score.high:.3f})"
-    return [f"{agreed} Brier score of the robots' shares: {interval}; 0 is best, 0.25 says nothing."]
+    return [f"{agreed} Brier score of the robots' shares: {interval}; 0 is best, always 1/2 has 0.25."]
 
 
 def evidence(assessment: Assessment) -> list[str]:
@@ -105,7 +105,7 @@ def evidence(assessment: Assessment) -> list[str]:
     scenario, sizing = assessment.scenario, assessment.sizing
     assumed = [] if sizing is None else [f"For numbers of robots and tasks, {sizing.assumption}."]
     return [
-        f"{runs}, seed {assessment.seed}; all intervals are of 95 %.",
+        f"{runs}, seed {assessment.seed}. Shares have 95 % intervals; differences hold together with 95 %.",
         "Sensors, radio and motion are as the scenario says. No experiment with robots is included.",
         *assumed,
         f"feasibee {version('feasibee')}, model {MODEL_VERSION}, scenario {scenario.hash[:12]}.",

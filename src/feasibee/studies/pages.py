@@ -7,7 +7,6 @@ import html
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from typing import Final, NamedTuple
 
@@ -17,7 +16,6 @@ from feasibee.figures.comparison import draw_against_bits, draw_against_time, dr
 from feasibee.figures.sheets import Sheets, sheets
 from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
-from feasibee.model.codes import MODEL_VERSION
 from feasibee.scenario.units import steps_in_words
 from feasibee.studies.comparison import calibration_of, percent, tracking_figures
 from feasibee.studies.page_one import agreement
@@ -77,7 +75,7 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
     body += excluded_as_html(assessment.recommendation.excluded)
     written = html.escape(assessment.scenario.to_toml())
     body += f"<details><summary>Scenario</summary><pre>{written}</pre></details>"
-    foot = f"<code>{html.escape(command)}</code>; {_origin(assessment)}"
+    foot = f"<code>{html.escape(command)}</code>; {datetime.now(UTC):%Y-%m-%d}"
     text = PAGE.replace("{body}", body).replace("{footer}", foot)
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
@@ -88,7 +86,7 @@ def _write_sheets(assessment: Assessment, path: Path, command: str) -> None:
     first, *figures = _figures(assessment)
     brief, details = _parted(assessment)
     excluded = [f"{name}: {why}" for name, why in assessment.recommendation.excluded.items()]
-    with sheets(path, _origin(assessment)) as document:
+    with sheets(path, f"{TITLE}, {datetime.now(UTC):%Y-%m-%d}") as document:
         shape, level, number, rest = _verdict_parts(assessment)
         document.text(TITLE, 13, weight="bold")
         document.text(f"{shape} {level}: {number}", 24, weight="bold")
@@ -212,17 +210,6 @@ def _figure(shown: Shown) -> str:
         f'<figure><div class="wide"><img alt="{alt}" src="data:image/png;base64,{data}"></div>'
         f"<figcaption>{html.escape(shown.title)}</figcaption></figure>"
     )
-
-
-def _origin(assessment: Assessment) -> str:
-    parts = (
-        f"scenario {assessment.scenario.hash[:12]}",
-        f"seed {assessment.seed}",
-        f"{assessment.outcome.runs} runs of the swarm",
-        f"feasibee {version('feasibee')}, model {MODEL_VERSION}",
-        f"{datetime.now(UTC):%Y-%m-%d}",
-    )
-    return "; ".join(parts)
 
 
 TITLE: Final = "Assessment of a swarm"
