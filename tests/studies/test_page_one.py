@@ -93,7 +93,7 @@ def test_the_cheapest_change_is_chosen_that_is_enough_in_both_worlds(assessment)
     assert chosen((1, 0.9), robots=24).startswith("Use 24 robots, 4 more.")
     assert chosen((1, 1), robots=24).startswith("Change this: explorations")
     said = ["None of the strategies and changes that were tried is shown to be enough."]
-    nothing = " ".join(said + assessment.recommendation.probably)
+    nothing = " Of the strategies, ".join(said + assessment.recommendation.probably)
     assert chosen((1, 0.9), (0.95, 1)) == chosen(robots=24, there=0.9) == chosen(robots=20) == nothing
 
 

@@ -37,7 +37,7 @@ def action(assessment: Assessment) -> str:
     if assessment.missing:
         nothing += " Allow more time: not all of them were tried."
     probably = assessment.recommendation.probably
-    return min(changes, key=lambda each: each[0])[1] if changes else " ".join([nothing, *probably])
+    return min(changes, key=lambda each: each[0])[1] if changes else " Of the strategies, ".join([nothing, *probably])
 
 
 def _right(outcome: Outcome) -> str:
