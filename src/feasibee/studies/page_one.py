@@ -37,7 +37,9 @@ def action(assessment: Assessment) -> str:
     if assessment.missing:
         nothing += " Allow more time: not all of them were tried."
     probably = assessment.recommendation.probably
-    return min(changes, key=lambda each: each[0])[1] if changes else " Of the strategies, ".join([nothing, *probably])
+    if not changes:
+        return " Of the strategies, ".join([nothing, *probably])
+    return min(changes, key=lambda each: each[0])[1]
 
 
 def _right(outcome: Outcome) -> str:
