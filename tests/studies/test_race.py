@@ -10,7 +10,7 @@ import pytest
 
 from feasibee import Scenario
 from feasibee.results.statistics import Interval, mean_difference
-from feasibee.studies.comparison import compare, difference
+from feasibee.studies.comparison import difference
 from feasibee.studies.race import AS_IT_IS, MARGIN, Race, is_clear, is_none
 from feasibee.studies.report import _gain
 from feasibee.studies.size import Finding, looks
@@ -70,10 +70,10 @@ def test_all_differences_of_a_report_hold_together():
 
 
 def test_outcomes_of_different_length_are_paired_by_their_first_runs():
-    scenario = Scenario(run={"steps": 60}, decision={"strategy": "average"})
-    (one,) = compare({"one": scenario}, (), 30, 1)
-    (other,) = compare({"other": scenario.replace({"decision.strategy": "dmmd"})}, (), 80, 1)
-    assert difference(one, other) == mean_difference(one.right, other.right[:30])
+    one = SimpleNamespace(shares=np.array([1.0, 0.0] * 15), runs=30)
+    other = SimpleNamespace(shares=np.array([1.0, 0.0] * 15 + [0.0] * 50), runs=80)
+    assert difference(one, other) == mean_difference(one.shares, other.shares[:30])
+    assert difference(other, one).estimate == 0.0
 
 
 @pytest.mark.parametrize(
