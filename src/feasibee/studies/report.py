@@ -429,11 +429,7 @@ def _changes(assessment: Assessment) -> list[str]:
     if not helps:
         lines = ["None of the tried changes is shown to make the swarm right more often."]
     better = _chosen(assessment.better)
-    lines += [_strategy_in_words(trial, assessment.target) for trial in better]
-    return [
-        *lines,
-        f"All differences in this report hold together with a probability of {100 * CONFIDENCE:g} %.",
-    ]
+    return lines + [_strategy_in_words(trial, assessment.target) for trial in better]
 
 
 def _strategy_in_words(trial: Trial, target: float) -> str:
