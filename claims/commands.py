@@ -20,6 +20,8 @@ from claims.book import ROOT, Page
 from claims.values import Record, Table, parse_csv, parse_json
 
 KEPT = ROOT / ".claims"
+CURVE = "calibration.csv"
+"""The points of a figure beside a comparison's table; no claim is about them."""
 
 
 def outcome(page: Page, name: str) -> Any:
@@ -86,6 +88,7 @@ def _parsed(written: dict[str, Any]) -> Any:
     parts = {
         name.partition(".")[0]: parse_csv(text) if name.endswith(".csv") else parse_json(text)
         for name, text in written["files"].items()
+        if name != CURVE
     }
     if written["printed"].startswith(("{", "[")):
         return parse_json(written["printed"])
