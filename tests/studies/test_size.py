@@ -120,6 +120,11 @@ def test_by_default_95_percent_must_be_right_of_up_to_8_times_as_many_robots_as_
     assert few.edge.values == list(range(6, 8 * 6 + 1))
 
 
+def test_numbers_of_robots_that_leave_no_honest_one_are_not_tried(exact):
+    liars = SMALL.replace({"robots.count": 6, "tasks.count": 1, "faults.byzantine": {"count": 2}})
+    assert size(liars).edge.values == list(range(3, 8 * 6 + 1))
+
+
 def test_gaps_within_the_resolution_are_left(exact):
     """Places 0, 1, 3 and 7 are robots 4, 5, 7 and 11; the gap between the last two is half of place 7."""
     found = size(SMALL, rule=Rule(0.95, resolution=0.6))

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, Literal, NamedTuple
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.figures.sizing import Panel
 from feasibee.results.measures import ended_right
 from feasibee.results.statistics import CONFIDENCE, Interval, confidence_sequence
@@ -535,7 +535,8 @@ def _robots(scenario: Scenario, over: str, reach: int) -> tuple[str, list[int]]:
         )
     given = over.partition("=")[2]
     most = reach * max(scenario.robots.count, _places(scenario))
-    path, values = ladder(scenario, over if given else f"{ROBOTS}=1:{most}")
+    least = next(filter(partial(_can_have, scenario), range(max(1, _places(scenario)), most)), 1)
+    path, values = ladder(scenario, over if given else f"{ROBOTS}={least}:{most}")
     feasible = [value for value in values if truth(scenario.replace({ROBOTS: value}))]
     if not feasible:
         raise FeasibeeError(
@@ -543,6 +544,15 @@ def _robots(scenario: Scenario, over: str, reach: int) -> tuple[str, list[int]]:
             f"--over robots.count={_places(scenario)}:{2 * _places(scenario)}"
         )
     return path, feasible
+
+
+def _can_have(scenario: Scenario, robots: int) -> bool:
+    """Whether so many robots are valid: some must work and be honest."""
+    try:
+        scenario.replace({ROBOTS: robots})
+    except ScenarioError:
+        return False
+    return True
 
 
 def _places(scenario: Scenario) -> int:
