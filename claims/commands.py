@@ -21,7 +21,7 @@ from claims.values import Record, Table, parse_csv, parse_json
 
 KEPT = ROOT / ".claims"
 CURVE = "calibration.csv"
-"""The points of a figure beside a comparison's table; no claim is about them."""
+"""The points of a comparison's figure; no claim is about them."""
 
 
 def outcome(page: Page, name: str) -> Any:
