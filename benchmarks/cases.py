@@ -23,6 +23,7 @@ from measure import (
 from rivals import ByHand, brute_force_sample, has_mesa, mesa_sample
 from worlds import (
     BEYOND,
+    HALL,
     PAPER_ROBOTS,
     PAPER_STEPS,
     PAPER_TASKS,
@@ -37,6 +38,9 @@ from worlds import (
 
 import feasibee
 from feasibee.strategies import STRATEGIES
+from feasibee.studies.assess import assess
+from feasibee.studies.report import Assessment
+from feasibee.sweeps.sweep import Execution
 
 LARGE = 10_000
 VAST = 1_000_000
@@ -71,6 +75,8 @@ class Plan:
     thread_sizes: tuple[int, ...] = (20, LARGE, 100_000, VAST)
     memory_robots: int = VAST
     processes: int = 2
+    answer_runs: int = 400
+    """Most runs of a variant in an assessment."""
     rival_robot_steps: int = 10_000
     """Least number of robot-steps of a sample of another program."""
 
@@ -87,6 +93,7 @@ QUICK = Plan(
     thread_sizes=(20, LARGE),
     memory_robots=100_000,
     processes=1,
+    answer_runs=100,
     rival_robot_steps=1000,
 )
 
@@ -290,6 +297,28 @@ def start(plan: Plan) -> list[Row]:
     return sorted(rows, key=lambda row: row.robots or 0)
 
 
+def answers(plan: Plan) -> list[Row]:
+    """Count the robot-steps of two answers, against those of a grid with equal runs of all that they name."""
+    rows = []
+    for name, tables in {"the paper's swarm": {}, "a hall": HALL}.items():
+        swarm, done = feasibee.Scenario.from_tables(tables), []
+        found = assess(swarm, plan.answer_runs, execution=Execution(progress=done.append))
+        row = Row.of(f"assess, {name}", "million robot-steps", [done[-1].work_new / 1e6])
+        grid = _robots_in_grid(found) * plan.answer_runs * swarm.run.steps / 1e6
+        rows.append(row.compared([row.best / grid], "a grid").aiming("ratio", most=0.5))
+    return rows
+
+
+def _robots_in_grid(found: Assessment) -> int:
+    """Return the robots of one run of each variant, and of each number of robots and tasks in a search."""
+    robots = found.scenario.robots.count
+    trials = [found, *found.limits, *found.strategies, *found.faults]
+    variants = sum(1 + (each.opposite is not None) for each in trials)
+    bands = [each for each in (found.sizing and found.sizing.band, found.recommended_band) if each]
+    tasks = sum(len(edge.values) for band in bands for edge in (band.below, band.above))
+    return robots * (variants + tasks) + sum(found.sizing.edge.values if found.sizing else ())
+
+
 CASES: dict[str, Callable[[Plan], list[Row]]] = {
     f"The paper's swarm: 20 robots, {PAPER_TASKS} tasks, {PAPER_STEPS} steps": paper_swarm,
     "Strategies: the paper's swarm; target speeds in millions of robot-steps/s": strategies,
@@ -301,5 +330,6 @@ CASES: dict[str, Callable[[Plan], list[Row]]] = {
     f"Knowledge: as many tasks as robots, {KNOWLEDGE_STEPS} steps": knowledge,
     "Start-up: CPU time of a command, interpreter and 100 runs included": start_up,
     "Memory: peak of a process": memory,
+    "Answers: robot-steps, by equal runs of each variant and size in a grid": answers,
 }
 """The cases by title, in the order of the table."""

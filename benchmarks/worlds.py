@@ -42,6 +42,18 @@ BEYOND: dict[str, Tables] = {
 }
 """What differs from the paper's world, for 20 robots and 20 tasks."""
 
+HALL: Tables = {
+    "units": {"metres": 1.0, "seconds": 0.5},
+    "arena": {"side": [60.0, 25.0], "boundary": "walls"},
+    "robots": {"count": 35, "speed": 0.25, "diameter": 0.4, "avoid_collisions": True},
+    "tasks": {"count": 28},
+    "sensing": {"range": 3.0, "miss": 0.05},
+    "radio": {"range": 6.0, "loss": 0.05},
+    "faults": {"byzantine": 0.03},
+    "run": {"steps": 1200},
+}
+"""A hall with walls, bodies, losses and one liar, about which an engineer asks."""
+
 
 def world(robots: int, tasks: int, changes: Tables | None = None) -> Tables:
     """Return the sections of a world with the paper's space per robot."""
