@@ -91,7 +91,7 @@ def test_the_quick_test_of_collisions_equals_exact_integers(boundary, robots, si
         places = [
             (int(x), int(y)) for x, y in generator.integers(0, (arena.width, arena.height), (robots, 2))
         ]
-        steps = [(int(x), int(y)) for x, y in generator.integers(-reach, reach, (robots, 2))]
+        steps = [(int(x), int(y)) for x, y in generator.integers(-reach // 2, reach // 2, (robots, 2))]
         found, expected = found_and_expected(scenario, places, steps)
         assert found == expected
         seen.add(len(found))

@@ -205,16 +205,19 @@ def test_censored_durations_count_until_they_end(durations, watched, expected):
 def test_the_intervals_over_runs_by_hand(confidence):
     """Of events 0 and 4 in 1 step each, chi-squared is 4, and so the dispersion: 1 event in half a step."""
     z = norm.ppf(0.5 + confidence / 2)
-    wald = z * math.sqrt((2.25 / 5 - 0.5**2) / 5)  # shares 0.5, 0, 1, and the runs added, of 0 and 1
+    weight = max(1, z * z / 4)  # of each of the two runs that are added
+    total = 3 + 2 * weight
+    wald = z * math.sqrt(((1.25 + weight) / total - 0.5**2) / total)  # shares 0.5, 0, 1; and 0 and 1
     assert mean_share([0.5, 0.0, 1.0], confidence) == pytest.approx(
         (0.5, max(0, 0.5 - wald), min(1, 0.5 + wald))
     )
     half = z * math.sqrt(7 / 3)  # of 1, 2 and 6 the variance is 14 / (3 - 1)
     assert mean_of([1, 2, 6], confidence) == pytest.approx((3, 3 - half, 3 + half))
     assert mean_of([1, 3], confidence) == pytest.approx((2, 2 - z, 2 + z))
-    wald = z * math.sqrt((2.75 / 5 - 0.1**2) / 5)  # differences 0.5, 0.5, -0.5; and 1 and -1
+    middle = 0.5 / total
+    wald = z * math.sqrt(((0.75 + 2 * weight) / total - middle**2) / total)  # 0.5, 0.5, -0.5; and 1 and -1
     found = mean_difference([0.75, 1.0, 0.0], [0.25, 0.5, 0.5], confidence)
-    assert found == pytest.approx((0.5 / 3, 0.1 - wald, 0.1 + wald))
+    assert found == pytest.approx((0.5 / 3, middle - wald, middle + wald))
     for events, total, time in (([0, 4], 1, 0.5), ([2, 2], 4, 2)):  # counts that vary less aren't divided
         middle, half = total + z * z / 2, z * math.sqrt(total + z * z / 4)
         expected = total / time, (middle - half) / time, (middle + half) / time

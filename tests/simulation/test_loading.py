@@ -146,9 +146,9 @@ def test_both_engines_and_all_strategies_are_prepared(engine, capsys):
     assert [each.name for each in first] == [FAST, GENERAL, f"{len(STRATEGIES)} built-in strategies"]
     assert not any(each.cached for each in first)
     assert all(each.cached for each in second)
-    loaded = {(strategy.name, fast, few) for strategy, fast, few, _ in loading._loaded}
-    assert loaded >= {("dmmd", fast, few) for fast in (True, False) for few in (True, False)}
-    assert len(loaded) == len(STRATEGIES) + 3
+    loaded = {(strategy.name, fast, words) for strategy, fast, words, _ in loading._loaded}
+    assert loaded >= {("dmmd", fast, words) for fast in (True, False) for words in (0, 1, 2)}
+    assert len(loaded) == len(STRATEGIES) + 5
 
 
 def test_simulating_afterwards_finds_what_was_prepared(capsys):
@@ -174,7 +174,7 @@ def test_an_empty_cache_is_filled_once(tmp_path):
     assert str(tmp_path / "cache") in out
     assert [line.split(",")[0] for line in errors.splitlines()] == [
         f"feasibee: compiling the {name}"
-        for name in (FAST, FAST, GENERAL, GENERAL)  # for few robots, and for more
+        for name in (FAST, FAST, FAST, GENERAL, GENERAL, GENERAL)  # up to 32 robots, to 64, and more
     ]
     out, errors = told("compile")
     assert out.endswith("There was nothing to compile.\n")

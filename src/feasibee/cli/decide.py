@@ -81,6 +81,7 @@ def assess(
         "run.steps": steps,
     }
     scenario = given.read(fields)
+    Runs(runs, seed)  # raises before the work
     folder = outputs.pop("folder", None) or kept_folder(scenario, seed)
     with executing("Assessing", folder, workforce, budget=budget, answers=True) as execution:
         assessment = simulate_all(scenario, runs, seed, execution, right)

@@ -356,8 +356,12 @@ class Lowered(NamedTuple):
     @property
     def form(self) -> tuple[Strategy, bool, int, bool]:
         """What compiled code depends on; see `feasibee.engine.runner.engine_functions`."""
-        words = -(-self.params.robots.count // WORD) if self.params.together else 0
-        return self.strategy, self.fast, words, self.params.changes
+        return self.strategy, self.fast, words_together(self.params.robots.count), self.params.changes
+
+
+def words_together(robots: int) -> int:
+    """Return how many words the sets of robots have that sense together; 0 if they are too many for that."""
+    return -(-robots // WORD) if robots <= FEW else 0
 
 
 def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, threads: int = 1) -> State:

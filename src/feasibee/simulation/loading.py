@@ -16,6 +16,7 @@ from multiprocessing import parent_process
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from feasibee.engine.layout import FEW, WORD, words_together
 from feasibee.files.cache import cache_root, own_folder
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import takes_fast_path
@@ -27,8 +28,6 @@ if TYPE_CHECKING:
 
 FAST: Final = "fast-path engine"
 GENERAL: Final = "general engine"
-FEW: Final = 32
-"""Robots up to which an engine has other code than for more."""
 DURATION: Final = "5 to 20 s of CPU time"
 """Time to compile an engine, measured in docs/decisions/02-two-compiled-steps.md."""
 ENTRIES: Final = ("play", "start", "advance")
@@ -78,8 +77,8 @@ def load_engine(scenario: Scenario) -> bool:
     bool
         Whether everything was on disk or in memory already.
     """
-    engine, few = engine_of(scenario), scenario.most.robots <= FEW
-    form = (scenario.strategy, engine == FAST, few, scenario.dynamic)
+    engine, words = engine_of(scenario), words_together(scenario.most.robots)
+    form = (scenario.strategy, engine == FAST, words, scenario.dynamic)
     if form in _loaded:
         return True  # without the lock: another thread may hold it while it compiles
     own_folder(cache_root())  # an error of it needs no engine
@@ -100,9 +99,10 @@ def prepare_engines(files: Sequence[Path] = ()) -> Iterator[Prepared]:
         parts = {str(file): [_scenario_of(file)] for file in files}
     else:
         parts = {
-            FAST: [Scenario(robots={"count": count}) for count in (FEW, FEW + 1)],
+            FAST: [Scenario(robots={"count": count}) for count in (WORD, FEW, FEW + 1)],
             GENERAL: [
-                Scenario(arena={"boundary": "walls"}, robots={"count": count}) for count in (FEW, FEW + 1)
+                Scenario(arena={"boundary": "walls"}, robots={"count": count})
+                for count in (WORD, FEW, FEW + 1)
             ],
             f"{len(STRATEGIES)} built-in strategies": [_with_strategy(name) for name in STRATEGIES],
         }
