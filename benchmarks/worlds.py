@@ -52,7 +52,7 @@ HALL: Tables = {
     "faults": {"byzantine": 0.03},
     "run": {"steps": 1200},
 }
-"""A hall with walls, bodies, losses and one liar, about which an engineer asks."""
+"""A hall with walls, bodies, lost messages and a Byzantine robot, about which an engineer asks."""
 
 
 def world(robots: int, tasks: int, changes: Tables | None = None) -> Tables:

@@ -73,15 +73,9 @@ def assess(
     from feasibee.studies.report import sections
     from feasibee.sweeps.kept import kept_folder
 
-    fields = {
-        "robots.count": robots,
-        "tasks.count": tasks,
-        "arena.side": arena,
-        "sensing.range": reach,
-        "run.steps": steps,
-    }
-    scenario = given.read(fields)
     Runs(runs, seed)  # raises before the work
+    short = {"robots.count": robots, "tasks.count": tasks, "arena.side": arena, "sensing.range": reach}
+    scenario = given.read({**short, "run.steps": steps})
     folder = outputs.pop("folder", None) or kept_folder(scenario, seed)
     with executing("Assessing", folder, workforce, budget=budget, answers=True) as execution:
         assessment = simulate_all(scenario, runs, seed, execution, right)

@@ -55,7 +55,7 @@ class Prepared(NamedTuple):
 
 
 _loading = threading.Lock()  # a second thread finds what the first has compiled
-_loaded: set[tuple[Strategy, bool, bool, bool]] = set()
+_loaded: set[tuple[Strategy, bool, int, bool]] = set()
 _current: Compilation | None = None
 
 
