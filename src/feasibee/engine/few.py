@@ -366,11 +366,17 @@ def word_of(both, w):
 
 
 @inlined
+def widened(word, w):
+    """Return the set of up to 64 robots of one word."""
+    return uint64(word) << uint64(WORD * w)
+
+
+@inlined
 def both_of(words, part):
     """Return the words of a set of up to 64 robots as one."""
     both = uint64(0)
     for w in range(part.first, part.last):
-        both |= uint64(words[w]) << uint64(WORD * w)
+        both |= widened(words[w], w)
     return both
 
 
@@ -387,10 +393,7 @@ def find_standing(params, state, part):
     if params.robots.deflects and blocked:
         for w in range(part.first, part.last):
             wall_left, wall_right = find_walls_beside(params, robots, w)
-            left, right = (
-                left | uint64(wall_left) << uint64(WORD * w),
-                right | uint64(wall_right) << uint64(WORD * w),
-            )
+            left, right = left | widened(wall_left, w), right | widened(wall_right, w)
         blocked = deflect_few(params, robots, pairs, listed, blocked, uint64(right | ~left), part)
     return blocked
 
@@ -400,7 +403,7 @@ def find_all_beyond(params, robots, part):
     """Return the set of robots whose step leads beyond a wall."""
     beyond = uint64(0)
     for w in range(part.first, part.last):
-        beyond |= uint64(find_beyond_walls(params, robots, w)) << uint64(WORD * w)
+        beyond |= widened(find_beyond_walls(params, robots, w), w)
     return beyond
 
 
