@@ -15,9 +15,8 @@ from feasibee.figures.sheets import HEIGHT, MARGIN, WIDTH, sheets
 from feasibee.results.statistics import Interval, wilson
 from feasibee.studies.assess import _Assessing, assess
 from feasibee.studies.comparison import compare, wait_for, wait_interval
-from feasibee.studies.page_one import action
 from feasibee.studies.pages import FIRST, write_report
-from feasibee.studies.report import cells_of, sections
+from feasibee.studies.report import action, cells_of, sections
 from feasibee.sweeps.sweep import Rounds
 
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})

@@ -18,11 +18,11 @@ from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
 from feasibee.scenario.units import steps_in_words
 from feasibee.studies.comparison import calibration_of, percent, tracking_figures
-from feasibee.studies.page_one import agreement
 from feasibee.studies.report import (
     SIGNS,
     Assessment,
     Trial,
+    agreement,
     cells_of,
     excluded_as_html,
     section_as_html,

@@ -417,7 +417,7 @@ class Trials:
     """Whether the answer so far is that of these tests, and not of a study around them."""
 
     def announce(self, world: Scenario, looser: int) -> None:
-        """Say how many robot-steps there may be, also in so many worlds of looser constraints."""
+        """Set the most robot-steps of the tests in a world, and in ``looser`` worlds without constraints."""
         if self.tells:
             most = self.tests * self.rule.most * run_work(world)
             self.rounds.phases = {"testing strategies": most, WITHOUT: looser * most}
