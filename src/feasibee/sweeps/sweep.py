@@ -111,9 +111,9 @@ class Rounds:
     """
 
     so_far: str | None = None
-    """The answer so far, in words, perhaps none; unless it is None, a round may raise `Enough`."""
+    """The answer so far, in words, perhaps none; unless it is None, a round may raise ``Enough``."""
     stopped = ""
-    """Why rounds raise `Enough`: ``"out of time"`` or ``"interrupted"``."""
+    """Why rounds raise ``Enough``: ``"out of time"`` or ``"interrupted"``."""
     place = ""
     """How far the phase is, such as ``"14 of 23"``; by default by the points of the round."""
     stops = 0
