@@ -9,6 +9,7 @@ from numba import types
 from feasibee import Scenario
 from feasibee.engine import few, sensing, starting
 from feasibee.engine.compile import entry
+from feasibee.engine.intrinsics import find_near
 from feasibee.engine.layout import Link, Point, Robot, empty_state, first_room
 from feasibee.engine.params import packed
 from feasibee.engine.signatures import PARAMS, PART, STATE
@@ -60,8 +61,13 @@ def find(params, state, part):
 
 @entry(types.boolean(PARAMS, STATE))
 def is_sure(params, state):
-    robots, sight, band = state.robots, state.links[Link.SIGHT], params.sensing.band
-    return few.find_roughly(params, robots, sight, band.low, band.width, sight.shape[0])
+    xs, ys, sight, band = (
+        state.robots[Robot.X],
+        state.robots[Robot.Y],
+        state.links[Link.SIGHT, 0],
+        params.sensing.band,
+    )
+    return find_near(xs, ys, sight, 0, 0, params.robots.count, band.low, band.width)
 
 
 @entry(types.void(PARAMS, STATE))
@@ -79,7 +85,7 @@ WORLDS = [
     {"tasks.count": 300, "robots.count": 32},
     {"tasks.count": 100, "robots.count": 32, "sensing.range": 4.9},
     {"tasks.count": 100, "robots.count": 33},
-    {"tasks.count": 100, "robots.count": 64, "sensing.range": 4.9},
+    {"tasks.count": 200, "robots.count": 128, "sensing.range": 4.9},
     {"tasks.count": 100, "robots.count": 31, "sensing.range": 5.1},  # fewer than four cells a side: no lists
     {"tasks.count": 40, "robots.count": 6, "sensing.range": 10.0},
     {"tasks.count": 2000, "sensing.range": 0.01, "arena.side": 1000.0},  # about one unit of 16 bits

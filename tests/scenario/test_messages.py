@@ -11,7 +11,7 @@ from feasibee import Scenario
 from feasibee.engine.compile import reads_only
 from feasibee.strategies import census, estimate, quiet_census, sketch, tally
 
-LARGE = Scenario(robots={"count": 70}, tasks={"count": 71}, arena={"side": 30.0}, run={"steps": 60})
+LARGE = Scenario(robots={"count": 130}, tasks={"count": 131}, arena={"side": 40.0}, run={"steps": 60})
 FIELDS = ("id", "kind", "hash", "setting")
 
 

@@ -41,7 +41,7 @@ def random_crowd(generator):
     boundary = generator.choice(["torus", "walls"])
     diameter = generator.uniform(0.1, 0.24) * min(sides)
     most = (min(sides) / 2 - diameter) / 2 if boundary == "torus" else min(sides) / 2
-    count = min(robots_for(generator.uniform(0.05, 0.6), sides, diameter), 70)
+    count = min(robots_for(generator.uniform(0.05, 0.6), sides, diameter), 140)
     placement = generator.choice(["uniform", "clusters"])
     return crowd(
         [float(side) for side in sides],

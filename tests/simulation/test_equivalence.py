@@ -107,7 +107,7 @@ def ids():
 @st.composite
 def scenarios(draw):
     side = draw(st.floats(2, 40))
-    robots = draw(st.one_of(st.integers(1, 34), st.integers(60, 70)))
+    robots = draw(st.one_of(st.integers(1, 34), st.integers(1, 34), st.sampled_from([40, 70, 129])))
     reach = st.floats(0.01, 0.5).map(lambda share: share * side)
     decision = draw(deciding(15, 30))
     return Scenario(
@@ -311,10 +311,10 @@ def test_engine_equals_reference_in_worlds_that_change(scenario, seed, first_run
 @pytest.mark.parametrize("listen", ["always", "dissemination"])
 @pytest.mark.parametrize("inbox", ["latest-per-robot", "every-message"])
 def test_engine_equals_reference_in_a_crowd_where_inbox_tables_grow(listen, inbox):
-    """70 robots that all hear each other for long fill tables of 64 slots."""
+    """130 robots that all hear each other for long fill tables of 64 slots."""
     scenario = Scenario(
-        arena={"side": 4.0},
-        robots={"count": 70},
+        arena={"side": 5.5},
+        robots={"count": 130},
         tasks={"count": 50},
         decision={"gain": 60.0, "listen": listen, "inbox": inbox},
         run={"steps": 100},
@@ -362,6 +362,7 @@ BEYOND = {
     "the paper's": CROWDED,
     "the paper's, of forty": {**CROWDED, "robots.count": 40},
     "the paper's, of seventy": {**CROWDED, "robots.count": 70},
+    "the paper's, of 130": {**CROWDED, "robots.count": 130},
     "walls and collisions": {
         "arena.side": [8.0, 12.0],
         "arena.boundary": "walls",
@@ -378,21 +379,21 @@ BEYOND = {
         "faults.stopped": 0.2,
         "faults.stop_step": 9,
     },
-    "forty that deflect, miss, lose and lie": {
-        "arena.side": [9.0, 11.0],
+    "eighty that deflect, miss, lose and lie": {
+        "arena.side": [13.0, 16.0],
         "sensing.miss": 0.2,
         "sensing.count_self": True,
         "radio.range": 3.0,
         "radio.loss": 0.2,
         "faults.byzantine": 0.2,
-        "robots.count": 40,
+        "robots.count": 80,
         "robots.avoid_collisions": True,
         "robots.contact": "deflect",
         "robots.speed": 0.4,
     },
     "many that deflect": {
-        "arena.side": [12.0, 14.0],
-        "robots.count": 80,
+        "arena.side": [15.0, 18.0],
+        "robots.count": 130,
         "robots.avoid_collisions": True,
         "robots.contact": "deflect",
         "robots.speed": 0.4,
@@ -450,7 +451,7 @@ BY_VOTES = {"decision.declare": {"quorum": 0.6, "rounds": 2, "heard": 2}}
 WORLDS = {
     "twenty": {},
     "forty": {"robots.count": 40},
-    "seventy": {"robots.count": 70, "arena.side": 18.0},
+    "a hundred and thirty": {"robots.count": 130, "arena.side": 24.0, "run.steps": 25},
     "all that can go wrong": {
         "arena.boundary": "walls",
         "robots.avoid_collisions": True,
@@ -498,7 +499,7 @@ WORLDS = {
 }
 SLOW_WORLDS = (
     "forty",
-    "seventy",
+    "a hundred and thirty",
     "liars that say feasible, and few ids",
     "declaring by votes",
     "colluders that invent robots",
@@ -611,7 +612,12 @@ CHANGING = {
 CHANGING_WORLDS = {
     "twenty": {},
     "forty that collide": {"robots.count": 40, "arena.boundary": "walls", "robots.avoid_collisions": True},
-    "seventy that collide": {"robots.count": 70, "arena.boundary": "walls", "robots.avoid_collisions": True},
+    "130 that collide": {
+        "robots.count": 130,
+        "arena.side": 18.0,
+        "arena.boundary": "walls",
+        "robots.avoid_collisions": True,
+    },
     "twenty that deflect": {"arena.side": 8.0, "robots.avoid_collisions": True, "robots.contact": "deflect"},
     "faults": {
         "faults.byzantine": 0.2,

@@ -158,7 +158,7 @@ def test_a_swarm_tells_of_its_robots_in_the_order_of_their_numbers():
     assert swarm.opinions.sum() == swarm.feasible_count
 
 
-@pytest.mark.parametrize("robots", [70, 1100])
+@pytest.mark.parametrize("robots", [130, 1100])
 def test_a_run_without_room_for_its_inboxes_is_played_again(robots, monkeypatch):
     scenario = scenario_of("dense", robots, 60).replace({"decision.strategy": "average"})
     expected = digest(simulate_record(scenario, Runs(2, 3), curves=True))

@@ -1,6 +1,6 @@
 """Bodies: robots that go where their way is clear of walls and discs, word by word (model.md 6.1, 6.2).
 
-The robots near those of a word are queued, and all of these pairs tested together. Up to 64 robots need
+The robots near those of a word are queued, and all of these pairs tested together. Up to 128 robots need
 fewer pairs: see `feasibee.engine.few`.
 """
 

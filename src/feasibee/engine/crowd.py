@@ -1,4 +1,4 @@
-"""Swarms of more than 64 robots: sorted in space, sight and radio through cells.
+"""Swarms of more than 128 robots: sorted in space, sight and radio through cells.
 
 Robots that meet should lie close together in memory. So the state is sorted by tiles of cells, in rows.
 Between two sorts robots move only a few cells. Place i of the arrays then holds another robot than number i:

@@ -11,7 +11,7 @@ from feasibee.engine.compile import entry, inlined, rebound
 from feasibee.engine.layout import Clock, Share
 from feasibee.engine.opinions import count_opinions, may_declare, sum_counts
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
-from feasibee.engine.team import alone, alone_with_two, comes_last, let_go, total, wait_for_all
+from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.outcomes import (
     DECLARE_STEP,
@@ -131,7 +131,7 @@ def abandon():
 def world_functions(fast, words):
     """Compile the start and the steps of a run: on the fast path or not, for few robots or for more.
 
-    ``words`` is how many words the sets of few robots have; 0 for more robots.
+    ``words`` is 1 or 2 for few robots, in one word or more, and 0 for more robots.
     """
     if words == 0:
         abandon()
@@ -140,6 +140,6 @@ def world_functions(fast, words):
         if fast
         else (step.advance_general_few, step.advance_general_crowd)
     )
-    one, part = [(crowd, shared), (few, alone), (few, alone_with_two)][words]
+    one, part = [(crowd, shared), (few, alone), (few, shared)][words]
     together = rebound(advance, f"{one.__name__}_{words}", one_step=one, of_thread=part)
     return entry(START)(step.start_fast if fast else step.start_general), entry(ADVANCE)(together)

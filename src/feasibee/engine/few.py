@@ -1,4 +1,4 @@
-"""Sight, radio, walls and collisions of up to 64 robots at once, in sets of one word or two.
+"""Sight, radio, walls and collisions of up to 128 robots at once, a pair of words of them after the other.
 
 Places are compared in 16 bits first, and exactly where these leave a range in doubt. Larger swarms sense
 robot by robot: see `feasibee.engine.sensing`. What takes the state is inlined, since passing it 20 times a
@@ -25,7 +25,7 @@ from feasibee.engine.bodies import (
 )
 from feasibee.engine.cells import near
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.draws import draw
+from feasibee.engine.draws import draw, rounds
 from feasibee.engine.inbox import receive, receive_together
 from feasibee.engine.intrinsics import (
     bit,
@@ -43,9 +43,10 @@ from feasibee.engine.intrinsics import (
     without_lowest,
 )
 from feasibee.engine.knowledge import defer_all, publish, update_pending
-from feasibee.engine.layout import WORD, Clock, Count, Heard, Link, Point, Robot, Set, Share
+from feasibee.engine.layout import HEARD_ROOM, WORD, Clock, Count, Heard, Link, Point, Robot, Set, Share
 from feasibee.engine.motion import move_freely
 from feasibee.engine.params import ALWAYS, Action
+from feasibee.engine.queues import store_members
 from feasibee.engine.sensing import (
     count_all_false_sightings,
     count_listed,
@@ -113,14 +114,9 @@ def count_in_sight(params, state, part, w, looking):
 @inlined
 def find_sight(params, state, reach, part):
     """Store the set of robots within a range of each robot; ``reach`` has its limit and band."""
-    sight = state.links[Link.SIGHT]
-    sure = params.arena.wraps and find_roughly(
-        params, state.robots, sight, reach.band.low, reach.band.width, part.last
-    )
-    if not sure:
-        find_exactly(params, state.robots, sight, reach.limit)
+    find_all_near(params, state.robots, state.links[Link.SIGHT], reach.limit, reach.band, part.last)
     if params.changes:
-        keep_only(sight, state.sets[Set.THERE], part)
+        keep_only(state.links[Link.SIGHT], state.sets[Set.THERE], part)
 
 
 @inlined
@@ -132,26 +128,27 @@ def keep_only(links, there, part):
 
 
 @called
-def find_roughly(params, robots, sight, low, width, words):
-    """Store who is near each robot by 16 bits of each coordinate; return whether all are sure."""
-    xs, ys, sure = robots[Robot.X], robots[Robot.Y], True
+def find_all_near(params, robots, sight, limit, band, words):
+    """Store who is near each robot, by 16 bits of each coordinate where these leave none in doubt."""
+    xs, ys = robots[Robot.X], robots[Robot.Y]
     for other in range(words):
-        count = min(params.robots.count - WORD * other, WORD)
+        first, count = WORD * other, min(params.robots.count - WORD * other, WORD)
         for w in range(words):
-            sure &= find_near(xs, ys, sight[other], WORD * w, WORD * other, count, low, width)
-    return sure
+            sure = params.arena.wraps and find_near(
+                xs, ys, sight[other], WORD * w, first, count, band.low, band.width
+            )
+            if not sure:
+                find_near_exactly(params, robots, sight[other], w, other, limit)
 
 
 @called
-def find_exactly(params, robots, sight, limit):
-    """Store who is near each robot, also where 16 bits leave it in doubt: in 1 of 100 steps of 20 robots."""
-    count = params.robots.count
-    for other in range(sight.shape[0]):
-        first = WORD * other
-        for i in range(count):
-            x, y = robots[Robot.X, i], robots[Robot.Y, i]
-            close = near(params, robots, first, min(first + WORD, count), x, y, limit)
-            sight[other, i] = close & ~bit_if(i >> 5 == other, i)
+def find_near_exactly(params, robots, sight, w, other, limit):
+    """Store which robots of one word are near each of another: in 1 of 100 steps of 20 robots."""
+    first, count = WORD * other, params.robots.count
+    for i in range(WORD * w, min(WORD * w + WORD, count)):
+        x, y = robots[Robot.X, i], robots[Robot.Y, i]
+        close = near(params, robots, first, min(first + WORD, count), x, y, limit)
+        sight[i] = close & ~bit_if(w == other, i)
 
 
 @spliced
@@ -159,7 +156,11 @@ def observe_few(params, state, functions, part):
     """Observe the robots and tasks in sight of the exploring robots (model.md 6.3)."""
     find_sight(params, state, params.sensing, part)
     for w in range(part.first, part.last):
-        looking = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
+        state.sets[Set.LOOKING, w] = ~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w]
+    if not params.sensing.counts_all:
+        drop_unlucky(params, state, part, state.sets[Set.LOOKING], MISS_ROBOT, state.clock[Clock.MISS])
+    for w in range(part.first, part.last):
+        looking = state.sets[Set.LOOKING, w]
         if params.sensing.counts_all:
             count_in_sight(params, state, part, w, looking)
         while looking:
@@ -180,8 +181,7 @@ def observe_neighbours(params, state, functions, part, i):
     """Observe the robots in sight of a robot."""
     for other in range(part.first, part.last):
         first = WORD * other
-        sight = state.links[Link.SIGHT, other, i]
-        seen = not_missed(params, state, i, sight, int64(MISS_ROBOT + PAIR * first))
+        seen = state.links[Link.SIGHT, other, i]
         if params.sensing.count_self == 1:
             seen |= bit_if(i >> 5 == other, i)
         seen = new_ones(params, state, i, other, seen)
@@ -201,7 +201,7 @@ def observe_numbered(params, state, functions, part, i):
         if params.sensing.counts_all:
             total += popcount(seen)
             continue
-        seen = not_missed(params, state, i, seen, int64(MISS_TASK + PAIR * WORD * w))
+        seen = not_missed(params, state, i, seen, w)
         seen = new_ones(params, state, i, part.last + w, seen)
         if params.sensing.only_counts:
             total += popcount(seen)
@@ -247,13 +247,16 @@ def tasks_near(params, state, w, x, y):
 
 
 @inlined
-def not_missed(params, state, i, things, purpose):
-    """Return the set of things in sight that a robot doesn't miss; ``purpose`` is that of the first thing."""
-    miss = state.clock[Clock.MISS]
-    if miss == 0:
-        return things
-    run, now = state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
-    return without_unlucky(params, run, now, i, things, purpose, uint64(miss))
+def not_missed(params, state, i, tasks, w):
+    """Return which of the tasks of a word that are in sight a robot doesn't miss."""
+    miss, run, now = uint64(state.clock[Clock.MISS]), state.clock[Clock.RUN], state.clock[Clock.STEP] + 1
+    left = tasks if miss > 0 else uint32(0)
+    while left:
+        task = lowest_member(w, left)
+        if uint64(draw(params, run, i, now, int64(MISS_TASK + PAIR * task))) < miss:
+            tasks &= ~bit(task)
+        left = without_lowest(left)
+    return tasks
 
 
 @inlined
@@ -266,17 +269,35 @@ def new_ones(params, state, i, w, things):
     return uint32(things & ~remembered)
 
 
+@inlined
+def drop_unlucky(params, state, part, asked, purpose, probability):
+    """Leave those out of the sets of the robots of ``asked`` to which an event happens in this step."""
+    if probability == 0:
+        return
+    links, pairs, listed = state.links[Link.SIGHT], state.heard[part.thread], int64(0)
+    for other in range(part.first, part.last):
+        for i in range(params.robots.count):
+            members = links[other, i] & -uint32(contains(asked, i))
+            listed += store_members(
+                pairs[Heard.RECEIVER], pairs[Heard.SENDER], listed, int32(i), members, int32(WORD * other)
+            )
+            if listed > HEARD_ROOM:
+                drop_listed(params, state.clock, links, pairs, listed, purpose, uint64(probability))
+                listed = int64(0)
+    drop_listed(params, state.clock, links, pairs, listed, purpose, uint64(probability))
+
+
 @called
-def without_unlucky(params, run, now, i, others, purpose, probability):
-    """Return a set without those for which an event happens to a robot in this step."""
-    left = others
-    while left:
-        other = lowest(left)
-        word = draw(params, run, i, now, purpose + PAIR * other)
-        if uint64(word) < probability:
-            others &= ~bit(other)
-        left = without_lowest(left)
-    return others
+def drop_listed(params, clock, links, pairs, listed, purpose, probability):
+    """Leave the second of a listed pair out of the first one's set if the event happens to it."""
+    run, now, low, high = clock[Clock.RUN], clock[Clock.STEP] + 1, params.seed.low, params.seed.high
+    who, others, unlucky = pairs[Heard.RECEIVER], pairs[Heard.SENDER], pairs[Heard.UNLUCKY]
+    for k in range(listed):
+        word = rounds(now, who[k], run, purpose + PAIR * others[k], low, high)[0]
+        unlucky[k] = uint64(word) < probability
+    for k in range(listed):
+        if unlucky[k]:
+            links[others[k] >> 5, who[k]] &= ~bit(others[k])
 
 
 @spliced
@@ -287,10 +308,11 @@ def hear_few(params, state, functions, part):
         anyone |= state.sets[Set.SPEAKING, w]
     if anyone == 0:
         return
-    if params.radio.limit != params.sensing.limit:
+    if params.radio.limit != params.sensing.limit or state.clock[Clock.MISS] > 0:
         find_sight(params, state, params.radio, part)
     for other in range(part.first, part.last):
         find_heard(params, state, part, other)
+    drop_unlucky(params, state, part, state.sets[Set.LISTENING], LOSS, state.clock[Clock.LOSS])
     if params.strategy.knowledge.enabled:
         for i in range(params.robots.count):
             for other in range(part.first, part.last):
@@ -302,20 +324,11 @@ def hear_few(params, state, functions, part):
 
 @inlined
 def find_heard(params, state, part, other):
-    """Keep those robots of a word in each robot's sight that it hears."""
+    """Keep those robots of a word in each robot's sight that it hears, unless a message is lost."""
     heard, listening = state.links[Link.SIGHT, other], state.sets[Set.LISTENING]
     speaking = state.sets[Set.SPEAKING, other]
     for i in range(WORD * part.last):
         heard[i] &= speaking & -uint32(contains(listening, i))
-    loss = uint64(state.clock[Clock.LOSS])
-    if loss > 0:
-        run, now, purpose = (
-            state.clock[Clock.RUN],
-            state.clock[Clock.STEP] + 1,
-            int64(LOSS + PAIR * WORD * other),
-        )
-        for i in range(params.robots.count):
-            heard[i] = without_unlucky(params, run, now, int64(i), heard[i], purpose, loss)
 
 
 @inlined
@@ -350,61 +363,32 @@ def sent_opinions(state, w):
 @spliced
 def move_few(params, state, part):
     """Move each robot whose way is clear; the others stay and will turn (model.md 6.1, 6.2)."""
-    standing = find_standing(params, state, part)
-    for w in range(part.first, part.last):
-        state.sets[Set.BLOCKED, w] = word_of(standing, w)
-    if standing == 0 and params.arena.wraps:
-        move_freely(state, part)
+    if find_standing(params, state, part) or not params.arena.wraps:
+        move_unless(params, state.robots, state.sets[Set.BLOCKED])
     else:
-        move_unless(params, state.robots, standing)
-
-
-@inlined
-def word_of(both, w):
-    """Return one word of a set of up to 64 robots."""
-    return uint32(both >> uint64(WORD * w))
-
-
-@inlined
-def widened(word, w):
-    """Return the set of up to 64 robots of one word."""
-    return uint64(word) << uint64(WORD * w)
-
-
-@inlined
-def both_of(words, part):
-    """Return the words of a set of up to 64 robots as one."""
-    both = uint64(0)
-    for w in range(part.first, part.last):
-        both |= widened(words[w], w)
-    return both
+        move_freely(state, part)
 
 
 @spliced
 def find_standing(params, state, part):
-    """Return the set of robots that stand in this step. The steps of others may turn."""
-    robots, pairs, listed = state.robots, state.heard[part.thread], int64(0)
+    """Find the robots that stand in this step; return whether there are any. The steps of others may turn."""
+    robots, sets, pairs, listed = state.robots, state.sets, state.heard[part.thread], int64(0)
     if params.robots.avoid_collisions:
-        listed = list_pairs(params, robots, state.links[Link.CLOSE], state.sets[Set.THERE], pairs, part)
-    blocked, left, right = find_meeting(params, robots, pairs, listed, ~uint64(0))
-    blocked = uint64(
-        (blocked | find_all_beyond(params, robots, part)) & both_of(state.sets[Set.WORKING], part)
-    )
-    if params.robots.deflects and blocked:
+        listed = list_pairs(params, robots, state.links[Link.CLOSE], sets[Set.THERE], pairs, part)
+    find_meeting(params, robots, sets, pairs, listed, True)
+    some = uint32(0)
+    for w in range(part.first, part.last):
+        blocked = uint32(sets[Set.MET, w] | find_beyond_walls(params, robots, w)) & sets[Set.WORKING, w]
+        sets[Set.BLOCKED, w] = blocked
+        some |= blocked
+    if params.robots.deflects and some:
         for w in range(part.first, part.last):
             wall_left, wall_right = find_walls_beside(params, robots, w)
-            left, right = left | widened(wall_left, w), right | widened(wall_right, w)
-        blocked = deflect_few(params, robots, pairs, listed, blocked, uint64(right | ~left), part)
-    return blocked
-
-
-@inlined
-def find_all_beyond(params, robots, part):
-    """Return the set of robots whose step leads beyond a wall."""
-    beyond = uint64(0)
-    for w in range(part.first, part.last):
-        beyond |= widened(find_beyond_walls(params, robots, w), w)
-    return beyond
+            sets[Set.TURNING_LEFT, w] = (
+                sets[Set.MET_RIGHT, w] | wall_right | ~(sets[Set.MET_LEFT, w] | wall_left)
+            )
+        some = deflect_few(params, robots, sets, pairs, listed, part)
+    return some != 0
 
 
 @called
@@ -413,22 +397,22 @@ def move_unless(params, robots, blocked):
     xs, ys = robots[Robot.X], robots[Robot.Y]
     steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
     wraps, width, height = params.arena.wraps, params.arena.width, params.arena.height
-    for i in range(xs.size):
-        moves = -int32(is_among(~blocked, i))
-        step_x, step_y = steps_x[i] & moves, steps_y[i] & moves
-        x, y = int64(uint32(xs[i])) + int64(step_x), int64(uint32(ys[i])) + int64(step_y)
-        xs[i] = int32(uint32(x if wraps else around(x, width)))
-        ys[i] = int32(uint32(y if wraps else around(y, height)))
+    for w in range(blocked.size):
+        base, stays = uint64(WORD * w), blocked[w]
+        for k in range(32):
+            i = uint64(base + k)
+            moves = int32(has_bit(stays, k)) - int32(1)
+            step_x, step_y = steps_x[i] & moves, steps_y[i] & moves
+            x, y = int64(uint32(xs[i])) + int64(step_x), int64(uint32(ys[i])) + int64(step_y)
+            xs[i] = int32(uint32(x if wraps else around(x, width)))
+            ys[i] = int32(uint32(y if wraps else around(y, height)))
 
 
 @spliced
 def list_pairs(params, robots, close_by, there, pairs, part):
     """List the pairs of robots that are there and may meet within a step; return their number."""
-    band, listed = params.robots.meet_band, int64(0)
-    if params.arena.wraps and band.low > 0:  # some that are too far do no harm
-        find_roughly(params, robots, close_by, uint32(band.low + band.width), uint32(0), part.last)
-    else:
-        find_exactly(params, robots, close_by, params.robots.meet_limit)
+    listed, limit, band = int64(0), params.robots.meet_limit, params.robots.meet_band
+    find_all_near(params, robots, close_by, limit, band, part.last)
     if params.changes:
         keep_only(close_by, there, part)
     for other in range(part.first, part.last):
@@ -464,23 +448,22 @@ def keep_pairs(pairs, listed, members):
     for k in range(listed):
         i, j = firsts[k], seconds[k]
         firsts[kept], seconds[kept] = i, j
-        kept += int64(is_among(members, i) | is_among(members, j))
+        kept += int64(contains(members, i) | contains(members, j))
     repeat_last(firsts, seconds, kept)
     return kept
 
 
 @called
-def find_meeting(params, robots, pairs, listed, staying):
-    """Return which robots of listed pairs meet the other, and which of these have it on the left and right.
+def find_meeting(params, robots, sets, pairs, listed, at_first):
+    """Find which robots of listed pairs meet the other, and which of these have it on the left and right.
 
-    The other one moves, or may stay if it is a member of ``staying``. A stopped robot has step 0. Without a
-    branch, so that LLVM vectorizes the loop, unless floats leave a pair in doubt.
+    The other one moves, or may stay: ``at_first`` any, later the blocked ones. A stopped robot has step 0.
+    Without a branch, so that LLVM vectorizes the loop, unless floats leave a pair in doubt.
     """
     xs, ys, us, vs = robots[Robot.X], robots[Robot.Y], robots[Robot.STEP_X], robots[Robot.STEP_Y]
-    firsts, seconds = pairs[Heard.RECEIVER], pairs[Heard.SENDER]
-    arena, limit = params.arena, int64(params.robots.apart_limit)
-    walls, width, height = arena.walls, arena.width, arena.height
-    found, left, right, doubtful = uint64(0), uint64(0), uint64(0), False
+    firsts, seconds, meetings = pairs[Heard.RECEIVER], pairs[Heard.SENDER], pairs[Heard.MEETING]
+    arena, limit, staying = params.arena, int64(params.robots.apart_limit), sets[Set.BLOCKED]
+    walls, width, height, doubtful = arena.walls, arena.width, arena.height, False
     for k in range((listed + TOGETHER - 1) & -TOGETHER):
         i, j = uint64(uint32(firsts[k])), uint64(uint32(seconds[k]))
         way_x = short_way(xs[i], xs[j], width, walls)
@@ -496,55 +479,63 @@ def find_meeting(params, robots, pairs, listed, staying):
         meets_both, sure = meets(limit, apart, along_i + along_j, across_i + across_j, length)
         # Opposite to each other on the torus, both take the way round in the same direction.
         doubtful |= (2 * abs(way_x) == width) | (2 * abs(way_y) == height) | (not (sure & sure_i & sure_j))
-        meets_i = meets_both | (meets_i & is_among(staying, j))
-        meets_j = meets_both | (meets_j & is_among(staying, i))
-        found |= only_if(meets_i, i) | only_if(meets_j, j)
-        left |= only_if(meets_i & (across_i > 0), i) | only_if(meets_j & (across_j > 0), j)
-        right |= only_if(meets_i & (across_i < 0), i) | only_if(meets_j & (across_j < 0), j)
+        meets_i = meets_both | (meets_i & (at_first | has_bit(staying[j >> uint64(5)], j)))
+        meets_j = meets_both | (meets_j & (at_first | has_bit(staying[i >> uint64(5)], i)))
+        meetings[k] = meeting_of(meets_i, across_i) | meeting_of(meets_j, across_j) << 3
     if doubtful:
-        return find_meeting_exactly(params, robots, pairs, listed, staying)
-    return found, left, right
+        find_meeting_exactly(params, robots, staying, pairs, listed, at_first)
+    collect_meetings(sets, pairs, listed)
+
+
+@inlined
+def meeting_of(met, side):
+    """Return in three bits whether a robot meets another, has it on its left, and on its right."""
+    return int32(met) | int32(met & (side > 0)) << 1 | int32(met & (side < 0)) << 2
 
 
 @called
-def find_meeting_exactly(params, robots, pairs, listed, staying):
-    """Return what `find_meeting` returns, by exact arithmetic."""
-    found, left, right = uint64(0), uint64(0), uint64(0)
-    for k in range(2 * listed):
-        own, other = (Heard.RECEIVER, Heard.SENDER) if k & 1 else (Heard.SENDER, Heard.RECEIVER)
-        i, j = int64(pairs[own, k >> 1]), int64(pairs[other, k >> 1])
-        met, side = meets_exactly(params, robots, i, j, is_among(staying, j))
-        found |= only_if(met, i)
-        left |= only_if(met and side > 0, i)
-        right |= only_if(met and side < 0, i)
-    return found, left, right
+def find_meeting_exactly(params, robots, staying, pairs, listed, at_first):
+    """Find what `find_meeting` finds, by exact arithmetic."""
+    for k in range(listed):
+        i, j = int64(pairs[Heard.RECEIVER, k]), int64(pairs[Heard.SENDER, k])
+        met_i, side_i = meets_exactly(params, robots, i, j, at_first or contains(staying, j))
+        met_j, side_j = meets_exactly(params, robots, j, i, at_first or contains(staying, i))
+        pairs[Heard.MEETING, k] = meeting_of(met_i, side_i) | meeting_of(met_j, side_j) << 3
+
+
+@called
+def collect_meetings(sets, pairs, listed):
+    """Put the robots of listed pairs that meet into sets."""
+    for row in (Set.MET, Set.MET_LEFT, Set.MET_RIGHT):
+        sets[row, :] = uint32(0)
+    for k in range(listed):
+        meeting = pairs[Heard.MEETING, k]
+        if meeting == 0:
+            continue
+        for own in (Heard.RECEIVER, Heard.SENDER):
+            i = int64(pairs[own, k])
+            sets[Set.MET, i >> 5] |= bit_if((meeting & 1) != 0, i)
+            sets[Set.MET_LEFT, i >> 5] |= bit_if((meeting & 2) != 0, i)
+            sets[Set.MET_RIGHT, i >> 5] |= bit_if((meeting & 4) != 0, i)
+            meeting >>= 3
 
 
 @spliced
-def deflect_few(params, robots, pairs, listed, blocked, turning_left, part):
-    """Let the blocked robots turn away twice, as long as they are blocked; return those that still are.
+def deflect_few(params, robots, sets, pairs, listed, part):
+    """Let the blocked robots turn away twice, as long as they are blocked; return whether some still are.
 
     Their steps change, also of those that stay blocked: these draw a new heading (model.md 6.2.2 to 6.2.5).
     """
+    some = uint32(0)
     for _ in range(2):
         for w in range(part.first, part.last):
-            turn_away(robots, word_of(turning_left, w), word_of(blocked, w), w)
-        beyond = find_all_beyond(params, robots, part)  # first: what gathers the steps waits for them
-        listed = keep_pairs(pairs, listed, blocked)
-        met, _, _ = find_meeting(params, robots, pairs, listed, blocked)
-        blocked &= met | beyond
-        if blocked == 0:
+            turn_away(robots, sets[Set.TURNING_LEFT, w], sets[Set.BLOCKED, w], w)
+        listed = keep_pairs(pairs, listed, sets[Set.BLOCKED])
+        find_meeting(params, robots, sets, pairs, listed, False)
+        some = uint32(0)
+        for w in range(part.first, part.last):
+            sets[Set.BLOCKED, w] &= sets[Set.MET, w] | find_beyond_walls(params, robots, w)
+            some |= sets[Set.BLOCKED, w]
+        if some == 0:
             break
-    return blocked
-
-
-@inlined
-def is_among(both, i):
-    """Return whether a set of up to 64 robots has robot i."""
-    return uint64(both >> uint64(i)) & uint64(1) == uint64(1)
-
-
-@inlined
-def only_if(member, i):
-    """Return the set of up to 64 robots with only robot i if it is a member, else the empty set."""
-    return uint64(uint64(member) << uint64(i))
+    return some

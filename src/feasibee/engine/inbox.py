@@ -1,4 +1,4 @@
-"""Inboxes (model.md 4.5): sets for up to 64 robots with ids of their own, else a small hash table per robot.
+"""Inboxes (model.md 4.5): sets for up to 128 robots with ids of their own, else a small hash table per robot.
 
 Each robot has a line of 8 slots, in the order of the robots. An inbox that outgrows it takes one of the
 tables that lie behind all lines. Most never do: so a large swarm needs little memory. Eight slots are

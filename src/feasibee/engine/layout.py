@@ -23,8 +23,8 @@ from feasibee.strategies.contract import Strategy
 
 WORD = 32
 """Robots per word of a set."""
-FEW = 64
-"""Robots of the largest swarm that senses together, in sets of one word or two: see `feasibee.engine.few`."""
+FEW = 128
+"""Robots of the largest swarm that senses together: see `feasibee.engine.few`."""
 LINE = 8
 """Slots for senders that each robot has, before its inbox takes a table."""
 TILE = 4
@@ -91,8 +91,12 @@ class Set(IntEnum):
     STOPPING = 15  # robots that stop at `FaultParams.stop_step`
     THERE = 16  # in the arena, whether they work or not
     JOINING = 17  # those that don't know yet what robots know when they begin
-    TURNING_LEFT = 18  # blocked robots that deflect to the left, in swarms of more than 32
-    CLEARED = 19  # those of them whose new step is clear
+    TURNING_LEFT = 18  # blocked robots that deflect to the left
+    CLEARED = 19  # those of them whose new step is clear, in larger swarms
+    MET = 20  # robots in the way of which another one is
+    MET_LEFT = 21  # on the left
+    MET_RIGHT = 22
+    LOOKING = 23  # observes in this step (general engine)
 
 
 class Count(IntEnum):
@@ -107,7 +111,7 @@ class Count(IntEnum):
 
 
 class Link(IntEnum):
-    """Rows of `State.links`: for each robot a set of up to 64 robots."""
+    """Rows of `State.links`: for each robot a set of up to `FEW` robots."""
 
     SIGHT = 0  # robots in sight
     HEARD = 1  # senders in the inbox
@@ -130,6 +134,8 @@ class Heard(IntEnum):
     SENDER = 1  # or what is observed: the number that it has in the cells
     NUMBER = 1  # of the robot that draws
     COUNTER = 2  # of the draw
+    MEETING = 2  # of two robots: see `feasibee.engine.few.meeting_of`
+    UNLUCKY = 2  # whether the sender isn't received or observed
 
 
 class Copy(IntEnum):
@@ -252,7 +258,7 @@ class Part(Struct):
 
 
 Alone = namedtuple("Alone", fields_of(Part))  # type: ignore[misc]  # mypy reads only lists written out
-"""The part of one thread with up to 64 robots: compiled code knows all of it but the array."""
+"""The part of one thread with up to 32 robots: compiled code knows all of it but the array."""
 
 
 class Cells(NamedTuple):
@@ -286,7 +292,7 @@ class State(Struct):
     robots: Annotated[Int32s, "Robot", "robot"]
     sets: Annotated[Words, "Set", "word of robots"]
     counts: Annotated[Int64s, "Count", "robot"]
-    links: Annotated[Words, "Link", "word of others", "robot"]  # up to 64 robots
+    links: Annotated[Words, "Link", "word of others", "robot"]  # up to `FEW` robots
     seen: Annotated[Int64s, "robot", "class of robots, then of tasks"]  # no rows unless there are several
     remembered: Annotated[Words, "robot", "word of robots, then of tasks"]  # for unique observation
     inbox: Annotated[Int32s, "Slot", "slot"]  # see `feasibee.engine.inbox`
@@ -360,8 +366,8 @@ class Lowered(NamedTuple):
 
 
 def words_together(robots: int) -> int:
-    """Return how many words the sets of robots have that sense together; 0 if they are too many for that."""
-    return -(-robots // WORD) if robots <= FEW else 0
+    """Return 1 if robots sense together in one word, 2 in several; 0 if they are too many for that."""
+    return 0 if robots > FEW else 1 if robots <= WORD else 2
 
 
 def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, threads: int = 1) -> State:

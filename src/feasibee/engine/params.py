@@ -193,7 +193,7 @@ class TaskParams(NamedTuple):
     placement: PlacementParams
     grid: Grid
     lists: ListParams
-    numbered: bool  # whether up to 64 robots look through all tasks by number (general engine)
+    numbered: bool  # whether few robots look through all tasks by number (general engine)
 
 
 class WalkParams(NamedTuple):
@@ -282,7 +282,7 @@ class DecisionParams(NamedTuple):
     listens_for: int  # last steps of dissemination, or ALWAYS or WHILE_DISSEMINATING
     every_message: bool  # whether the inbox keeps every message, else the latest of each robot
     inbox_size: int  # senders kept, the newest; 0: all
-    inbox_is_set: bool  # up to 64 robots with ids of their own, and all senders are kept
+    inbox_is_set: bool  # few robots with ids of their own, and all senders are kept
     own_vote: int  # 0 or 1
     switching: np.uint64  # probability times 2**32
     declare: DeclareParams
@@ -335,7 +335,7 @@ class Params(NamedTuple):
     response: ResponseParams
     truth: bool  # at the start
     changes: bool  # whether the world changes (model.md 6.17)
-    together: bool  # whether all robots sense at once: up to 64 robots
+    together: bool  # whether all robots sense at once: few of them
     in_space_order: bool  # whether robots are sorted in space: see `feasibee.engine.crowd`
     in_sender_order: bool  # whether robots must receive the messages of a step in the order of their senders
 

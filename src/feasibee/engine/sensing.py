@@ -4,7 +4,7 @@ A cell is longer than the range, so a task is in at most nine lists. A robot loo
 cell: about 10 of 100 tasks, against 25 in a block of `feasibee.engine.cells`. A list holds places only, in 16
 bits an axis. They span four cells, so that the difference between a place and a listed one doesn't wrap.
 
-Up to 64 robots sense together: each robot's neighbours are one word or two. Otherwise robots are sorted into
+Up to 128 robots sense together: each robot's neighbours are a word or a few. Otherwise robots are sorted into
 cells. Both have the same outcome.
 """
 

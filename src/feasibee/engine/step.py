@@ -63,7 +63,7 @@ def start_general(params, state, run):
 
 @spliced
 def advance_few(params, state, functions, part):
-    """Do one step of up to 64 robots on the fast path (model.md 3.1 to 3.3)."""
+    """Do one step of few robots on the fast path (model.md 3.1 to 3.3)."""
     move_freely(state, part)
     tick(state, part)
     sense_together(params, state, part)
@@ -85,7 +85,7 @@ def advance_crowd(params, state, functions, part):
 
 @spliced
 def advance_general_few(params, state, functions, part):
-    """Do one step of up to 64 robots in the general engine."""
+    """Do one step of few robots in the general engine."""
     begin_general(params, state, functions, part)
     move_few(params, state, part)
     tick(state, part)
@@ -164,7 +164,7 @@ def end_general(params, state, functions, part):
 
 @spliced
 def finish_few(params, state, functions, part):
-    """Do what `finish` does with up to 64 robots, which have pools: so none are listed first."""
+    """Do what `finish` does with few robots, which have pools: so none are listed first."""
     for w in range(part.first, part.last):
         left = state.sets[Set.TURNING, w]
         while left:

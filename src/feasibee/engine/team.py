@@ -15,7 +15,7 @@ import numpy as np
 from llvmlite import ir
 from numba import int64, types
 
-from feasibee.engine.compile import called, inlined, rebound
+from feasibee.engine.compile import called, inlined
 from feasibee.engine.intrinsics import ARRAY, LONG, instruction
 from feasibee.engine.layout import WORD, Alone, Part, Share
 from feasibee.engine.params import Params
@@ -98,15 +98,10 @@ def parts_of(params: Params, threads: int = 1) -> list[Part]:
     ]
 
 
-def part_alone(part):
-    """Return the part of one thread in constants: the compiler leaves out waits and loops."""
-    return Alone(int64(0), int64(1), int64(0), int64(words), int64(0), part.shared)
-
-
-words = 1
-"""Stands for the number of words of a swarm in `part_alone`."""
-alone, alone_with_two = (inlined(rebound(part_alone, words=each)) for each in (1, 2))
-"""Return the part of one thread whose swarm has one word, or two."""
+@inlined
+def alone(part):
+    """Return the part of one thread whose robots fill one word, in constants, so that no waits remain."""
+    return Alone(int64(0), int64(1), int64(0), int64(1), int64(0), part.shared)
 
 
 @cache

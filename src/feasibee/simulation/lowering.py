@@ -109,7 +109,7 @@ def _robots(
         speed=robots.speed,
         apart_limit=limit_of((2 * radius) ** 2),
         meet_limit=limit_of(meeting**2),
-        meet_band=band_of(meeting**2, 16),
+        meet_band=_widened(band_of(meeting**2, 16)),
         placement=_placement(robots, unit, radius if arena.walls else 0),
         grid=_grid(most, widest, arena),
     )
@@ -391,6 +391,11 @@ def band_of(limit: int, shift: int) -> Band:
     if low == 0 or high > TURN // 2:
         return Band(np.uint32(0), np.uint32(TURN - 1))
     return Band(np.uint32(low), np.uint32(min(high - low, TURN - 1)))
+
+
+def _widened(band: Band) -> Band:
+    """Return a band that leaves nothing in doubt, for what may be found although it is too far."""
+    return Band(band.low + band.width, np.uint32(0)) if band.low > 0 else band
 
 
 def probability(share: float) -> np.uint64:
