@@ -48,6 +48,11 @@ WORLDS = {
         "decision.declare": {"quorum": 0.7, "rounds": 1, "heard": 1},
         "decision.switching": 0.3,
     },
+    "first sight, and a robot that keeps its coin": {
+        "decision.start": "first-sight",
+        "decision.exploration": 3.0,
+        "faults.stubborn": 0.4,
+    },
     "faults": {
         "robots.count": 6,
         "faults.stopped": 0.2,

@@ -67,6 +67,24 @@ def test_what_it_will_decide_is_what_it_decides(strategy):
     assert met > 100
 
 
+def test_only_a_first_exploration_is_told_to_give_the_opinion():
+    """What is said in the last step of each exploration is what the robot then holds."""
+    swarm = Swarm(Scenario().replace({"decision.start": "first-sight", "tasks.count": 40}), 2)
+    changed = 0
+    for _ in range(60):
+        ending = [
+            (robot, opinion_of(state), said(swarm, robot)["Next"])
+            for robot, state in ((robot, swarm.robot(robot)) for robot in range(20))
+            if state.phase_left == 1 and not state.flags >> FLAGS.index("disseminating") & 1
+        ]
+        swarm.advance()
+        for robot, before, words in ending:
+            after = opinion_of(swarm.robot(robot))
+            assert f"{OPINIONS[after]} has quality" in words
+            changed += before != after
+    assert changed > 5
+
+
 def test_a_decision_by_chance_is_told_as_such():
     swarm = swarm_at(60, Scenario(decision={"strategy": "voter", "gain": 40.0}, radio={"range": 8.0}), 2)
     texts = [said(swarm, robot)["Next"] for robot in range(20)]

@@ -124,6 +124,9 @@ def test_any_fields_that_a_page_simulates_equal_the_engines(play, boundary):
             decision={
                 "listen": any_of("always", "dissemination", {"last": 3}),
                 "own_vote": any_of(True, False),
+                "start": "coin"
+                if strategy.knowledge or strategy.starts_neutral
+                else any_of("coin", "first-sight"),
                 "exploration": any_of(10.0, 5.1),
                 "gain": any_of(10.0, 3.3, 17.9),
                 "declare": None if strategy.declares else any_of(None, {"quorum": 0.85}),

@@ -132,12 +132,14 @@ class Episode:
             "positive_feedback": float(draw.getrandbits(1)),
         }
         every_message = not values and draw.random() < 0.25
+        first_sight = not STRATEGIES[self.strategy].starts_neutral and draw.random() < 0.4
         self.settings = Settings(
             exploration=pick([0.0, 1.0, 2.5, 10.0, 25.0]),
             gain=pick([0.0, 1.5, 10.0, 12.75, 60.0]),
             dissemination_floor=pick([0, 0, 3, 30]),
             quality_floor=pick([0, 0, 1, 7]),
             own_vote=draw.random() < 0.7,
+            first_sight=first_sight,
             listens_for=pick([None, None, 0, 3, 10]),
             every_message=every_message,
             inbox_size=None if every_message else pick([None, None, 1, 2, 5]),
@@ -166,12 +168,12 @@ class Episode:
         own, settings, rule = self.own, self.settings, self.rule or (0, 3, 9, 10)
         numbers = [settings.exploration, settings.gain, settings.dissemination_floor, settings.quality_floor]
         listens_for = 0 if settings.listens_for is None else settings.listens_for + 1
-        flags = settings.own_vote, settings.every_message, self.stubborn
+        flags = settings.own_vote, settings.first_sight, settings.every_message, self.stubborn
         voters = min(int(own["voters"] * 2**32), 2**32 - 1)
         parts = [
             struct.pack("<IBB", self.steps, NAMES.index(self.strategy), self.opinion),
             struct.pack("<ddHHHH", *numbers, listens_for, settings.inbox_size or INBOX),
-            struct.pack("<BBBHHHH", *flags, *rule),
+            struct.pack("<BBBBHHHH", *flags, *rule),
             struct.pack("<HIdB", int(own["k"]), voters, own["credence"], int(own["positive_feedback"])),
             struct.pack("<II", self.word, self.switching),
         ]

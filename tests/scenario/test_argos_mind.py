@@ -109,7 +109,13 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
     in_c, in_python = Words(1), Words(1)
     draw = UNIFORM(lambda context: in_c.fraction())
     settings = settings_of(
-        strategy, inbox_size=9, declare_rounds=3, declare_heard=2, declare_quorum=0.9, switching=0.05
+        strategy,
+        inbox_size=9,
+        first_sight=True,
+        declare_rounds=3,
+        declare_heard=2,
+        declare_quorum=0.9,
+        switching=0.05,
     )
     mind = library.mind_new(ctypes.byref(settings), ME, draw, None)
     robot = Controller(
@@ -117,7 +123,7 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
         int(in_python.fraction() >= 0.5),
         in_python.duration,
         lambda: (in_python.fraction(), in_python.fraction()),
-        Settings(inbox_size=9, declare=Declare(Fraction(9, 10), 3, 2)),
+        Settings(inbox_size=9, first_sight=True, declare=Declare(Fraction(9, 10), 3, 2)),
         draw_switch=lambda: in_python.fraction() < 0.05,
     )
     wire = Wire(STRATEGIES[strategy], 9, declares=True)

@@ -145,6 +145,15 @@ EDGES = {
         *((by(name), "latest-per-robot", "every-message", f"{name} broadcasts a value") for name in VALUES)
     ],
     "decision.quality_floor": [*((by(name), 0, 1, f"{name} rates what the swarm knows") for name in KNOWING)],
+    "decision.start": [
+        (
+            by(name),
+            "coin",
+            "first-sight",
+            f"needs robots that begin with a coin and pass on opinions; those of {name} don't",
+        )
+        for name in ("tally", "quiet-census", "bayes")
+    ],
     "decision.switching": [
         (by("tally"), None, 0.0, "tally decides by what the swarm knows, not by the counts")
     ],

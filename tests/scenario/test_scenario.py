@@ -56,6 +56,7 @@ PAPER = {
         "listen": "always",
         "inbox": "latest-per-robot",
         "own_vote": True,
+        "start": "coin",
         "threshold": 0.9,
     },
     "faults": {
@@ -509,7 +510,7 @@ BEYOND_WRONG = [
     ({"decision": {"declare": {"quorum": 0.1234567891}}}, ["decision.declare.quorum = 0.12345"]),
     ({"decision": {"declare": {"rounds": 0}}}, ["decision.declare.rounds = 0: must be ≥ 1"]),
     ({"decision": {"declare": {"heard": 0}}}, ["decision.declare.heard = 0: must be ≥ 1"]),
-    ({"preset": "valentini"}, ["preset = 'valentini': must be 'valentini-2016', 'minimize-surprise' or"]),
+    ({"preset": "valentini"}, ["preset = 'valentini': must be 'valentini-2016', 'minimize-surprise', 's"]),
     ({"preset": "subcdm-2025", "decision": 5}, ["decision = 5: must be a table; write [decision]"]),
     ({"decision": {"parameters": {"k": "x"}}}, ["decision.parameters.k = 'x': must be a number"]),
     ({"decision": {"strategy": "census", "quality_floor": -1}}, ["decision.quality_floor = -1: must be ≥ 0"]),
@@ -670,6 +671,7 @@ PRESETS = {  # model.md 7, at ten ticks a second: 10 s are 100 steps, 3 s are 30
         "decision.quality_floor": 1,
         "radio.id_bits": 8,
     },
+    "first-sight": {"decision.start": "first-sight"},
 }
 
 

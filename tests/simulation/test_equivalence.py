@@ -81,6 +81,9 @@ def deciding(draw, longest_exploration, longest_gain):
         "listen": draw(st.sampled_from(["always", "dissemination"])),
         "inbox": inbox,
         "own_vote": draw(st.booleans()),
+        "start": "coin"
+        if strategy.knowledge or strategy.starts_neutral
+        else draw(st.sampled_from(["coin", "first-sight"])),
         "switching": None
         if strategy.knowledge
         else draw(st.one_of(st.none(), st.floats(0, 1), st.just(1.0))),
@@ -533,6 +536,27 @@ def test_every_strategy_is_equal_in_every_world(name, world):
 def test_robots_that_switch_to_their_own_evidence_are_equal(name, count):
     changes = {"decision.switching": 0.3, "faults.stubborn": 0.1, "robots.count": count, **BY_VOTES}
     assert_equal(small_scenario(name, changes), seed=7)
+
+
+FRESH = {"decision.start": "first-sight", "decision.exploration": 4.0}
+SEVENTY = {"robots.count": 70, "run.steps": 20}
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("dmmd", {"faults.stubborn": 0.2, "faults.byzantine": 0.2}),
+        ("average", {"robots.count": 40, "run.steps": 30}),
+        ("k-unanimity", SEVENTY),
+        ("cross-inhibition", {**SEVENTY, "faults.stubborn": 0.2}),
+        ("accumulate", {"robots.arrival_rate": 0.5, "robots.failure_rate": 0.05, "robots.most": 30}),
+    ],
+)
+def test_robots_that_begin_with_their_first_sight_are_equal(name, changes):
+    scenario = small_scenario(name, {**FRESH, **changes})
+    record = assert_equal(scenario, seed=7)
+    tossed = assert_equal(scenario.replace({"decision.start": "coin"}), seed=7)
+    assert (record.feasible_count != tossed.feasible_count).any()
 
 
 @pytest.mark.parametrize("name", ["census", "tally"])

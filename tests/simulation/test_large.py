@@ -2,7 +2,8 @@
 
 The hashes are those of an engine that kept robots in the order of their numbers and used one thread
 (version 0.1.0, commit 6e68fbb8). Those of bodies that deflect are of one that tested bodies pair by pair
-(commit 90e53491). The reference would take minutes here; it meets the engine below.
+(commit 90e53491). Those of first sight are of today's engine with ``in_space_order`` false. The reference
+would take minutes here; it meets the engine below.
 """
 
 from __future__ import annotations
@@ -59,6 +60,7 @@ WORLDS = {
     "commits": {"decision.declare": {}},
     "false tasks": {"sensing.false_tasks": 0.3},
     "clusters": {"robots.placement": "clusters"},
+    "first sight": {"decision.start": "first-sight"},
 }
 
 

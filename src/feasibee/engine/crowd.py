@@ -275,6 +275,8 @@ def store_sets(params, state, part):
 @inlined
 def is_kept(params, kind):
     """Return whether a set lasts from step to step, and has some of the robots."""
+    if kind == Set.JOINING:
+        return params.decision.first_sight
     if kind in DECLARED_SETS:
         return params.decision.declare.enabled
     if kind == Set.BLOCKED:

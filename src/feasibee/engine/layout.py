@@ -90,7 +90,7 @@ class Set(IntEnum):
     DECLARED_FEASIBLE = 14  # those of them that declared feasible
     STOPPING = 15  # robots that stop at `FaultParams.stop_step`
     THERE = 16  # in the arena, whether they work or not
-    JOINING = 17  # those that don't know yet what robots know when they begin
+    JOINING = 17  # those that don't know yet what robots know when they begin, or in their first exploration
     TURNING_LEFT = 18  # blocked robots that deflect to the left
     CLEARED = 19  # those of them whose new step is clear, in larger swarms
     MET = 20  # robots in the way of which another one is

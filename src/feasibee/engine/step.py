@@ -206,6 +206,8 @@ def end_phase(params, state, functions, part, i, phase):
 @spliced
 def end_exploration(params, state, functions, i, phase):
     """Begin to broadcast, for a duration that the opinion's quality sets (model.md 4.4)."""
+    if params.decision.first_sight and contains(state.sets[Set.JOINING], i):
+        adopt_first_sight(state, i)
     mind = mind_of(params, state, i)
     said = mind.opinion
     if params.strategy.says:
@@ -222,6 +224,14 @@ def end_exploration(params, state, functions, i, phase):
         mean = functions.lasting(mind, params.decision.gain)
     lasts = phase_duration(params, state, i, length, mean)
     enter_phase(state, i, lasts + int32(params.decision.dissemination_floor))
+
+
+@inlined
+def adopt_first_sight(state, i):
+    """Let a robot adopt what its first exploration favours; a tie keeps its opinion (model.md 6.10)."""
+    set_member(state.sets, Set.JOINING, i, False)
+    if state.memory[i, 0] != 0.5:
+        adopt(state.sets, i, int64(state.memory[i, 0] > 0.5))
 
 
 @spliced

@@ -93,6 +93,7 @@ class _Settings(Section):
     dissemination_floor: Million
     quality_floor: Million
     own_vote: bool
+    first_sight: bool = False
     listens_for: Million | None
     every_message: bool
     inbox_size: Some | None

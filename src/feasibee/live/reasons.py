@@ -166,7 +166,12 @@ def controller_of(
         opinion=opinion_of(state),
         draw_duration=draw_duration,
         draw_choice=lambda: (chance, chance),
-        settings=replace(settings_of(scenario), me=(state.id, state.kind, state.hash), place=state.place),
+        settings=replace(
+            settings_of(scenario),
+            first_sight=state.first_sight,
+            me=(state.id, state.kind, state.hash),
+            place=state.place,
+        ),
         stubborn=_has(state, "stubborn"),
     )
     controller.opinion = opinion_of(state)

@@ -140,6 +140,7 @@ def settings_of(scenario: Scenario) -> controller.Settings:
         dissemination_floor=decision.dissemination_floor,
         quality_floor=decision.quality_floor,
         own_vote=decision.own_vote,
+        first_sight=decision.start == "first-sight",
         listens_for=_listening(decision.listen),
         every_message=decision.inbox == "every-message",
         inbox_size=decision.inbox_size,

@@ -78,6 +78,8 @@ class Settings:
     """Both counts are taken for at least this when they are rated."""
     own_vote: bool = True
     """Whether its own opinion counts in its majority."""
+    first_sight: bool = False
+    """Whether it adopts at the end of its first exploration what its counts favour."""
     listens_for: int | None = None
     """It hears only in the last so many steps of dissemination: 0 for all of it, None for always."""
     every_message: bool = False
@@ -253,6 +255,8 @@ class Controller:
     def _disseminate(self) -> None:
         """Begin disseminating, for a time drawn by the quality of the opinion (model.md 4.3, 4.4)."""
         self._rate()
+        if self.settings.first_sight and self.explorations == 1 and not self._keeps_opinion:
+            self._adopt_first_sight()
         self.disseminating = True
         mind = self._mind()
         self._said = _opinion(self.strategy.say(mind))
@@ -263,6 +267,11 @@ class Controller:
         if "lasting" in self.strategy.functions:
             mean = self.strategy.lasting(mind, self.settings.gain)
         self.phase_left = self.settings.dissemination_floor + self._draw_duration(mean)
+
+    def _adopt_first_sight(self) -> None:
+        """Adopt what the robot's own counts favour; keep its opinion with a tie (model.md 6.10)."""
+        if self.feasible_quality != 0.5:
+            self.opinion = int(self.feasible_quality > 0.5)
 
     def _rate(self) -> None:
         """Rate *feasible*: the least quality over the sets of skills (model.md 4.3, 6.7)."""

@@ -160,6 +160,7 @@ def _decision(scenario: Scenario) -> dict[str, Any]:
         "inbox_size": min(decision.inbox_size or MOST_HEARD, MOST_HEARD),
         "every_message": decision.inbox == "every-message",
         "own_vote": decision.own_vote,
+        "first_sight": decision.start == "first-sight",
         "switching": decision.switching or 0.0,
         **(
             {f"declare_{key}": getattr(declare, key) for key in ("rounds", "heard", "quorum")}

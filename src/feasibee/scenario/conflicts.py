@@ -418,6 +418,12 @@ RULES: Final[tuple[Rule, ...]] = (
         "{strategy} decides by what the swarm knows, not by the counts of one exploration",
         "leave it out, or choose dc",
     ),
+    _never(
+        "decision.start",
+        lambda s: (s.manifest.knowledge or s.manifest.starts_neutral) and s.decision.start != "coin",
+        "needs robots that begin with a coin and pass on opinions; those of {strategy} don't",
+        'set start = "coin", or choose dmmd',
+    ),
     *map(_sees_falsely, BOTH),
     _never(
         "sensing.misname",

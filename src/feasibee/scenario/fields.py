@@ -407,6 +407,11 @@ class Decision(Section):
         examples=[8],
     )
     own_vote: bool = Field(True, description="Whether a robot counts its own opinion in the majority.")
+    start: Literal["coin", "first-sight"] = Field(
+        "coin",
+        description="First opinion of a robot: a fair coin, or the one that its counts favour when its first "
+        "exploration ends. With a tie it keeps the coin.",
+    )
     switching: Share | None = Field(
         None,
         description="Probability that a robot, at the end of a dissemination, adopts what its own counts "

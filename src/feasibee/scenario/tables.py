@@ -78,12 +78,14 @@ PRESETS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
         "radio": {"id_bits": 8},
         "run": {"steps": 10_000},
     },
+    "first-sight": {"decision": {"start": "first-sight"}},
 }
 
 ABOUT: Final[Mapping[str, str]] = {
     "valentini-2016": "Pold87/blockchain-swarm-robotics, on the collective perception of 2016",
     "minimize-surprise": "Minimize-Surprise/Collective-Perception",
     "subcdm-2025": "SooratiLab/subset_CDM, by the paper's group",
+    "first-sight": "the paper's, but a robot begins with what its first exploration favours",
 }
 """Whose controller each preset is."""
 

@@ -110,6 +110,8 @@ class RobotState(NamedTuple):
 
     None if the inbox keeps every message, or if robots pass on knowledge and don't declare by votes.
     """
+    first_sight: bool
+    """Whether it adopts, when this exploration ends, what its counts favour (model.md 6.10)."""
     agreed: int
     """Number of successive decisions with which its inbox agreed."""
     memory: tuple[float, ...]
@@ -148,6 +150,7 @@ def state_of(
         feasible_quality=float(state.memory[i, 0]) if rows[Robot.PHASES] > 1 else 0.5,
         votes=(feasible, votes - feasible),
         heard=heard,
+        first_sight=params.decision.first_sight and inside[Set.JOINING],
         agreed=int(rows[Robot.AGREED]),
         memory=tuple(map(float, state.memory[i, 1:])),
         knowledge=tuple(map(int, state.knowledge[Copy.KNOWN, i, : params.strategy.knowledge.words])),

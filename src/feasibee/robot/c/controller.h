@@ -199,6 +199,7 @@ struct feasibee_settings {
     uint16_t inbox_size;          /* senders whose message it keeps, 1 to FEASIBEE_INBOX */
     bool own_vote;                /* whether its own opinion counts in its majority */
     bool every_message;           /* every message is a vote; not for strategies that send values */
+    bool first_sight;             /* whether its first exploration gives its opinion; not with starts_neutral */
     bool stubborn;                /* it never changes its opinion (a fault) */
     struct feasibee_declare declare;
     struct feasibee_parameters parameters;
@@ -259,6 +260,7 @@ struct feasibee_robot {
     int8_t opinion;      /* 1 feasible, 0 infeasible, -1 none */
     int8_t declared;     /* the opinion that it has declared, and keeps; -1 not yet (model.md 6.15) */
     bool disseminating;  /* otherwise it explores */
+    bool explored;       /* it has explored once */
     uint32_t phase_left; /* steps until the phase ends */
     uint32_t robots_seen;
     uint32_t tasks_seen;

@@ -17,6 +17,7 @@ static inline struct feasibee_settings feasibee_defaults(const struct feasibee_s
     settings.inbox_size = FEASIBEE_INBOX;
     settings.own_vote = true;
     settings.every_message = false;
+    settings.first_sight = false;
     settings.stubborn = false;
     settings.declare.rounds = 0;
     settings.declare.heard = 3;
@@ -169,12 +170,27 @@ static inline struct feasibee_mean feasibee_dissemination(const struct feasibee_
     return mean;
 }
 
+static inline bool feasibee_keeps_opinion(const struct feasibee_robot *robot)
+{
+    return robot->settings->stubborn || robot->declared != FEASIBEE_NONE;
+}
+
+/* Return the opinion that the robot's own counts favour; with a tie the one given. */
+static inline int8_t feasibee_favoured(const struct feasibee_robot *robot, int8_t tie)
+{
+    feasibee_amount feasible = robot->feasible_quality.part;
+    feasibee_amount infeasible = robot->feasible_quality.whole - feasible;
+    return feasible == infeasible ? tie : feasible > infeasible;
+}
+
 /* Begin disseminating, for a time drawn by the quality of the opinion (model.md 4.3, 4.4). */
 static inline void feasibee_disseminate(struct feasibee_robot *robot)
 {
     const struct feasibee_strategy *strategy = robot->settings->strategy;
     feasibee_rate(robot);
-    robot->disseminating = true;
+    if (robot->settings->first_sight && !robot->explored && !feasibee_keeps_opinion(robot))
+        robot->opinion = feasibee_favoured(robot, robot->opinion); /* model.md 6.10 */
+    robot->disseminating = robot->explored = true;
     robot->said = strategy->say ? strategy->say(robot) : robot->opinion;
 #if FEASIBEE_VALUES
     if (strategy->value_bits > 0)
@@ -185,11 +201,6 @@ static inline void feasibee_disseminate(struct feasibee_robot *robot)
         mean.steps = strategy->lasting(robot);
     robot->phase_left = robot->settings->draw_duration(robot->me.context, &mean);
     robot->phase_left += robot->settings->dissemination_floor;
-}
-
-static inline bool feasibee_keeps_opinion(const struct feasibee_robot *robot)
-{
-    return robot->settings->stubborn || robot->declared != FEASIBEE_NONE;
 }
 
 /* Declare if enough successive inboxes agreed with the robot's opinion (model.md 6.14). */
@@ -217,10 +228,8 @@ static inline void feasibee_decide(struct feasibee_robot *robot)
         feasibee_rate(robot);
     struct feasibee_votes votes = feasibee_votes_of(robot, settings->draw_choice(robot->me.context));
     int8_t decided = settings->strategy->decide(robot, &votes);
-    if (settings->draw_switch && settings->draw_switch(robot->me.context)) { /* model.md 6.10 */
-        struct feasibee_ratio quality = robot->feasible_quality;
-        decided = quality.part >= quality.whole - quality.part ? FEASIBEE_FEASIBLE : FEASIBEE_INFEASIBLE;
-    }
+    if (settings->draw_switch && settings->draw_switch(robot->me.context)) /* model.md 6.10 */
+        decided = feasibee_favoured(robot, FEASIBEE_FEASIBLE);
     if (!feasibee_keeps_opinion(robot))
         robot->opinion = decided;
     if (settings->declare.rounds > 0)
