@@ -70,6 +70,8 @@ class Schedule:
     numbers: Sequence[int]
     """Numbers of the points in the journal."""
     shard: tuple[int, int] = (0, 1)
+    before: Sequence[int] = ()
+    """Runs of each point that an earlier round has counted."""
     queue: deque[RunRange] = field(default_factory=deque)
     left: int = 0
     """Robot-steps in the queue."""
@@ -160,11 +162,15 @@ class Schedule:
         """What is wanted and done so far."""
         rule, points = self.study.until, self.study.points
         most = {p: rule.most for p in self.wanted if p not in self.met} if rule else {}
-        counts: list[Mapping[int, int]] = [self.wanted, self.there, self.new]
+        before = self.before or [0] * len(points)
+        wanted, there = (
+            {p: max(0, runs - before[p]) for p, runs in each.items()} for each in (self.wanted, self.there)
+        )
+        counts: list[Mapping[int, int]] = [wanted, there, self.new]
         runs = (sum(each.values()) for each in counts)
         work = (
             sum(number * run_work(points[place].scenario) for place, number in each.items())
-            for each in (*counts, {**self.wanted, **most})
+            for each in (*counts, {**wanted, **most})
         )
         done = sum(pieces == 0 for pieces in self.pending.values())
         return Totals(len(self.pending), done, *runs, *work)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
@@ -123,6 +124,7 @@ class Rounds:
         self.execution = execution or Execution()
         self._most = most
         self._past = Totals()
+        self._counted: Counter[tuple[int, int]] = Counter()
         self.phases: dict[str, int] = {}
         self.phase = ""
         self._started = time.monotonic()
@@ -189,7 +191,9 @@ class Rounds:
 
     def _complete(self, study: Study, shard: tuple[int, int]) -> Schedule:
         numbers = self._journal.add(study.points, study.seed, study.until)
-        schedule = Schedule(study, self._journal, numbers, shard)
+        keys = [(number, point.first_run) for number, point in zip(numbers, study.points, strict=True)]
+        before = [self._counted[key] for key in keys]
+        schedule = Schedule(study, self._journal, numbers, shard, before)
         schedule.begin()
         if schedule.queue and (self.stopped or self._interrupts):
             self._stop(self.stopped or "interrupted")
@@ -202,6 +206,8 @@ class Rounds:
             kept = f"{self._progress(schedule.totals).runs_done} runs kept; the same command goes on"
             self._stop("interrupted", "" if self.execution.folder is None else kept)
         self._past = self._past.plus(schedule.totals)
+        for place, key in enumerate(keys):
+            self._counted[key] = max(self._counted[key], schedule.wanted[place])
         return schedule
 
     def _stop(self, why: str, kept: str = "") -> NoReturn:
