@@ -72,7 +72,9 @@ def knowing_steps(scenario, run):
     """Return the step at which each robot could know enough names, and a whole map; a late one if never."""
     swarm = limits.Tireless(limits.oracle_world(scenario, 4), 5, run)
     swarm.advance(scenario.run.steps)
-    found = swarm.knowledge[:, [oracle.NAMES_STEP, oracle.MAP_STEP]].T
+    known, setting = swarm.knowledge, swarm.scenario.setting
+    names = limits.naming_steps(known, setting, setting.tasks)
+    found = np.array([names, known[:, oracle.MAP_STEP]])
     return np.where(found > 0, found, 10**5)
 
 

@@ -13,6 +13,7 @@ from feasibee import Scenario
 from feasibee.cli import main
 from feasibee.cli.execution import leave_if_stopped
 from feasibee.studies.assess import assess
+from feasibee.studies.comparison import compare
 from feasibee.studies.pages import write_report
 from feasibee.studies.recommend import Constraints, recommend
 from feasibee.studies.report import sections
@@ -100,6 +101,27 @@ def test_a_search_so_far_says_how_far_it_came():
     assert found.to_dict()["stopped"] == "out of time"
 
 
+def test_a_comparison_so_far_has_as_many_runs_of_each():
+    found = compare({"dmmd": SMALL, "dc": SMALL.replace({"decision.strategy": "dc"})}, (5, 7), 250, 1, OVER)
+    assert [each.runs for each in found] == 4 * [100]
+    assert found[0].right_at.size == 61
+    assert found[0].right.tolist() == compare({"dmmd": SMALL}, (5,), 100, 1)[0].right.tolist()
+
+
+def test_a_comparison_counts_no_run_twice_although_it_looks_several_times():
+    told = []
+    found = compare({"dmmd": SMALL}, (5, 7), 250, 1, Execution(pool=threads(1), progress=told.append))
+    work = 2 * 250 * SMALL.robots.count * SMALL.run.steps
+    assert [each.runs for each in found] == [250, 250]
+    assert (told[-1].runs, told[-1].runs_done, told[-1].runs_new) == (500, 500, 500)
+    assert {each.most for each in told} == {work} == {told[-1].work_done}
+    assert [*dict.fromkeys(each.phase for each in told)] == [
+        f"runs of each, {number} of 250" for number in (100, 200, 250)
+    ]
+    assert told[0].so_far == ""
+    assert told[-1].so_far.startswith("right most often so far: dmmd, ")
+
+
 def test_the_most_work_of_phases_never_grows_and_includes_later_ones():
     told = []
     with Rounds(Execution(None, threads(1), told.append), most=None) as rounds:
@@ -112,12 +134,19 @@ def test_the_most_work_of_phases_never_grows_and_includes_later_ones():
     assert all(progress.work <= progress.most for progress in told)
 
 
-def test_commands_say_the_verdict_so_far_on_standard_error_and_take_a_budget():
+def test_commands_say_the_verdict_so_far_on_standard_error_and_take_a_budget(tmp_path):
     done = CliRunner().invoke(main, ["assess", *SHORT, "--budget", "0.01s"])
     assert done.exit_code == 0, done.output
     assert "feasibee: " in done.stderr
     assert " so far: " in done.stderr
     assert "ended early (out of time)" in done.stdout
+    few = ["--strategies", "dmmd,dc", "--tasks", "5", "--set", "run.steps=60", "--out", str(tmp_path)]
+    done = CliRunner().invoke(main, ["compare", "--limits", *few, "--runs", "400", "--budget", "0.01s"])
+    assert done.exit_code == 0, done.output
+    assert "of 100 " in done.stdout
+    assert "feasibee: out of time: 2 of 2 have 100 instead of 400 runs" in done.stderr
+    wrong = CliRunner().invoke(main, ["compare", "--limits", "--strategies", "none", "--budget", "2s"])
+    assert "--budget with --strategies none" in wrong.stderr
     wrong = CliRunner().invoke(main, ["recommend", "--budget", "2"])
     assert wrong.exit_code == 2
     assert "must be a time such as 90s, 2min or 1h" in wrong.stderr

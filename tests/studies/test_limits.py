@@ -14,7 +14,7 @@ from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.figures.limits import LOOKS, draw_limits
 from feasibee.model.purposes import LOSS, MISS_TASK, PAIR
 from feasibee.reference.draws import philox
-from feasibee.studies.limits import LIMITS, Limits, _quorum_step, limits
+from feasibee.studies.limits import LIMITS, Limits, _quorum_step, limits, limits_at
 
 WALLED = {"arena.boundary": "walls", "arena.side": [12.0, 9.0], "robots.avoid_collisions": True}
 WORLDS = [
@@ -113,6 +113,21 @@ def test_limits_are_those_of_the_positions_step_by_step(changes):
         assert {name: int(steps[run]) for name, steps in found.steps.items()} == Oracle(
             scenario, 7, run
         ).limits()
+
+
+@pytest.mark.parametrize("changes", [WORLDS[k] for k in (0, 4, 6, 9)], ids=str)
+def test_limits_of_several_numbers_of_tasks_are_those_of_each(changes):
+    """All come from one swarm, with the largest number of tasks."""
+    scenario = Scenario().replace(changes)
+    numbers = (scenario.tasks.count, 0, scenario.robots.count + 1, 2)
+    worlds = {number: scenario.replace({"tasks.count": number}) for number in numbers}
+    for number, found in limits_at(worlds, 3, 5).items():
+        alone = limits(worlds[number], 3, 5)
+        assert found.scenario == alone.scenario
+        assert found.cell == alone.cell
+        assert {name: steps.tolist() for name, steps in found.steps.items()} == {
+            name: steps.tolist() for name, steps in alone.steps.items()
+        }
 
 
 def test_without_tasks_all_names_are_known_at_the_start():

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.execution import executing
+from feasibee.cli.execution import executing, leave_if_stopped
 from feasibee.cli.options import (
     Given,
     Workforce,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from feasibee.studies.comparison import Outcome
     from feasibee.studies.limits import Limits
     from feasibee.studies.paper import Claim
+    from feasibee.sweeps.sweep import Rounds
 
 ALONE = ("none",)
 """What stands for strategies if only the limits are asked for."""
@@ -85,7 +87,8 @@ def compare(
     ),
     limits: bool = option(
         "Compare what robots say by their own word with the soonest that those of any strategy could, at "
-        "numbers of tasks near that of robots. The limits alone: --strategies none.",
+        "numbers of tasks near that of robots. Bits are those of the first 100 runs. The limits alone: "
+        "--strategies none.",
         is_flag=True,
     ),
     cells: int = option(
@@ -98,6 +101,7 @@ def compare(
         count_type,
     ),
     seed: int,
+    budget: float | None,
     workforce: Workforce,
     out: Path = folder_option("compare", "figures and data"),
     as_json: bool,
@@ -105,6 +109,7 @@ def compare(
     """Compare strategies on the same worlds: accuracy, calibration, decision time, declarations, bits.
 
     FILE is a scenario in TOML; without one, the paper's defaults. A strategy may be the path of a .py file.
+    After --budget, or at Ctrl-C on a terminal, it compares the runs that are there.
 
     \b
     Examples:
@@ -112,6 +117,7 @@ def compare(
       feasibee compare --strategies dmmd,dmvd,census --tasks 10,20,21,40 --runs 1000
       feasibee compare mine.toml --strategies dmmd,my_strategy.py
       feasibee compare --presets default,valentini-2016 --runs 100
+      feasibee compare mine.toml --runs 10000 --budget 2min
       feasibee compare --limits --strategies quiet-census,map,mine.py --tasks 20,21
       feasibee compare mine.toml --limits --strategies none
     """
@@ -119,13 +125,10 @@ def compare(
     from feasibee.studies.comparison import compare as simulate_all
     from feasibee.studies.needs import suitable
 
-    if limits and presets:
-        raise FeasibeeError("--limits with --presets: compares strategies; leave out --presets")
-    if strategies == ALONE and not limits:
-        raise FeasibeeError("--strategies none: leaves nothing to compare; add --limits for the limits alone")
+    _check_limits(limits, presets, strategies, budget)
     scenario = given.read()
     if limits:
-        _with_limits(scenario, strategies, tasks, runs or 1000, seed, cells, workforce, out, as_json)
+        _with_limits(scenario, strategies, tasks, runs or 1000, seed, cells, budget, workforce, out, as_json)
         return
     runs = runs or 200
     numbers = _tasks_of(scenario, tasks, runs, seed)
@@ -133,14 +136,46 @@ def compare(
     for name, error in () if strategies or presets else suitable(scenario)[1].items():
         click.echo(f"feasibee: left out {name}: {error}", err=True)
     folder = make_folder(out)
-    with executing("Comparing", folder, workforce) as execution:
-        outcomes = simulate_all(contenders, numbers, runs, seed, execution)
+    with _rounds(folder, workforce, budget) as rounds:
+        outcomes = simulate_all(contenders, numbers, runs, seed, rounds)
     write_comparison(folder, outcomes)
     if as_json:
-        print_json(as_dict(outcomes, runs, seed))
-        return
-    _print_comparison(outcomes)
-    click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
+        print_json({**as_dict(outcomes, outcomes[0].runs, seed), "stopped": rounds.stopped})
+    else:
+        _print_comparison(outcomes)
+        click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
+    _leave_if_stopped(rounds.stopped, outcomes, runs)
+
+
+def _check_limits(limits: bool, presets: Sequence[str], strategies: Sequence[str], budget: object) -> None:
+    """Raise an error for options that contradict each other."""
+    if limits and presets:
+        raise FeasibeeError("--limits with --presets: compares strategies; leave out --presets")
+    if strategies == ALONE and not limits:
+        raise FeasibeeError("--strategies none: leaves nothing to compare; add --limits for the limits alone")
+    if strategies == ALONE and budget is not None:
+        raise FeasibeeError("--budget with --strategies none: doesn't end limits; use fewer --runs")
+
+
+@contextmanager
+def _rounds(folder: Path, workforce: Workforce, budget: float | None) -> Iterator[Rounds]:
+    """Let a comparison run within, which answers early after its budget, and at Ctrl-C on a terminal."""
+    from feasibee.sweeps.sweep import Rounds
+
+    with (
+        executing("Comparing", folder, workforce, budget=budget, answers=True) as execution,
+        Rounds(execution, most=None) as rounds,
+    ):
+        yield rounds
+
+
+def _leave_if_stopped(stopped: str, outcomes: Sequence[Outcome], runs: int) -> None:
+    """Say which runs are missing if a comparison ended early; end the process as at Ctrl-C if that is why."""
+    fewer = [each.runs for each in outcomes if each.runs < runs]
+    if fewer:
+        missing = f"{len(fewer)} of {len(outcomes)} have {min(fewer):,} instead of {runs:,} runs"
+        click.echo(f"feasibee: {stopped}: {missing}; the same command goes on", err=True)
+    leave_if_stopped(stopped)
 
 
 def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) -> Sequence[int]:
@@ -334,13 +369,15 @@ def _with_limits(
     runs: int,
     seed: int,
     cells: int,
+    budget: float | None,
     workforce: Workforce,
     out: Path,
     as_json: bool,
 ) -> None:
     """Simulate strategies and limits of their worlds; write and print both."""
-    from feasibee.studies.comparison import compare, design_points
-    from feasibee.studies.limits import limits, oracle_world, speakers, spoken, tasks_near, write_frontier
+    from feasibee.studies.comparison import design_points
+    from feasibee.studies.limits import limits_at, oracle_world, speakers, spoken, tasks_near, write_frontier
+    from feasibee.studies.limits import words_of as simulate_words
 
     alone = strategies == ALONE
     numbers = [scenario.tasks.count] if alone and not tasks else tasks_near(scenario, tasks)
@@ -352,29 +389,22 @@ def _with_limits(
     design_points(contenders, numbers, runs, seed)  # likewise
     folder = make_folder(out)
     found: list[Outcome] = []
+    stopped, drawn = "", runs
     if contenders:
-        with executing("Comparing", folder, workforce) as execution:
-            found = compare(contenders, numbers, runs, seed, execution, curves=False)
+        with _rounds(folder, workforce, budget) as rounds:
+            found = simulate_words(contenders, numbers, runs, seed, rounds)
+        stopped, drawn = rounds.stopped, min(each.runs for each in found)
     with progress("Computing the limits") as advance:
-        bounds: dict[int, Limits] = {}
-        for number, world in worlds.items():
-            advance(len(bounds) / len(worlds))
-            bounds[number] = limits(world, runs, seed, cells_per_range=cells, threads=workforce.workers)
+        bounds = limits_at(worlds, drawn, seed, cells, workforce.workers, advance)
     write_frontier(folder, found, bounds)
     if as_json:
         said = {number: [spoken(each) for each in found if each.tasks == number] for number in bounds}
-        print_json(
-            [
-                {**each.to_dict(), **({"strategies": said[number]} if said[number] else {})}
-                for number, each in bounds.items()
-            ]
-        )
-        return
-    if found:
-        _print_frontier(found)
+        words = {number: {"strategies": rows} if rows else {} for number, rows in said.items()}
+        print_json([{**each.to_dict(), **words[number]} for number, each in bounds.items()])
     else:
-        _print_limits(list(bounds.values()))
-    click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
+        _print_frontier(found) if found else _print_limits(list(bounds.values()))
+        click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
+    _leave_if_stopped(stopped, found, runs)
 
 
 def _print_limits(bounds: Sequence[Limits]) -> None:
@@ -404,7 +434,9 @@ def _step(step: int | None) -> str:
 def _print_frontier(found: list[Outcome]) -> None:
     from feasibee.studies.comparison import by_contender
 
-    title = f"Right by their own word (%), of {found[0].runs} swarms; steps of half and 95 %"
+    fewest, most = min(each.runs for each in found), max(each.runs for each in found)
+    number = most if fewest == most else f"{fewest} to {most}"
+    title = f"Right by their own word (%), of {number} swarms; steps of half and 95 %"
     groups = by_contender(found)
     rows = []
     for name, group in groups.items():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -58,13 +58,18 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.tables import PRESETS
 from feasibee.studies.needs import strategy_change, suitable
 from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.sweep import Execution, Rounds
+from feasibee.sweeps.schedule import run_work
+from feasibee.sweeps.sweep import Enough, Execution, Rounds
 
 TASKS = (10, 16, 18, 19, 20, 21, 22, 25, 40)
 """Numbers of tasks for 20 robots, most of them near ratio one, where strategies differ."""
 
 DEFAULT = "default"
 """As a preset: the scenario as it is."""
+RUNS: Final = "runs of each"
+"""The phase of a comparison."""
+FIRST_LOOK: Final = 100
+"""Number of runs of each contender before its first answer, which later ones replace by twice as many."""
 CONTENDER = "contender"
 """In a journal, the name of what a comparison varies."""
 
@@ -224,7 +229,7 @@ def compare(
     tasks: Sequence[int] = (),
     runs: int = 200,
     seed: int = 0,
-    execution: Execution | None = None,
+    execution: Execution | Rounds | None = None,
     *,
     curves: bool = True,
 ) -> list[Outcome]:
@@ -240,8 +245,9 @@ def compare(
         Number of runs of each contender at each number of tasks.
     seed : int
         64 bits.
-    execution : Execution, optional
-        Where to compute and keep the runs; by default on threads, and in memory.
+    execution : Execution or Rounds, optional
+        Where to compute and keep the runs; by default on threads, and in memory. If it ends the study early,
+        all outcomes have the same smaller number of runs.
     curves : bool
         Whether to count right swarms at each step; else `Outcome.right_at` is empty.
 
@@ -251,8 +257,19 @@ def compare(
         Contender by contender, in the order of ``tasks``.
     """
     designs = design_points(contenders, tasks, runs, seed)
-    with Rounds(execution) as rounds:
-        return outcomes_of(rounds, designs, runs, seed, curves=curves)
+    with rounds_of(execution, RUNS) as rounds:
+        rounds.phases = {RUNS: runs * sum(run_work(each.scenario) for each in designs)}
+        done = number = 0
+        with suppress(Enough):
+            while number < runs:
+                number = min(runs, max(FIRST_LOOK, 2 * number))
+                rounds.place = f"{number:,} of {runs:,}"
+                next(rounds.run(Study(designs, number, seed, curves)))  # runs all; to read curves takes long
+                done = number
+                if done < runs:
+                    looked = outcomes_of(rounds, designs, done, seed, curves=False)
+                    rounds.so_far = leader(looked, lambda each: each.judged)
+        return outcomes_of(rounds, designs, done, seed, curves=curves)
 
 
 def design_points(
@@ -341,6 +358,14 @@ def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     for outcome in outcomes:
         groups.setdefault(outcome.contender, []).append(outcome)
     return groups
+
+
+def leader(outcomes: Sequence[Outcome], measure: Callable[[Outcome], Interval]) -> str:
+    """Return in words which contender is best so far, by the mean of a measure over numbers of tasks."""
+    groups = by_contender(outcomes).items()
+    means = {name: float(np.mean([measure(each).estimate for each in group])) for name, group in groups}
+    best = max(means, key=lambda name: means[name])
+    return f"right most often so far: {best}, {100 * means[best]:.1f} % of {outcomes[-1].runs:,} runs each"
 
 
 def overall(group: Sequence[Outcome]) -> Interval:

@@ -13,8 +13,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
+from threading import local
 from typing import Any, Final
 
 import numpy as np
@@ -25,7 +27,8 @@ from feasibee.figures.limits import Panel, Word, draw_frontier, draw_limits
 from feasibee.figures.style import save_both
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, exact
-from feasibee.results.measures import columns
+from feasibee.model.record import Record
+from feasibee.results.measures import column, columns, counted_robots
 from feasibee.results.statistics import DeclareTimes, declare_times, plain
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
@@ -33,8 +36,21 @@ from feasibee.simulation.ensemble import THREADS_LIMIT, check_progress, check_sc
 from feasibee.simulation.loading import load_engine
 from feasibee.simulation.snapshot import members
 from feasibee.simulation.swarm import Swarm
+from feasibee.strategies.contract import Setting
 from feasibee.studies import oracle
-from feasibee.studies.comparison import Outcome, check_distinct, check_stays, origin
+from feasibee.studies.comparison import (
+    CONTENDER,
+    Outcome,
+    check_distinct,
+    check_stays,
+    design_points,
+    leader,
+    origin,
+    outcome_of,
+)
+from feasibee.sweeps.plan import DesignPoint, Study
+from feasibee.sweeps.schedule import run_work
+from feasibee.sweeps.sweep import Enough, Rounds
 
 LIMITS: Final[Mapping[str, str]] = {
     "pooled": "all sightings together name all tasks, or one more than there are robots",
@@ -47,8 +63,10 @@ BOUNDS: Final[Mapping[str, str]] = {"infeasible": "flooding", "proved_feasible":
 """Which limit bounds the step by which a swarm of any strategy declares, if none of its robots ever errs."""
 ROOM: Final = 2**28
 """Largest memory in bytes of what an oracle's robots know."""
-STRIDE: Final = 20
-"""Number of steps between two looks at what robots know; runs of the paper's world take about 70."""
+STRIDE: Final = 80
+"""Number of steps between two looks at what robots know; runs of the paper's world take about 70.
+
+To call the engine costs as much time as 40 steps of 20 robots."""
 NEVER: Final = -1
 
 
@@ -124,24 +142,53 @@ def limits(
     >>> limits(runs=100, seed=1).times["flooding"].median
     42
     """
-    scenario, which = check_scenario(scenario), Runs(runs, seed)
+    scenario = check_scenario(scenario)
+    (found,) = limits_at(
+        {scenario.tasks.count: scenario}, runs, seed, cells_per_range, threads, progress
+    ).values()
+    return found
+
+
+def limits_at(
+    worlds: Mapping[int, Scenario],
+    runs: int,
+    seed: int,
+    cells_per_range: int = 4,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> dict[int, Limits]:
+    """Compute the limits of scenarios that differ in their numbers of tasks alone, as `limits`.
+
+    Fewer tasks are the first ones of more (model.md 1.3), and robots move alike: one swarm has all limits.
+    """
+    which, most = Runs(runs, seed), worlds[max(worlds)]
     threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     check_progress(progress)
-    world = oracle_world(scenario, cells_per_range)
-    steps = _steps_of(world, which, threads, progress)
+    world = oracle_world(most, cells_per_range)
+    steps = _steps_of(world, list(worlds), which, threads, progress)
     setting = world.setting
     cell = setting.width / oracle.columns(setting), setting.height / oracle.rows(setting)
-    return Limits(scenario, which.seed, dict(zip(LIMITS, steps.T, strict=True)), cell)
+    return {
+        number: Limits(each, which.seed, dict(zip(LIMITS, steps[:, place].T, strict=True)), cell)
+        for place, (number, each) in enumerate(worlds.items())
+    }
 
 
 def _steps_of(
-    world: Scenario, runs: Runs, threads: int, progress: Callable[[float], None] | None
+    world: Scenario, tasks: Sequence[int], runs: Runs, threads: int, progress: Callable[[float], None] | None
 ) -> NDArray[np.int64]:
-    """Return the first step of each limit in each run: shape (runs, limits); -1 if never."""
+    """Return the first step of each limit in each run: shape (runs, len(tasks), limits); -1 if never."""
     load_engine(world)
-    steps = np.empty((runs.count, len(LIMITS)), np.int64)
+    steps = np.empty((runs.count, len(tasks), len(LIMITS)), np.int64)
+    own = local()
+
+    def found_in(run: int) -> list[list[int]]:
+        if not hasattr(own, "swarm"):  # one for each thread: to make one takes longer than its run
+            own.swarm = Tireless(world, runs.seed, run)
+        return limits_of_run(own.swarm, run, tasks)
+
     with ThreadPoolExecutor(threads) as pool:
-        found = pool.map(lambda run: limits_of_run(world, runs.seed, run), range(runs.count))
+        found = pool.map(found_in, range(runs.count))
         for run, each in enumerate(found):  # an exception here cancels the runs that are left
             steps[run] = each
             if progress is not None:
@@ -194,6 +241,12 @@ class Tireless(Swarm):
     The engine lets a robot broadcast that is in the set of those that speak, whatever its phase.
     """
 
+    def begin(self, run: int) -> None:
+        """Go to step 0 of a run."""
+        if self.step > 0 or run != self._which.first:
+            self._which = Runs.single(self._which.seed, run)
+            self._begin(self._inboxes)
+
     def _begin(self, room: Any) -> None:
         super()._begin(room)
         layout, state, robots = self._layout, self._state, slice(self._params.robots.count)
@@ -201,23 +254,34 @@ class Tireless(Swarm):
         state.sets[layout.Set.SPEAKING] = state.sets[layout.Set.WORKING]
         state.robots[layout.Robot.LABEL, robots] |= members(state.sets[layout.Set.WORKING])[robots]
 
+    def _play(self, until: int) -> None:
+        if until > 0:  # step 0 is recorded with the first steps: a call takes as long as 40 steps
+            super()._play(until)
 
-def limits_of_run(world: Scenario, seed: int, run: int) -> list[int]:
-    """Return the first step of each limit in one run of an oracle's world; -1 if never."""
-    swarm = Tireless(world, seed, run)
-    honest, setting = swarm.counted, world.setting
-    enough = min(setting.tasks, setting.robots + 1)
-    flooding = complete_map = NEVER
-    while NEVER in (flooding, complete_map) and swarm.step < world.run.steps:
-        swarm.advance(min(STRIDE, world.run.steps - swarm.step))
-        flooding, complete_map = (
-            _quorum_step(swarm, honest, swarm.knowledge[:, word])
-            for word in (oracle.NAMES_STEP, oracle.MAP_STEP)
-        )
-    cells, end = oracle.FIRST_STEPS + setting.tasks, oracle.names_start(setting)
-    pooled = _pooled(swarm.knowledge[honest, oracle.FIRST_STEPS : cells], enough)
-    area = _pooled(swarm.knowledge[honest, cells:end], oracle.cells(setting))
-    return [pooled, flooding if enough else 0, area, complete_map]
+
+def limits_of_run(swarm: Tireless, run: int, tasks: Sequence[int]) -> list[list[int]]:
+    """Return the first step of each limit with only the first so many tasks of a run; -1 if never."""
+    swarm.begin(run)
+    honest, setting, last = swarm.counted, swarm.scenario.setting, swarm.scenario.run.steps
+    flooding, complete_map = [NEVER], NEVER
+    while NEVER in (*flooding, complete_map) and swarm.step < last:
+        swarm.advance(min(STRIDE, last - swarm.step))
+        known = swarm.knowledge
+        complete_map = _quorum_step(swarm, honest, known[:, oracle.MAP_STEP])
+        flooding = [
+            _quorum_step(swarm, honest, naming_steps(known, setting, each)) if each else 0 for each in tasks
+        ]
+    seen = known[honest, oracle.FIRST_STEPS : oracle.known_start(setting)]
+    area = _pooled(seen[:, setting.tasks :], oracle.cells(setting))
+    pooled = [_pooled(seen[:, :each], min(each, setting.robots + 1)) for each in tasks]
+    return [[*both, area, complete_map] for both in zip(pooled, flooding, strict=True)]
+
+
+def naming_steps(known: NDArray[np.int32], setting: Setting, tasks: int) -> NDArray[np.int32]:
+    """Return the step at which each robot knew all of the first tasks, or n + 1 of them; 0 if never."""
+    start, needed = oracle.known_start(setting), min(tasks, setting.robots + 1)
+    steps = known[:, start : start + tasks].astype(np.uint32) - np.uint32(1)  # never comes last
+    return (np.partition(steps, needed - 1)[:, needed - 1] + np.uint32(1)).astype(np.int32)
 
 
 def _pooled(steps: NDArray[np.int32], needed: int) -> int:
@@ -310,6 +374,64 @@ def _speaker(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     knows = manifest.needs_count or scenario.robots.know_count
     rule = None if manifest.declares else RULE
     return scenario.replace({"robots.know_count": knows, **own, "decision.declare": rule})
+
+
+WHOLE: Final = 100
+"""Number of first runs of a contender that go on to the last step. Its bits are theirs."""
+PATIENCE: Final = 1.15
+"""Its other runs have so many times the steps that its declarations took in these."""
+
+
+def words_of(
+    contenders: Mapping[str, Scenario], tasks: Sequence[int], runs: int, seed: int, rounds: Rounds
+) -> list[Outcome]:
+    """Simulate what robots say by their own word: the outcomes of `compare`, but for bits of the first runs.
+
+    A declaration is for good, and fewer steps are the beginning of the same run (model.md 6.14, 1.3). So a
+    run may end once all its robots have declared: only its bits could change. Contenders that an early end
+    leaves have their first runs alone.
+    """
+    designs = design_points(contenders, tasks, runs, seed)
+    work = sum(run_work(each.scenario) for each in designs)
+    rounds.phases = {"first runs": min(WHOLE, runs) * work, "strategies": runs * work}
+    rounds.phase = "first runs"
+    firsts = list(rounds.run(Study(designs, min(WHOLE, runs), seed)))
+    found = [_outcome(*each) for each in zip(designs, firsts, strict=True)]
+    rounds.phase = "strategies"
+    with suppress(Enough):
+        for place, design in enumerate(designs if runs > WHOLE else ()):
+            rounds.so_far = leader(found, lambda each: each.spoken.ok)
+            rounds.place = f"{1 + place // len(tasks)} of {len(contenders)}"
+            found[place] = _declared(rounds, design, firsts[place], runs, seed)
+    return found
+
+
+def _outcome(design: DesignPoint, record: Record) -> Outcome:
+    return outcome_of(design.values[CONTENDER], design.scenario, record)
+
+
+def _declared(rounds: Rounds, design: DesignPoint, first: Record, runs: int, seed: int) -> Outcome:
+    """Return the outcome of a point's runs, most of them without the steps after all robots have declared."""
+    scenario, most = design.scenario, design.scenario.run.steps
+    late = math.ceil(PATIENCE * int(first.declare_step.max())), scenario.faults.stop_step, 1
+    steps = min(most, max(late)) if _has_declared(first, scenario).all() else most
+    short = replace(design, scenario=scenario.replace({"run.steps": steps}))
+    (record,) = rounds.run(Study([short], runs, seed))
+    if steps == most:
+        return _outcome(design, record)
+    for row in np.flatnonzero(~_has_declared(record, scenario)):
+        (whole,) = rounds.run(Study([replace(design, first_run=record.first_run + int(row))], 1, seed))
+        for name in ("account", "decision", "decision_step"):
+            getattr(record, name)[row] = getattr(whole, name)[0]
+    bits, every = _outcome(design, first), _outcome(design, record)
+    return replace(every, bits=bits.bits, found=every.found._replace(bits=bits.found.bits))
+
+
+def _has_declared(record: Record, scenario: Scenario) -> NDArray[np.bool_]:
+    """Return whether all counted robots of each run have declared: shape (runs,)."""
+    declared = column(record, "declared_feasible") + column(record, "declared_infeasible")
+    found: NDArray[np.bool_] = declared == counted_robots(record, scenario)
+    return found
 
 
 def tasks_near(scenario: Scenario, tasks: Sequence[int] = ()) -> list[int]:

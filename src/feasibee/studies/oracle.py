@@ -7,8 +7,8 @@ robot of any strategy can know more, however many bits its messages have. The or
 
 A Byzantine robot's messages are empty, since nobody can rely on them.
 
-Message: a bit for each task and each cell. Memory: the same, with the step at which the robot knew enough
-tasks, that at which it knew all cells, and that at which it first saw each task and each cell. Step 0 means
+Message: a bit for each task and each cell. Memory: the same, with the step at which the robot knew all cells,
+that at which it first saw each task and each cell, and that at which it first knew each task. Step 0 means
 never.
 """
 
@@ -18,9 +18,8 @@ BY_NAME = True
 PARAMETERS = {"cells_per_range": 4.0}
 MEMBERS = 31
 """Number of a set's members in a word."""
-NAMES_STEP = 0
-MAP_STEP = 1
-FIRST_STEPS = 2
+MAP_STEP = 0
+FIRST_STEPS = 1
 """Word of the step at which the first task was first seen; the other tasks and the cells follow."""
 
 
@@ -44,9 +43,14 @@ def cells(setting):
     return columns(setting) * rows(setting)
 
 
+def known_start(setting):
+    """Return the word of the step at which the robot first knew the first task; the other tasks follow."""
+    return FIRST_STEPS + setting.tasks + cells(setting)
+
+
 def names_start(setting):
     """Return the first word of the set of tasks."""
-    return FIRST_STEPS + setting.tasks + cells(setting)
+    return known_start(setting) + setting.tasks
 
 
 def name_words(setting):
@@ -102,16 +106,18 @@ def bits(message, me):
 
 
 def declare(known, me):
-    """Record the cells in sight, and when the robot knows enough tasks and all cells; then declare."""
+    """Record the cells in sight, and when the robot knows each task and all cells; then declare."""
     setting = me.setting
     look(known, me)
-    start, names = names_start(setting), name_words(setting)
-    enough = min(setting.tasks, setting.robots + 1)
-    if known[NAMES_STEP] == 0 and members(known, start, start + names) >= enough:
-        known[NAMES_STEP] = me.step + 1
+    first, start, names = known_start(setting), names_start(setting), name_words(setting)
+    missing = 0
+    for task in range(setting.tasks):
+        if known[first + task] == 0 and known[start + task // MEMBERS] & (1 << (task % MEMBERS)) != 0:
+            known[first + task] = me.step + 1
+        missing += known[first + task] == 0
     if known[MAP_STEP] == 0 and members(known, start + names, len(known)) == cells(setting):
         known[MAP_STEP] = me.step + 1
-    return 1 if known[NAMES_STEP] != 0 and known[MAP_STEP] != 0 else -1
+    return 1 if missing == 0 and known[MAP_STEP] != 0 else -1
 
 
 def members(known, start, stop):
