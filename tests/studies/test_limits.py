@@ -26,7 +26,7 @@ WORLDS = [
     {"robots.count": 40, "arena.side": 24.0, "tasks.count": 41, "decision.threshold": 0.55},
     {"faults.stopped": 0.4, "faults.stop_step": 25, "arena.side": 13.0, "tasks.count": 6},
     {"faults.byzantine": 0.2, "faults.byzantine_says": "colluding", "arena.side": 14.0},
-    {"decision.listen": "dissemination", "decision.gain": 25.0, "decision.exploration": 4.0},
+    {"decision.start": "first-sight", "decision.listen": "dissemination", "decision.gain": 25.0},
     {"robots.speed": 0.5, "arena.side": 10.0, "radio.loss": 0.5, "sensing.miss": 0.4, "tasks.count": 9},
 ]
 

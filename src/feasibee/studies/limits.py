@@ -217,6 +217,7 @@ def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
             "decision.strategy": str(Path(oracle.__file__)),
             "decision.parameters": {"cells_per_range": float(cells_per_range)},
             "decision.declare": None,
+            "decision.start": "coin",
             "decision.listen": "always",
             "decision.quality_floor": 0,
             "sensing.false_robots": 0.0,
