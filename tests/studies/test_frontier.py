@@ -65,12 +65,12 @@ def test_what_is_said_is_that_of_the_runs(found, own, row, tasks):
     assert said["bits"] == pytest.approx(record.bits_sent.mean() / (10 * 300))
 
 
-@pytest.mark.parametrize("patience", [0.8, 1.15])
-def test_runs_that_end_once_all_have_declared_say_the_same(own, monkeypatch, patience):
+@pytest.mark.parametrize(("patience", "stop"), [(0.8, 40), (1.05, 150)])
+def test_runs_that_end_once_all_have_declared_say_the_same(own, monkeypatch, patience, stop):
     """With little patience, some runs have to go on: they are run again to the last step."""
     monkeypatch.setattr("feasibee.studies.limits.WHOLE", 10)
     monkeypatch.setattr("feasibee.studies.limits.PATIENCE", patience)
-    scenario = SHORT.replace({"faults.stopped": {"count": 1}, "faults.stop_step": 150, "tasks.count": 11})
+    scenario = SHORT.replace({"faults.stopped": {"count": 1}, "faults.stop_step": stop, "tasks.count": 11})
     chosen, told = speakers(scenario, [own, "quiet-census", "census"]), []
     execution = Execution(pool=threads(1), progress=told.append)
     with Rounds(execution, most=None) as rounds:

@@ -85,6 +85,11 @@ class Record:
             self.first_run + start, **{name: array[start:stop] for name, array in self._arrays().items()}
         )
 
+    def put(self, start: int, other: Record) -> None:
+        """Write the runs of another record over the rows from ``start`` on; its curves are as long."""
+        for name, array in other._arrays().items():
+            getattr(self, name)[start : start + other.runs] = array
+
     def lengthened(self, length: int) -> Record:
         """Return a copy with longer curves, and traces if it has any; the new steps have the fill value."""
         longer = Record.empty(self.first_run, self.runs, length, length if self.truth.shape[1] else 0)

@@ -379,7 +379,7 @@ def _speaker(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
 
 WHOLE: Final = 100
 """Number of first runs of a contender that go on to the last step. Its bits are theirs."""
-PATIENCE: Final = 1.15
+PATIENCE: Final = 1.05
 """Its other runs have so many times the steps that its declarations took in these."""
 
 
@@ -417,13 +417,16 @@ def _declared(rounds: Rounds, design: DesignPoint, first: Record, runs: int, see
     late = math.ceil(PATIENCE * int(first.declare_step.max())), scenario.faults.stop_step, 1
     steps = min(most, max(late)) if _has_declared(first, scenario).all() else most
     short = replace(design, scenario=scenario.replace({"run.steps": steps}))
-    (record,) = rounds.run(Study([short], runs, seed))
+    later = replace(short, first_run=short.first_run + first.runs)
+    record = Record.empty(first.first_run, runs, 0)
+    record.put(0, first)
+    record.put(first.runs, next(rounds.run(Study([later], runs - first.runs, seed))))
     if steps == most:
         return _outcome(design, record)
-    for row in np.flatnonzero(~_has_declared(record, scenario)):
-        (whole,) = rounds.run(Study([replace(design, first_run=record.first_run + int(row))], 1, seed))
-        for name in ("account", "decision", "decision_step"):
-            getattr(record, name)[row] = getattr(whole, name)[0]
+    rows = np.flatnonzero(~_has_declared(record, scenario)).tolist()
+    again = [replace(design, first_run=record.first_run + row) for row in rows]
+    for row, whole in zip(rows, rounds.run(Study(again, 1, seed)), strict=True):
+        record.put(row, whole)
     bits, every = _outcome(design, first), _outcome(design, record)
     return replace(every, bits=bits.bits, found=every.found._replace(bits=bits.found.bits))
 
