@@ -39,12 +39,15 @@ from worlds import (
 import feasibee
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.assess import assess
+from feasibee.studies.limits import speakers, tasks_near, words_of
 from feasibee.studies.report import Assessment
-from feasibee.sweeps.sweep import Execution
+from feasibee.sweeps.sweep import Execution, Rounds
 
 LARGE = 10_000
 VAST = 1_000_000
 MANY = 2000
+LEAST_WORDS = 400
+"""Runs of strategies by their own word: the first 100 go on to the last step, later ones may end early."""
 KNOWLEDGE_STEPS = 300
 KNOWLEDGE_TARGETS = {"tally": 3.0, "census": 3.0}  # million robot-steps per second and core
 OPINIONS_TARGET = 20.0
@@ -298,7 +301,7 @@ def start(plan: Plan) -> list[Row]:
 
 
 def answers(plan: Plan) -> list[Row]:
-    """Count the robot-steps of two answers, against those of a grid with equal runs of all that they name."""
+    """Count the robot-steps of answers, against those of a grid with equal whole runs of all they name."""
     rows = []
     for name, tables in {"the paper's swarm": {}, "a hall": HALL}.items():
         swarm, done = feasibee.Scenario.from_tables(tables), []
@@ -306,6 +309,14 @@ def answers(plan: Plan) -> list[Row]:
         row = Row.of(f"assess, {name}", "million robot-steps", [done[-1].work_new / 1e6])
         grid = _robots_in_grid(found) * plan.answer_runs * swarm.run.steps / 1e6
         rows.append(row.compared([row.best / grid], "a grid").aiming("ratio", most=0.5))
+    swarm, done = feasibee.Scenario(), []
+    contenders = speakers(swarm, ["turns", "quiet-census", "map"])
+    with Rounds(Execution(progress=done.append), most=None) as rounds:
+        words_of(contenders, tasks_near(swarm), LEAST_WORDS, 0, rounds)
+    row = Row.of("compare --limits, three strategies", "million robot-steps", [done[-1].work_new / 1e6])
+    points = len(contenders) * len(tasks_near(swarm))
+    grid = points * LEAST_WORDS * swarm.robots.count * swarm.run.steps / 1e6
+    rows.append(row.compared([row.best / grid], "a grid").aiming("ratio", most=0.5))
     return rows
 
 
