@@ -12,8 +12,9 @@ from click.testing import CliRunner
 from feasibee import Scenario
 from feasibee.cli import main
 from feasibee.cli.execution import leave_if_stopped
+from feasibee.results.statistics import wilson
 from feasibee.studies.assess import assess
-from feasibee.studies.comparison import compare
+from feasibee.studies.comparison import compare, percent
 from feasibee.studies.pages import write_report
 from feasibee.studies.recommend import Constraints, recommend
 from feasibee.studies.report import sections
@@ -103,9 +104,9 @@ def test_a_search_so_far_says_how_far_it_came():
 
 def test_a_comparison_so_far_has_as_many_runs_of_each():
     found = compare({"dmmd": SMALL, "dc": SMALL.replace({"decision.strategy": "dc"})}, (5, 7), 250, 1, OVER)
-    assert [each.runs for each in found] == 4 * [100]
+    assert [each.runs for each in found] == 4 * [20]
     assert found[0].right_at.size == 61
-    assert found[0].right.tolist() == compare({"dmmd": SMALL}, (5,), 100, 1)[0].right.tolist()
+    assert found[0].right.tolist() == compare({"dmmd": SMALL}, (5,), 20, 1)[0].right.tolist()
 
 
 def test_a_comparison_counts_no_run_twice_although_it_looks_several_times():
@@ -116,10 +117,24 @@ def test_a_comparison_counts_no_run_twice_although_it_looks_several_times():
     assert (told[-1].runs, told[-1].runs_done, told[-1].runs_new) == (500, 500, 500)
     assert {each.most for each in told} == {work} == {told[-1].work_done}
     assert [*dict.fromkeys(each.phase for each in told)] == [
-        f"runs of each, {number} of 250" for number in (100, 200, 250)
+        f"runs of each, {number} of 250" for number in (20, 40, 80, 160, 250)
     ]
     assert told[0].so_far == ""
-    assert told[-1].so_far.startswith("right most often so far: dmmd, ")
+    right = sum(int(each.right[:160].sum()) for each in found)
+    assert (
+        told[-1].so_far
+        == f"right most often so far: dmmd, {percent(wilson(right, 320))}, by 160 runs of each"
+    )
+
+
+def test_a_comparison_of_worlds_that_change_names_the_best_so_far():
+    told, world = [], SMALL.replace({"tasks.arrival_rate": 0.05, "tasks.lifetime": 60.0})
+    contenders = {name: world.replace({"decision.strategy": name}) for name in ("dmmd", "fading")}
+    found = compare(contenders, (), 30, 1, Execution(pool=threads(1), progress=told.append))
+    best = max(found, key=lambda each: each.shares[:20].mean())
+    assert told[-1].so_far.startswith(
+        f"right most often so far: {best.contender}, {100 * best.shares[:20].mean():.1f} % ("
+    )
 
 
 def test_the_most_work_of_phases_never_grows_and_includes_later_ones():

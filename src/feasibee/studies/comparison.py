@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -68,7 +68,7 @@ DEFAULT = "default"
 """As a preset: the scenario as it is."""
 RUNS: Final = "runs of each"
 """The phase of a comparison."""
-FIRST_LOOK: Final = 100
+FIRST_LOOK: Final = 20
 """Number of runs of each contender before its first answer, which later ones replace by twice as many."""
 CONTENDER = "contender"
 """In a journal, the name of what a comparison varies."""
@@ -268,7 +268,7 @@ def compare(
                 done = number
                 if done < runs:
                     looked = outcomes_of(rounds, designs, done, seed, curves=False)
-                    rounds.so_far = leader(looked, lambda each: each.judged)
+                    rounds.so_far = leader(looked, "right_share" if looked[0].tracking else "right_at_end")
         return outcomes_of(rounds, designs, done, seed, curves=curves)
 
 
@@ -360,12 +360,13 @@ def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     return groups
 
 
-def leader(outcomes: Sequence[Outcome], measure: Callable[[Outcome], Interval]) -> str:
-    """Return in words which contender is best so far, by the mean of a measure over numbers of tasks."""
+def leader(outcomes: Sequence[Outcome], measure: str) -> str:
+    """Return in words which contender is best so far by a measure of all its runs."""
     groups = by_contender(outcomes).items()
-    means = {name: float(np.mean([measure(each).estimate for each in group])) for name, group in groups}
-    best = max(means, key=lambda name: means[name])
-    return f"right most often so far: {best}, {100 * means[best]:.1f} % of {outcomes[-1].runs:,} runs each"
+    found = {name: together([each.found for each in group], measure) for name, group in groups}
+    best = max(found, key=lambda name: found[name].estimate)
+    runs = min(each.runs for each in outcomes)
+    return f"right most often so far: {best}, {percent(found[best])}, by {runs:,} runs of each"
 
 
 def overall(group: Sequence[Outcome]) -> Interval:

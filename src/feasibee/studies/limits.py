@@ -401,7 +401,7 @@ def words_of(
     rounds.phase = "strategies"
     with suppress(Enough):
         for place, design in enumerate(designs if runs > WHOLE else ()):
-            rounds.so_far = leader(found, lambda each: each.spoken.ok)
+            rounds.so_far = leader(found, "declared_ok")
             rounds.place = f"{1 + place // len(tasks)} of {len(contenders)}"
             found[place] = _declared(rounds, design, firsts[place], runs, seed)
     return found
