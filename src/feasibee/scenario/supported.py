@@ -36,6 +36,10 @@ PAGE: Final = IN_C | {"radio.id_bits", "robots.know_count", "units.metres", "uni
 """Fields that a page simulates."""
 ARGOS: Final = IN_C | {"robots.avoid_collisions"}
 """Fields that an experiment of ARGoS expresses."""
+THEORY: Final = (COMMON - {"decision.dissemination_floor", "decision.start"}) | {
+    *("sensing.miss", "radio.loss", "robots.know_count", "units.metres", "units.seconds")
+}
+"""Fields that the theory takes into account."""
 FAST_PATH_LIMITS: Final[Mapping[str, Callable[[Scenario], bool]]] = {
     "arena.side": lambda scenario: scenario.arena.size[0] == scenario.arena.size[1],
     "decision.strategy": lambda scenario: not scenario.manifest.knowledge,

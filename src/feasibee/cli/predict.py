@@ -1,0 +1,257 @@
+"""feasibee predict: how often, when and why a swarm decides, by theory; runs of the engine check it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from feasibee.cli.options import (
+    Given,
+    command,
+    complete_field,
+    console,
+    file_type,
+    option,
+    print_json,
+    progress,
+)
+from feasibee.errors import FeasibeeError, ScenarioError
+from feasibee.files import FIGURES, check_output
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
+    from feasibee.theory.against import Agreement
+    from feasibee.theory.predict import Prediction
+
+    Point = tuple[Any, Prediction | str, Agreement | None]
+
+POINTS = 9
+"""Number of values of --over."""
+
+
+@command()
+def predict(
+    *,
+    given: Given,
+    against: int | None = option(
+        "Also simulate so many runs, and say whether they agree.", click.IntRange(1), metavar="RUNS"
+    ),
+    over: str | None = option(
+        "Predict for nine values of a field, such as decision.gain=3:40.",
+        metavar="FIELD=LOW:HIGH",
+        shell_complete=complete_field,
+    ),
+    plot: Path | None = option(
+        "Draw a figure: decisions over time, drift, and noise; with --over, shares, tipping point and times.",
+        file_type,
+        metavar="FILE",
+    ),
+    seed: int,
+    workers: int | None,
+    as_json: bool,
+) -> None:
+    """Predict how often and when a swarm decides, without simulating it, and why.
+
+    The theory has no parameter that was fitted to simulations. It covers opinions on a torus; other scenarios
+    are refused, with the field and a value to use. The error is the largest measured in such scenarios.
+
+    With --against, theory and engine agree if both shares lie within that error of the engine's 95 %
+    intervals, and the median step lies within 10 % of a median in the engine's 95 % interval.
+
+    \b
+    Examples:
+      feasibee predict --set tasks.count=10
+      feasibee predict mine.toml --against 2000
+      feasibee predict --set tasks.count=10 --over decision.gain=3:40 --plot gain.png
+      feasibee predict mine.toml --json
+    """
+    scenario = given.read()
+    if plot is not None:
+        check_output(plot, FIGURES, "--plot")
+    if over is None:
+        found = _points(scenario, "", [None], against, seed, workers)
+    else:
+        from feasibee.studies.space import dimensions
+
+        (dimension,) = dimensions(scenario, [over])
+        values = dimension.choices or list(
+            dict.fromkeys(dimension.at(each / (POINTS - 1)) for each in range(POINTS))
+        )
+        found = _points(scenario, dimension.path, values, against, seed, workers)
+    if plot is not None:
+        _draw(found, over.partition("=")[0] if over else "", plot)
+    if as_json:
+        print_json(_json(found, over) if over else {**_json_of(found[0]), **_about(scenario)})
+    elif over:
+        _print_over(found, over.partition("=")[0])
+    else:
+        _print_one(found[0])
+
+
+def _points(
+    scenario: Scenario, path: str, values: Any, against: int | None, seed: int, workers: int | None
+) -> list[Point]:
+    """Return for each value the prediction, or why there is none, and what the engine found."""
+    from feasibee.scenario.runs import Runs
+    from feasibee.theory.against import compare
+    from feasibee.theory.predict import predict as predicted
+
+    runs = None if against is None else Runs(against, seed, 0)
+    found: list[Point] = []
+    for value in values:
+        here = scenario.replace({path: value}) if path else scenario
+        try:
+            prediction = predicted(here)
+        except ScenarioError as error:
+            if not path:
+                raise
+            found.append((value, str(error.problems[0]), None))
+            continue
+        agreement = None
+        if runs is not None:
+            from feasibee.simulation.ensemble import simulate_record
+
+            with progress("Simulating") as advance:
+                record = simulate_record(here, runs, threads=workers, progress=advance)
+            agreement = compare(prediction, record)
+        found.append((value, prediction, agreement))
+    if all(isinstance(prediction, str) for _, prediction, _ in found):
+        raise FeasibeeError(str(found[0][1]))
+    return found
+
+
+def _about(scenario: Scenario) -> dict[str, Any]:
+    return {"scenario": scenario.to_dict(), "scenario_hash": scenario.hash}
+
+
+def _json_of(point: Point) -> dict[str, Any]:
+    _, prediction, agreement = point
+    if isinstance(prediction, str):
+        return {"beyond_reach": prediction}
+    answer = prediction.to_dict()
+    if agreement is not None:
+        answer["engine"] = {
+            "runs": agreement.runs,
+            **{name: rate._asdict() for name, rate in agreement.rates.items()},
+            "decision_step": agreement.steps._asdict(),
+        }
+        answer["agree"] = agreement.agree
+    return answer
+
+
+def _json(found: list[Point], over: str) -> dict[str, Any]:
+    return {
+        "field": over.partition("=")[0],
+        "points": [{"value": each[0], **_json_of(each)} for each in found],
+    }
+
+
+def _share(value: float) -> str:
+    return f"{100 * value:.1f}"
+
+
+def _print_one(point: Point) -> None:
+    from rich.table import Table
+
+    from feasibee.scenario.feasibility import truth
+
+    _, prediction, agreement = point
+    assert not isinstance(prediction, str)
+    scenario, out = prediction.scenario, console()
+    table = Table(
+        title=f"{scenario.robots.count} robots, {scenario.tasks.count} tasks, {scenario.decision.strategy}"
+    )
+    for column in ("decision", "theory (%)", *(["engine (%)", "95 % interval"] if agreement else [])):
+        table.add_column(column, justify="left" if column == "decision" else "right")
+    true = "feasible" if truth(scenario) else "infeasible"
+    for name in ("feasible", "infeasible", "undecided"):
+        row = [name + " (true)" * (name == true), _share(getattr(prediction, name))]
+        if agreement:
+            rate = agreement.rates[name]
+            row += [_share(rate.estimate), f"{_share(rate.low)} to {_share(rate.high)}"]
+        table.add_row(*row)
+    out.print(table)
+    for line in _lines(prediction, agreement):
+        out.print(line, soft_wrap=True)
+
+
+def _lines(prediction: Prediction, agreement: Agreement | None) -> list[str]:
+    """Return what the table doesn't hold: times, why, warnings, whether the engine agrees."""
+    q25, median, q75 = (_step(each) for each in prediction.steps.values())
+    lines = [
+        f"Tested error of a share: {100 * prediction.error:.0f} percentage points.",
+        f"Decided: a quarter of the swarms {q25}, half {median}, three quarters {q75}.",
+    ]
+    if (tips := prediction.tipping) is not None:
+        lines += [
+            f"Opinions tip where {_share(tips.point)} % are for feasible; a deviation grows e-fold in "
+            f"{tips.e_fold:.0f} steps.",
+            f"Noise: {_share(tips.coins_share)} % from the coins at the start, "
+            f"{_share(1 - tips.coins_share)} % from all later steps.",
+        ]
+    lines += [f"Warning: {each}." for each in prediction.warnings]
+    if agreement is not None:
+        parts = [
+            name
+            for name, agrees in (("shares", agreement.shares_agree), ("times", agreement.times_agree))
+            if not agrees
+        ]
+        verdict = f"differ in {' and '.join(parts)}" if parts else "agree"
+        lines.append(
+            f"Theory and engine {verdict} (half {_step(agreement.steps.median)} in {agreement.runs:,} runs)."
+        )
+    return lines
+
+
+def _step(step: int | None) -> str:
+    return "never" if step is None else f"by step {step}"
+
+
+def _print_over(found: list[Point], path: str) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.table import Table
+
+    engine = any(agreement for _, _, agreement in found)
+    table = Table(box=SIMPLE_HEAD, pad_edge=False)
+    heads = (
+        path,
+        "feasible",
+        "infeasible",
+        "step",
+        "tips at",
+        *(["engine (%)", "agree"] if engine else []),
+    )
+    for head in heads:
+        table.add_column(head, justify="right")
+    beyond = []
+    for value, prediction, agreement in found:
+        shown = f"{value:.3g}" if isinstance(value, float) else str(value)
+        if isinstance(prediction, str):
+            table.add_row(shown, *["-"] * (len(heads) - 1))
+            beyond.append(prediction)
+            continue
+        tips = "-" if prediction.tipping is None else _share(prediction.tipping.point)
+        row = [
+            shown,
+            _share(prediction.feasible),
+            _share(prediction.infeasible),
+            str(prediction.steps["median"] or "never"),
+            tips,
+        ]
+        if agreement:
+            row += [_share(agreement.rates["feasible"].estimate), "yes" if agreement.agree else "no"]
+        table.add_row(*row)
+    out = console()
+    out.print(table)
+    for line in beyond:
+        out.print(f"Beyond reach: {line}", soft_wrap=True)
+
+
+def _draw(found: list[Point], path: str, plot: Path) -> None:
+    from feasibee.figures.style import save_figure
+    from feasibee.figures.theory import draw_field, draw_prediction
+
+    known = [(value, each, agreement) for value, each, agreement in found if not isinstance(each, str)]
+    save_figure(draw_field(path, known) if path else draw_prediction(*known[0][1:]), plot)

@@ -1,0 +1,127 @@
+"""The effective chain: the balance of opinions as one number, which moves by one robot at a time."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.theory.classes import CLASS, Array, Swarm
+from feasibee.theory.saddle import Manifold, manifold
+
+SHARES = np.array([0.004, 0.015, *np.linspace(0.04, 0.96, 17), 0.985, 0.996])
+"""Shares of feasible opinions at which drift and noise are computed."""
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A chain in time, from the coins at the start to the decision; it moves by one state at a time."""
+
+    up: Array
+    """Rate per step from each state to the next one: one robot more for feasible; shape (states,)."""
+    down: Array
+    """Rate per step to the state before."""
+    at_once: Array
+    """Share of the moves up to the last state, and down to the first, that decide: shape (2,).
+
+    All moves beyond these two decide. So the decision may lie anywhere between two states."""
+    start: Array
+    """Probability of each state at the start, shape (states,)."""
+    decided: tuple[float, float]
+    """Probabilities that the start is already a decision: for feasible and for infeasible."""
+
+    def moves(self) -> tuple[Array, Array]:
+        """Return the rates between states, and to both decisions; shapes (states, states), (states, 2)."""
+        up, down, exits = self.up.copy(), self.down.copy(), np.zeros((len(self.up), 2))
+        exits[-1, 0], exits[0, 1] = up[-1], down[0]
+        exits[-2, 0], exits[1, 1] = self.at_once * (up[-2], down[1])
+        up[-2] -= exits[-2, 0]
+        down[1] -= exits[1, 1]
+        return np.diag(up[:-1], 1) + np.diag(down[1:], -1), exits
+
+    def over_time(self, steps: int) -> Array:
+        """Return the probabilities to have decided feasible and infeasible by each step: (steps + 1, 2)."""
+        among, exits = self.moves()
+        onward = np.linalg.inv(np.diag(1 + self.up + self.down) - among)  # implicit steps: never negative
+        states = np.zeros((steps + 1, len(self.up)))
+        state = self.start
+        for step in range(1, steps + 1):
+            states[step] = state = state @ onward
+        return np.cumsum(states @ exits, axis=0) + self.decided
+
+
+def chain_of(swarm: Swarm, needed: int, feasible: float = 0.5) -> tuple[Chain, Manifold]:
+    """Return the effective chain of a swarm, and the states that it was made of.
+
+    Parameters
+    ----------
+    swarm : Swarm
+        The numbers of a robot.
+    needed : int
+        Least number of robots of one opinion that is a decision.
+    feasible : float
+        Share of feasible opinions at the start.
+    """
+    along = manifold(swarm, SHARES)
+    middle = (along.value[1:] + along.value[:-1]) / 2
+    places = np.concatenate([[0.0], np.cumsum((middle * np.diff(along.states, axis=0)).sum(CLASS))])
+    first, spread = _beginning(swarm, along, places, feasible)
+    first -= feasible * swarm.robots  # place of 0 robots for feasible
+    held = along.states.sum(CLASS[1:])
+    high = float(np.interp(needed, held[:, 0], places)) - first
+    low = float(np.interp(-needed, -held[:, 1], places)) - first
+    numbers = np.arange(math.floor(low) + 0, math.ceil(high) + 1)
+    between = np.array([high - numbers[-1] + 1, numbers[0] + 1 - low])  # parts of the last moves, 0 to 1
+    drift, noise = (np.interp(numbers + first, places, each) for each in (along.drift, along.noise))
+    up = np.maximum((noise + drift) / 2, np.maximum(drift, 0) + 1e-12)
+    down = np.maximum((noise - drift) / 2, np.maximum(-drift, 0) + 1e-12)
+    start = _start(swarm.robots, feasible, spread, numbers)
+    inner = slice(1, -1)
+    return Chain(
+        up[inner],
+        down[inner],
+        (1 - between) / (1 + between),
+        start[inner],
+        (float(start[-1]), float(start[0])),
+    ), along
+
+
+def _beginning(swarm: Swarm, along: Manifold, places: Array, feasible: float) -> tuple[float, float]:
+    """Return the place at which the chain begins, and the share of the coins' variance that it begins with.
+
+    All robots begin to explore at once, with empty inboxes. Until their rounds mix, the swarm has less noise
+    than the chain. Mean and variance are those with which the chain comes to the same state later.
+    """
+    offsets = (along.value * (along.states - swarm.start(feasible))).sum(CLASS)
+    place = float(np.interp(0, offsets, places))
+    value = along.value[int(np.abs(places - place).argmin())]
+    state, missing, grown, way = swarm.start(feasible)[None], 0.0, 1.0, [place]
+    for _ in range(swarm.round_length()):
+        hearing = swarm.hearing(swarm.counts(state))
+        growth = float(np.interp(way[-1], places, along.growth)) ** 2
+        grown *= growth
+        missing += (
+            float(np.interp(way[-1], places, along.noise)) - float(swarm.noise(state, value, hearing)[0])
+        ) / grown
+        state = swarm.forward(state, hearing)
+        way.append(way[-1] + float(np.interp(way[-1], places, along.drift)))
+    after = float(np.interp(0, (along.value * (along.states - state)).sum(CLASS), places))
+    place += (after - way[-1]) / np.sqrt(grown)
+    coins = swarm.robots * feasible * (1 - feasible)
+    return place, max(0.1, 1 - missing / coins)
+
+
+def _start(robots: int, feasible: float, spread: float, numbers: NDArray[np.int64]) -> Array:
+    """Return the probability of each number of feasible opinions at the start; the ends hold all beyond them.
+
+    ``spread`` is the share of the variance of the coins that the start has.
+    """
+    law = np.ones(1)
+    for _ in range(robots):
+        law = np.convolve(law, [1 - feasible, feasible])
+    law = law ** (1 / spread)
+    kept = np.zeros(len(numbers))
+    np.add.at(kept, np.clip(np.arange(robots + 1), numbers[0], numbers[-1]) - numbers[0], law / law.sum())
+    return kept

@@ -1,0 +1,180 @@
+"""Predict how a swarm decides, and why, without simulating it."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from feasibee.errors import FeasibeeError
+from feasibee.model.codes import exact
+from feasibee.scenario.feasibility import truth
+from feasibee.scenario.scenario import Scenario
+from feasibee.theory.chain import Chain, chain_of
+from feasibee.theory.classes import Array
+from feasibee.theory.reach import check_fields, check_swarm, tested_error, warnings_for
+from feasibee.theory.rule import swarm_of
+from feasibee.theory.saddle import Manifold, Tipping, tipping
+
+QUARTERS = {"q25": 0.25, "median": 0.5, "q75": 0.75}
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What the theory says of a scenario; shares are those of all swarms."""
+
+    scenario: Scenario
+    """The scenario."""
+    by_step: Array
+    """Share of swarms that have decided feasible and infeasible by each step, shape (steps + 1, 2)."""
+    tipping: Tipping | None
+    """Where opinions tip, how fast, and by which noise; None if they only drift."""
+    error: float
+    """Largest error of a share that was measured for such scenarios, against the engine."""
+    warnings: tuple[str, ...]
+    """Why the error may be larger than elsewhere."""
+    chain: Chain
+    """The effective chain."""
+    along: Manifold
+    """States of the swarm from one consensus to the other."""
+
+    @property
+    def feasible(self) -> float:
+        """Share of swarms that decide feasible within the steps of a run."""
+        return float(self.by_step[-1, 0])
+
+    @property
+    def infeasible(self) -> float:
+        """Share of swarms that decide infeasible within the steps of a run."""
+        return float(self.by_step[-1, 1])
+
+    @property
+    def undecided(self) -> float:
+        """Share of swarms that don't decide."""
+        return max(0.0, 1 - self.feasible - self.infeasible)
+
+    @property
+    def right(self) -> float:
+        """Share of swarms that decide what is true."""
+        return self.feasible if truth(self.scenario) else self.infeasible
+
+    @cached_property
+    def steps(self) -> dict[str, int | None]:
+        """First steps by which a quarter, half and three quarters of the swarms decide; None if never."""
+        decided = self.by_step.sum(1)
+        found = {name: int(np.searchsorted(decided, share)) for name, share in QUARTERS.items()}
+        return {name: step if step < len(decided) else None for name, step in found.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the prediction as JSON has it."""
+        tips = self.tipping
+        return {
+            "feasible": self.feasible,
+            "infeasible": self.infeasible,
+            "undecided": self.undecided,
+            "right": self.right,
+            "median_step": self.steps["median"],
+            "decision_step": self.steps,
+            "error": self.error,
+            "tipping_point": tips and tips.point,
+            "growth_per_step": tips and tips.growth,
+            "noise": tips and {"coins": tips.coins, "later": tips.later, "coins_share": tips.coins_share},
+            "warnings": list(self.warnings),
+        }
+
+
+def predict(scenario: Scenario) -> Prediction:
+    """Predict the decisions of a scenario's swarms.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A scenario within the theory's reach.
+
+    Raises
+    ------
+    ScenarioError
+        If the scenario is beyond the theory's reach, with the fields, their values and what to use.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> round(predict(Scenario(tasks={"count": 10})).right, 2)
+    0.74
+    """
+    check_fields(scenario)
+    swarm = swarm_of(scenario)
+    check_swarm(scenario, swarm)
+    tips = tipping(swarm)
+    chain, along = chain_of(swarm, math.floor(exact(scenario.decision.threshold) * swarm.robots) + 1)
+    by_step = chain.over_time(scenario.run.steps)
+    notes = tuple(warnings_for(scenario, tips))
+    return Prediction(scenario, by_step, tips, tested_error(scenario), notes, chain, along)
+
+
+def sensitivities(scenario: Scenario, over: Sequence[str], by: float = 0.1) -> dict[str, dict[str, float]]:
+    """Return how the share that decides feasible, and the log of the median step, follow the log of fields.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A scenario within the theory's reach.
+    over : sequence of str
+        Dotted paths of fields with numbers above 0. Whole numbers change by at least 1.
+    by : float
+        Difference of the logarithm of a field, to either side.
+    """
+    found = {}
+    for path in over:
+        now = scenario.get(path)
+        if isinstance(now, bool) or not isinstance(now, int | float) or now <= 0:
+            raise FeasibeeError(f"{path} = {now}: must be a number above 0; such as decision.gain")
+        less, more = (
+            (max(1, min(now - 1, round(now * math.exp(-by)))), max(now + 1, round(now * math.exp(by))))
+            if isinstance(now, int)
+            else (now * math.exp(-by), now * math.exp(by))
+        )
+        first, last = (predict(scenario.replace({path: value})) for value in (less, more))
+        distance = math.log(more / less)
+        times = [each.steps["median"] or math.nan for each in (first, last)]
+        found[path] = {
+            "feasible": (last.feasible - first.feasible) / distance,
+            "log_median_step": math.log(times[1] / times[0]) / distance,
+        }
+    return found
+
+
+def resolvable(scenario: Scenario, right: float = 0.95) -> tuple[int, int | None]:
+    """Return between which numbers of tasks the decided swarms are right too seldom.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        A scenario within the theory's reach; its number of tasks doesn't matter.
+    right : float
+        Share of the decided swarms that must be right.
+
+    Returns
+    -------
+    int
+        Largest number of tasks that are feasible and found to be so; -1 if there is none.
+    int or None
+        Least number of tasks that are infeasible and found to be so; None if there is none up to 100 times
+        the number of robots.
+    """
+    robots = scenario.robots.count
+
+    def decides(tasks: int) -> bool:
+        found = predict(scenario.replace({"tasks.count": tasks}))
+        share = found.feasible if tasks <= robots else found.infeasible
+        return share >= right * (found.feasible + found.infeasible)
+
+    most = 100 * robots
+    feasible = bisect_left(range(robots + 1), True, key=lambda tasks: not decides(tasks)) - 1
+    infeasible = bisect_left(range(robots + 1, most + 1), True, key=decides) + robots + 1
+    return feasible, infeasible if infeasible <= most else None

@@ -1,0 +1,104 @@
+"""Reach of the theory: the scenarios that it covers, and the error that was measured in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from feasibee.errors import Problem, ScenarioError
+from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.supported import THEORY, unsupported
+from feasibee.theory.classes import Swarm
+from feasibee.theory.saddle import Tipping
+
+RULE: Final = "the theory doesn't cover it"
+OTHERWISE: Final = ", or use feasibee run"
+_TESTED: Final = (
+    ("dmmd", 0.03),
+    ("majority", 0.03),
+    ("k-unanimity", 0.03),
+    ("voter", 0.03),
+    ("cross-inhibition", 0.06),
+    ("dmvd", 0.15),
+)
+ERRORS: Final = dict(_TESTED)
+"""By strategy: largest error of a share of swarms that was measured within reach, against the engine."""
+SENDING: Final = 2.0
+"""Least number of robots that broadcast at a time."""
+HEARD: Final = 0.7, 5.0
+"""Least and largest number of robots heard per round."""
+TESTED_ROBOTS: Final = 10, 40
+"""Numbers of robots in the test; larger swarms are predicted with a warning."""
+SLOW: Final = 0.25
+"""Largest time in which a deviation grows e-fold, as a share of the steps of a run."""
+
+
+def check_fields(scenario: Scenario) -> None:
+    """Raise a `ScenarioError` if a field has a value that the theory doesn't take into account."""
+    problems = [*unsupported(scenario, THEORY, RULE, OTHERWISE), *_wrong_fields(scenario)]
+    if problems:
+        raise ScenarioError(problems)
+
+
+def _wrong_fields(scenario: Scenario) -> Iterator[Problem]:
+    """Yield a problem for each supported field whose value is beyond reach."""
+    decision = scenario.decision
+    if decision.strategy not in ERRORS:
+        yield Problem(
+            "decision.strategy", decision.strategy, RULE, f"use one of {', '.join(ERRORS)}{OTHERWISE}"
+        )
+    if decision.inbox != "latest-per-robot":
+        yield Problem("decision.inbox", decision.inbox, RULE, f'use "latest-per-robot"{OTHERWISE}')
+    if decision.listen not in ("always", "dissemination"):
+        yield Problem("decision.listen", decision.listen, RULE, f'use "always" or "dissemination"{OTHERWISE}')
+    for path, least, rule in (
+        ("robots.count", TESTED_ROBOTS[0], "the theory takes a swarm's noise as nearly normal"),
+        ("decision.exploration", 6.0, "the theory needs new neighbours in each round"),
+        ("robots.speed", 0.2 * scenario.radio.range, "the theory needs new neighbours in each round"),
+    ):
+        if (value := scenario.get(path)) < least:
+            yield Problem(path, value, rule, f"use {least:g} or more{OTHERWISE}")
+
+
+def check_swarm(scenario: Scenario, swarm: Swarm) -> None:
+    """Raise a `ScenarioError` if robots broadcast too seldom, or hear too few robots or too many."""
+    sending, heard = swarm.activity()
+    problems = []
+    if sending < SENDING:
+        rule = f"{sending:.2g} robots broadcast at a time, and the theory needs {SENDING:g}"
+        problems.append(
+            Problem("decision.gain", scenario.decision.gain, rule, f"use a larger gain{OTHERWISE}")
+        )
+    if not HEARD[0] <= heard <= HEARD[1]:
+        rule = (
+            f"a robot hears {heard:.2g} others per round, and the theory needs {HEARD[0]:g} to {HEARD[1]:g}"
+        )
+        factor = (HEARD[heard > HEARD[1]] / heard) ** 0.5  # between those of short and of long contacts
+        remedy = f"try {scenario.radio.range * factor:.2g}{OTHERWISE}"
+        problems.append(Problem("radio.range", scenario.radio.range, rule, remedy))
+    if problems:
+        raise ScenarioError(problems)
+
+
+def warnings_for(scenario: Scenario, tips: Tipping | None) -> Iterator[str]:
+    """Yield why the error may be larger, or a number missing, each with what was measured."""
+    robots, strategy = scenario.robots.count, scenario.decision.strategy
+    if robots > TESTED_ROBOTS[1]:
+        yield (
+            f"robots.count = {robots}: tested up to {TESTED_ROBOTS[1]}; with as many tasks as robots, large "
+            "swarms lean to feasible more than predicted"
+        )
+    if ERRORS[strategy] > 2 * ERRORS["dmmd"]:
+        yield (
+            f"decision.strategy = {strategy}: robots with neighbours rate feasible higher and are heard, "
+            f"which the theory omits; error up to {ERRORS[strategy]:g} with nearly as many tasks as robots"
+        )
+    if tips is None:
+        yield "opinions do not tip here: no balance of opinions from which both consensus states grow"
+    elif tips.e_fold > SLOW * scenario.run.steps:
+        yield f"opinions tip slowly: they grow e-fold in {tips.e_fold:,.0f} steps; many runs don't decide"
+
+
+def tested_error(scenario: Scenario) -> float:
+    """Return the largest error of a share of swarms that was measured in such scenarios."""
+    return ERRORS[scenario.decision.strategy]

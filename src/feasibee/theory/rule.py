@@ -1,0 +1,76 @@
+"""A scenario as one robot's moves between classes; the strategy's own functions say how it decides."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+
+from feasibee.scenario.scenario import Scenario
+from feasibee.strategies.contract import Inbox, Mind, Strategy
+from feasibee.theory.classes import Array, Swarm
+from feasibee.theory.geometry import Space, ending
+from feasibee.theory.hearing import audible
+from feasibee.theory.quality import GRID, Sight, durations, qualities
+from feasibee.theory.saddle import changing
+
+MOST_VOTES = 13
+"""Largest number of votes for each opinion that an inbox keeps; fewer if robots hear few."""
+CHANCES = 60
+"""Number of values that stand for a random number from 0 to 1."""
+
+
+def swarm_of(scenario: Scenario) -> Swarm:
+    """Return the numbers of one robot of a scenario; it isn't checked that the theory covers the scenario."""
+    decision, strategy = scenario.decision, scenario.strategy
+    parameters = tuple(float(decision.parameters[name]) for name in strategy.parameters)
+
+    def rule(most: int) -> Array:
+        return _adopting(strategy, parameters, decision.own_vote, most)
+
+    space = Space(scenario.arena.size, scenario.robots.speed, ending(scenario.walk.mean_run))
+    explored = ending(decision.exploration)
+    feasible = qualities(_sight(scenario, space, explored))
+    none = np.zeros_like(feasible)
+    none[len(none) // 2] = 1
+    rated = (feasible, feasible[::-1], none)[: len(rule(1))]
+    steps = np.array(
+        [1 / ending(strategy.dissemination(each / GRID, decision.gain)) for each in range(GRID + 1)]
+    )
+    ends, weights = map(np.array, zip(*(durations(each, steps) for each in rated), strict=True))
+    delivered, hear = 1 - scenario.radio.loss, decision.listen == "always"
+    heard = audible(space, scenario.radio.range, delivered, explored, ends, weights, hear)
+    swarm = Swarm(scenario.robots.count, rule(1), explored, ends, weights, heard)
+    _, votes = swarm.activity()
+    most = min(MOST_VOTES, math.ceil(1 + votes + 2.5 * math.sqrt(votes)))
+    swarm = replace(swarm, adopting=rule(most))
+    return replace(swarm, kept=1 - changing(swarm) / 2)  # a vote is half a round old on average
+
+
+def _sight(scenario: Scenario, space: Space, explored: float) -> Sight:
+    """Return what a robot of a scenario sees while it explores."""
+    sensing = scenario.sensing
+    others = scenario.robots.count - 1
+    tasks, floor = scenario.tasks.count, scenario.decision.quality_floor
+    return Sight(space, sensing.range, 1 - sensing.miss, others, tasks, sensing.count_self, floor, explored)
+
+
+@lru_cache(maxsize=32)
+def _adopting(strategy: Strategy, parameters: tuple[float, ...], own_vote: bool, most: int) -> Array:
+    """Return the probability of each opinion after a decision: feasible, infeasible, and none if it occurs.
+
+    The shape is (opinions, most + 1, most + 1, opinions): opinion before, votes for feasible and infeasible.
+    """
+    found = np.zeros((3, most + 1, most + 1, 3))
+    chances = (np.arange(CHANCES) + 0.5) / CHANCES
+    for row, yes, no in np.ndindex(found.shape[:3]):
+        mind = Mind((1, 0, -1)[row], 0.5, 0.5, int(own_vote), (), parameters)
+        draws = {1: yes / (yes + no), 0: no / (yes + no)} if yes + no else {-1: 1.0}
+        for (heard, weight), chance in product(draws.items(), chances):
+            chosen = strategy.decide(mind, Inbox(yes, no, heard, 0.0, 0.0, chance))
+            found[row, yes, no, (1, 0, -1).index(chosen)] += weight / CHANCES
+    opinions = 3 if found[:2, ..., 2].any() else 2
+    return found[:opinions, ..., :opinions]

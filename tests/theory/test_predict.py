@@ -1,0 +1,169 @@
+"""The theory against stored runs of the engine, against exact statements, and at the edge of its reach."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, ScenarioError
+from feasibee.theory.against import compare
+from feasibee.theory.chain import chain_of
+from feasibee.theory.classes import CLASS
+from feasibee.theory.geometry import Space, ending, sightings
+from feasibee.theory.predict import predict, resolvable, sensitivities
+from feasibee.theory.quality import GRID, durations
+from feasibee.theory.rule import swarm_of
+from feasibee.theory.saddle import manifold, tipping
+
+ENGINE = json.loads(Path(__file__).with_name("engine.json").read_text("utf-8"))
+SPACE = Space((20.0, 20.0), 1.0, ending(10.0))
+
+
+def paper(tasks, **decision):
+    return Scenario(tasks={"count": tasks}, decision=decision)
+
+
+@pytest.mark.quick(6)
+@pytest.mark.parametrize("tasks", ENGINE["tasks"])
+def test_the_papers_ratios_are_predicted(tasks):
+    engine, found = ENGINE["tasks"][tasks], predict(paper(int(tasks)))
+    assert found.feasible == pytest.approx(engine["feasible"] / ENGINE["runs"], abs=0.0155)
+    assert found.steps["median"] == pytest.approx(engine["median_step"], rel=0.025)
+
+
+def test_the_mean_number_of_sightings_is_exact():
+    for length, law in zip((5, 20), sightings(SPACE, 2.0, 2, (5, 20)), strict=True):
+        assert law.sum() == pytest.approx(1)
+        assert law @ np.arange(length + 1) == pytest.approx(length * np.pi * 4 / 400)
+        assert law.min() >= 0
+
+
+def test_robots_come_into_range_as_often_as_in_a_walk():
+    random = np.random.default_rng(3)
+    place, size = 20 * random.random((2, 40_000)), 20.0
+    headings, near, came = 2 * np.pi * random.random((2, 40_000)), None, []
+    for _ in range(40):
+        turns = random.random(headings.shape) < SPACE.turning
+        headings[turns] = 2 * np.pi * random.random(turns.sum())
+        place += [np.diff(np.cos(headings), axis=0)[0], np.diff(np.sin(headings), axis=0)[0]]
+        place -= size * np.round(place / size)
+        before, near = near, np.hypot(*place) <= 2
+        came += [] if before is None else [np.mean(near & ~before)]
+    assert np.mean(came) == pytest.approx(SPACE.coming(2.0), rel=0.02)
+
+
+def test_durations_keep_mean_and_variance():
+    chances = np.random.default_rng(1).random(GRID + 1)
+    chances /= chances.sum()
+    steps = 1 + 20 * np.linspace(0, 1, GRID + 1) ** 2
+    ends, weights = durations(chances, steps)
+    for power in (1, 2, 5):
+        assert weights @ (1 / ends) ** power == pytest.approx(chances @ steps**power)
+    single = np.zeros(GRID + 1)
+    single[GRID // 2] = 1
+    ends, weights = durations(single, steps)
+    assert weights @ (1 / ends) == pytest.approx(6)
+
+
+def test_without_quality_both_decisions_are_equally_likely():
+    majority, voter = predict(paper(5, strategy="majority")), predict(paper(40, strategy="voter"))
+    assert majority.feasible == pytest.approx(majority.infeasible)
+    assert voter.feasible == pytest.approx(voter.infeasible)
+    assert majority.tipping.point == pytest.approx(0.5)
+    assert voter.tipping is None
+    assert "do not tip" in voter.warnings[0]
+
+
+def test_the_value_grows_with_any_deviation():
+    swarm = swarm_of(paper(10))
+    tips = tipping(swarm)
+    shares = np.linspace(0.3, 0.7, 41)
+    drift = manifold(swarm, shares).drift
+    at = np.flatnonzero((drift[:-1] <= 0) & (drift[1:] > 0))[0]
+    root = shares[at] - drift[at] * (shares[at + 1] - shares[at]) / (drift[at + 1] - drift[at])
+    along = manifold(swarm, np.array([root]))
+    change = np.random.default_rng(2).random(along.states.shape)
+    change -= along.states * change.sum() / along.states.sum()  # as many robots as before
+
+    def after(state):
+        return swarm.forward(state, swarm.hearing(swarm.counts(state)))
+
+    grown = (after(along.states + 1e-3 * change) - after(along.states - 1e-3 * change)) / 2e-3
+    expected = tips.growth * (along.value * change).sum(CLASS)
+    assert (along.value * grown).sum(CLASS) == pytest.approx(expected, rel=1e-4)
+
+
+def test_steps_in_time_lead_to_the_exact_shares_of_the_chain():
+    chain, _ = chain_of(swarm_of(paper(10)), 19)
+    among, exits = chain.moves()
+    shares = chain.start @ np.linalg.solve(np.diag(chain.up + chain.down) - among, exits) + chain.decided
+    by_step = chain.over_time(3_000)
+    assert shares.sum() == pytest.approx(1)
+    assert by_step[-1] == pytest.approx(shares, abs=1e-9)
+    assert (np.diff(by_step, axis=0) >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "path"),
+    [
+        ({"decision.strategy": "census"}, "decision.strategy"),
+        ({"decision.inbox": "every-message"}, "decision.inbox"),
+        ({"decision.listen": {"last": 3}}, "decision.listen"),
+        ({"decision.dissemination_floor": 2}, "decision.dissemination_floor"),
+        ({"decision.start": "first-sight"}, "decision.start"),
+        ({"decision.exploration": 5.0}, "decision.exploration"),
+        ({"decision.gain": 0.5}, "decision.gain"),
+        ({"robots.count": 9}, "robots.count"),
+        ({"robots.speed": 0.1}, "robots.speed"),
+        ({"arena.boundary": "walls"}, "arena.boundary"),
+        ({"sensing.range": 0.5}, "radio.range"),
+        ({"faults.byzantine": 0.1}, "faults.byzantine"),
+        ({"events": [{"step": 5, "tasks": 1}]}, "events"),
+    ],
+)
+def test_a_scenario_beyond_reach_is_refused_by_its_field(changes, path):
+    with pytest.raises(ScenarioError) as caught:
+        predict(Scenario().replace(changes))
+    assert path in [problem.path for problem in caught.value.problems]
+    assert all(problem.rule and problem.remedy for problem in caught.value.problems)
+
+
+def test_warnings_name_what_was_measured():
+    (warning,) = predict(Scenario(robots={"count": 60}, arena={"side": 34.6})).warnings
+    assert "robots.count = 60" in warning
+    assert predict(paper(20, strategy="dmvd")).error > predict(paper(20)).error
+    slow = predict(Scenario(run={"steps": 100}))
+    assert any("slowly" in each for each in slow.warnings)
+    assert slow.undecided > 0.5
+    assert slow.steps["median"] is None
+
+
+def test_the_test_of_agreement():
+    found = predict(paper(10))
+    right = round(1_000 * found.feasible)
+    decision = np.repeat([1, 0], [right, 1_000 - right])
+    steps = np.full(1_000, found.steps["median"])
+
+    def agree(decision=decision, steps=steps):
+        both = compare(found, SimpleNamespace(decision=decision, decision_step=steps))
+        return both.shares_agree, both.times_agree
+
+    assert agree() == (True, True)
+    assert agree(decision=np.roll(decision, 1)[::-1] * 0 + 1) == (False, True)
+    assert agree(steps=steps * 2) == (True, False)
+    assert agree(steps=steps // 2) == (True, False)
+
+
+@pytest.mark.slow
+def test_what_helps_and_what_can_be_told_apart():
+    rates = sensitivities(paper(10), ["robots.count", "tasks.count", "robots.speed"])
+    assert rates["robots.count"]["feasible"] == pytest.approx(0.45, abs=0.03)
+    assert rates["tasks.count"]["feasible"] == pytest.approx(-0.28, abs=0.03)
+    assert rates["robots.speed"]["log_median_step"] == pytest.approx(-0.59, abs=0.05)
+    feasible, infeasible = resolvable(Scenario(robots={"count": 40}, arena={"side": 28.3}))
+    assert 5 <= feasible <= 15
+    assert 100 <= infeasible <= 200
