@@ -36,7 +36,7 @@ PAGE: Final = IN_C | {"radio.id_bits", "robots.know_count", "units.metres", "uni
 """Fields that a page simulates."""
 ARGOS: Final = IN_C | {"robots.avoid_collisions"}
 """Fields that an experiment of ARGoS expresses."""
-THEORY: Final = (COMMON - {"decision.dissemination_floor", "decision.start"}) | {
+THEORY: Final = (COMMON - {"decision.dissemination_floor"}) | {
     *("sensing.miss", "radio.loss", "robots.know_count", "units.metres", "units.seconds")
 }
 """Fields that the theory takes into account."""

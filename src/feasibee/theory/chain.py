@@ -52,7 +52,7 @@ class Chain:
         return np.cumsum(states @ exits, axis=0) + self.decided
 
 
-def chain_of(swarm: Swarm, needed: int, feasible: float = 0.5) -> tuple[Chain, Manifold]:
+def chain_of(swarm: Swarm, needed: int) -> tuple[Chain, Manifold]:
     """Return the effective chain of a swarm, and the states that it was made of.
 
     Parameters
@@ -61,14 +61,12 @@ def chain_of(swarm: Swarm, needed: int, feasible: float = 0.5) -> tuple[Chain, M
         The numbers of a robot.
     needed : int
         Least number of robots of one opinion that is a decision.
-    feasible : float
-        Share of feasible opinions at the start.
     """
     along = manifold(swarm, SHARES)
     middle = (along.value[1:] + along.value[:-1]) / 2
     places = np.concatenate([[0.0], np.cumsum((middle * np.diff(along.states, axis=0)).sum(CLASS))])
-    first, spread = _beginning(swarm, along, places, feasible)
-    first -= feasible * swarm.robots  # place of 0 robots for feasible
+    first, spread = _beginning(swarm, along, places)
+    first -= swarm.begins * swarm.robots  # place of 0 robots for feasible
     held = along.states.sum(CLASS[1:])
     high = float(np.interp(needed, held[:, 0], places)) - first
     low = float(np.interp(-needed, -held[:, 1], places)) - first
@@ -77,7 +75,7 @@ def chain_of(swarm: Swarm, needed: int, feasible: float = 0.5) -> tuple[Chain, M
     drift, noise = (np.interp(numbers + first, places, each) for each in (along.drift, along.noise))
     up = np.maximum((noise + drift) / 2, np.maximum(drift, 0) + 1e-12)
     down = np.maximum((noise - drift) / 2, np.maximum(-drift, 0) + 1e-12)
-    start = _start(swarm.robots, feasible, spread, numbers)
+    start = _start(swarm, spread, numbers)
     inner = slice(1, -1)
     return Chain(
         up[inner],
@@ -88,16 +86,16 @@ def chain_of(swarm: Swarm, needed: int, feasible: float = 0.5) -> tuple[Chain, M
     ), along
 
 
-def _beginning(swarm: Swarm, along: Manifold, places: Array, feasible: float) -> tuple[float, float]:
+def _beginning(swarm: Swarm, along: Manifold, places: Array) -> tuple[float, float]:
     """Return the place at which the chain begins, and the share of the coins' variance that it begins with.
 
     All robots begin to explore at once, with empty inboxes. Until their rounds mix, the swarm has less noise
     than the chain. Mean and variance are those with which the chain comes to the same state later.
     """
-    offsets = (along.value * (along.states - swarm.start(feasible))).sum(CLASS)
+    offsets = (along.value * (along.states - swarm.start())).sum(CLASS)
     place = float(np.interp(0, offsets, places))
     value = along.value[int(np.abs(places - place).argmin())]
-    state, missing, grown, way = swarm.start(feasible)[None], 0.0, 1.0, [place]
+    state, missing, grown, way = swarm.start()[None], 0.0, 1.0, [place]
     for _ in range(swarm.round_length()):
         hearing = swarm.hearing(swarm.counts(state))
         growth = float(np.interp(way[-1], places, along.growth)) ** 2
@@ -109,19 +107,21 @@ def _beginning(swarm: Swarm, along: Manifold, places: Array, feasible: float) ->
         way.append(way[-1] + float(np.interp(way[-1], places, along.drift)))
     after = float(np.interp(0, (along.value * (along.states - state)).sum(CLASS), places))
     place += (after - way[-1]) / np.sqrt(grown)
-    coins = swarm.robots * feasible * (1 - feasible)
+    coins = swarm.robots * swarm.begins * (1 - swarm.begins)
     return place, max(0.1, 1 - missing / coins)
 
 
-def _start(robots: int, feasible: float, spread: float, numbers: NDArray[np.int64]) -> Array:
+def _start(swarm: Swarm, spread: float, numbers: NDArray[np.int64]) -> Array:
     """Return the probability of each number of feasible opinions at the start; the ends hold all beyond them.
 
     ``spread`` is the share of the variance of the coins that the start has.
     """
     law = np.ones(1)
-    for _ in range(robots):
-        law = np.convolve(law, [1 - feasible, feasible])
+    for _ in range(swarm.robots):
+        law = np.convolve(law, [1 - swarm.begins, swarm.begins])
     law = law ** (1 / spread)
     kept = np.zeros(len(numbers))
-    np.add.at(kept, np.clip(np.arange(robots + 1), numbers[0], numbers[-1]) - numbers[0], law / law.sum())
+    np.add.at(
+        kept, np.clip(np.arange(swarm.robots + 1), numbers[0], numbers[-1]) - numbers[0], law / law.sum()
+    )
     return kept

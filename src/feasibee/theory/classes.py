@@ -69,10 +69,13 @@ class Swarm:
     kept: float = 1.0
     """Probability that a robot still holds the opinion with which it was heard, on average over a round."""
 
-    def start(self, feasible: float) -> Array:
-        """Return the state of a swarm with this share of opinions *feasible*, all exploring: no points."""
+    begins: float = 0.5
+    """Probability that a robot begins with the opinion *feasible*."""
+
+    def start(self) -> Array:
+        """Return the mean state at the start, all exploring: no points."""
         state = np.zeros((len(self.ends), SENDING + self.ends.shape[1], *self.adopting.shape[1:3]))
-        state[:2, EXPLORING, 0, 0] = self.robots * feasible, self.robots * (1 - feasible)
+        state[:2, EXPLORING, 0, 0] = self.robots * self.begins, self.robots * (1 - self.begins)
         return state
 
     def round_length(self) -> int:

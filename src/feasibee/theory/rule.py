@@ -43,11 +43,27 @@ def swarm_of(scenario: Scenario) -> Swarm:
     ends, weights = map(np.array, zip(*(durations(each, steps) for each in rated), strict=True))
     delivered, hear = 1 - scenario.radio.loss, decision.listen == "always"
     heard = audible(space, scenario.radio.range, delivered, explored, ends, weights, hear)
-    swarm = Swarm(scenario.robots.count, rule(1), explored, ends, weights, heard)
+    swarm = Swarm(
+        scenario.robots.count,
+        rule(1),
+        explored,
+        ends,
+        weights,
+        heard,
+        begins=_begins(decision.start, feasible),
+    )
     _, votes = swarm.activity()
     most = min(MOST_VOTES, math.ceil(1 + votes + 2.5 * math.sqrt(votes)))
     swarm = replace(swarm, adopting=rule(most))
     return replace(swarm, kept=1 - changing(swarm) / 2)  # a vote is half a round old on average
+
+
+def _begins(start: str, feasible: Array) -> float:
+    """Return the probability that a robot begins with *feasible*: of a coin, or of its first exploration."""
+    if start == "coin":
+        return 0.5
+    middle = GRID // 2
+    return float(feasible[middle + 1 :].sum() + feasible[middle] / 2)
 
 
 def _sight(scenario: Scenario, space: Space, explored: float) -> Sight:

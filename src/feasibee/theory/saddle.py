@@ -128,13 +128,13 @@ class Tipping:
         """Share of the variance that is in the swarm from the start."""
         return self.coins / (self.coins + self.later)
 
-    def share(self, robots: int, feasible: float = 0.5) -> float:
+    def share(self, robots: int, begins: float = 0.5) -> float:
         """Return the share of swarms that decide feasible: the formula, without a chain."""
-        deviation = robots * (feasible - self.point) / math.sqrt(self.coins + self.later)
+        deviation = robots * (begins - self.point) / math.sqrt(self.coins + self.later)
         return 0.5 * (1 + math.erf(deviation / math.sqrt(2)))
 
 
-def tipping(swarm: Swarm, feasible: float = 0.5) -> Tipping | None:
+def tipping(swarm: Swarm) -> Tipping | None:
     """Return where a swarm tips; None if it has no such point, or opinions don't grow there."""
     low, high = 0.02, 0.98
     for points in (13, 6, 6):
@@ -150,9 +150,11 @@ def tipping(swarm: Swarm, feasible: float = 0.5) -> Tipping | None:
     growth = float(along.growth[0])
     if growth <= 1:
         return None
-    moved = float((along.value[0] * (swarm.start(feasible) - along.states[0])).sum())
-    coins = swarm.robots * feasible * (1 - feasible)
-    return Tipping(feasible - moved / swarm.robots, growth, coins, float(along.noise[0]) / (growth**2 - 1))
+    moved = float((along.value[0] * (swarm.start() - along.states[0])).sum())
+    coins = swarm.robots * swarm.begins * (1 - swarm.begins)
+    return Tipping(
+        swarm.begins - moved / swarm.robots, growth, coins, float(along.noise[0]) / (growth**2 - 1)
+    )
 
 
 def changing(swarm: Swarm) -> float:
