@@ -29,6 +29,9 @@ from feasibee.sweeps.sweep import Enough, Execution, Rounds
 GROWTH: Final = 1.5
 """Each look at a value comes after so many times the trials of the last look."""
 
+HOPELESS: Final = 4
+"""A test ends open if it seems to need more than so many times the most trials that it may have."""
+
 MOST_TRIALS: Final = 100_000
 """More trials than these are not suggested for an open test."""
 
@@ -60,6 +63,15 @@ class Finding(NamedTuple):
             return None
         more = self.trials * (half / away) ** 2 - self.trials
         return 100 * max(1, math.ceil(more / 100))
+
+
+    def seems_hopeless(self, rule: Rule) -> bool:
+        """Whether the rate is so close to the target that the trials that are left would hardly decide.
+
+        So those go where they do. A confidence sequence is valid wherever it ends.
+        """
+        more = self.more_trials(rule.target)
+        return more is None or self.trials + more > HOPELESS * rule.most
 
 
 @dataclass(frozen=True)
@@ -156,7 +168,7 @@ def finding_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) 
         if interval.low >= rule.target:
             answer = "enough"
         found = Finding(place, successes, trials, interval, answer)
-        if answer != "open":
+        if answer != "open" or found.seems_hopeless(rule):
             break
     assert found is not None
     return found
