@@ -69,8 +69,9 @@ def scenario(
     *,
     given: Given,
     form: str = option(
-        "Form: a complete scenario, or an experiment of ARGoS3 for examples/argos.",
-        click.Choice(["toml", "argos"]),
+        "Form: a complete scenario; an experiment of ARGoS3 for examples/argos; the chain of feasibee "
+        "predict for the model checkers PRISM and Storm; or its drift as a differential equation.",
+        click.Choice(["toml", "argos", "prism", "ode"]),
         "toml",
         name="--to",
     ),
@@ -83,10 +84,15 @@ def scenario(
     Examples:
       feasibee scenario --set robots.count=40 > forty.toml
       feasibee scenario forty.toml --to argos > examples/argos/forty.argos
+      feasibee scenario forty.toml --to prism > forty.pm
     """
     read = given.read()
     if form == "argos":
         from feasibee.scenario.argos import argos_text as text_of
+    elif form == "prism":
+        from feasibee.theory.export import to_prism as text_of
+    elif form == "ode":
+        from feasibee.theory.export import to_ode as text_of
     else:
         from feasibee.scenario.comments import commented_toml as text_of
     click.echo(text_of(read), nl=False)
