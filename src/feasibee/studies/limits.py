@@ -379,7 +379,7 @@ def _speaker(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
 
 WHOLE: Final = 100
 """Number of first runs of a contender that go on to the last step. Its bits are theirs."""
-PATIENCE: Final = 1.05
+PATIENCE: Final = 1.12
 """Its other runs have so many times the steps that its declarations took in these."""
 
 
