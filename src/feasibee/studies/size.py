@@ -64,7 +64,6 @@ class Finding(NamedTuple):
         more = self.trials * (half / away) ** 2 - self.trials
         return 100 * max(1, math.ceil(more / 100))
 
-
     def seems_hopeless(self, rule: Rule) -> bool:
         """Whether the rate is so close to the target that the trials that are left would hardly decide.
 
