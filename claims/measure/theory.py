@@ -19,7 +19,7 @@ from feasibee.studies.paper import TASKS
 from feasibee.theory.against import compare
 from feasibee.theory.predict import predict
 
-CONTROLLERS, CONTROLLER_RUNS, SEED = 40, 10_000, 9241
+CONTROLLERS, CONTROLLER_RUNS, SEED = 40, 10_000, 6173
 PAPER_RUNS = 10_000
 
 

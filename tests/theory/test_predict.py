@@ -145,6 +145,15 @@ def test_warnings_name_what_was_measured():
     (warning,) = predict(Scenario(robots={"count": 60}, arena={"side": 34.6})).warnings
     assert "robots.count = 60: above 40 robots" in warning
     assert predict(paper(20, strategy="dmvd")).error > predict(paper(20)).error
+    near = predict(
+        Scenario().replace({"robots.speed": 0.5, "decision.exploration": 8.0, "decision.gain": 30.0})
+    )
+    assert [each.split(" = ")[0] for each in near.warnings] == [
+        "decision.gain",
+        "robots.speed",
+        "decision.exploration",
+    ]
+    assert near.error == 0.05
     slow = predict(Scenario(run={"steps": 100}))
     assert any("slowly" in each for each in slow.warnings)
     assert slow.undecided > 0.5

@@ -16,16 +16,21 @@ OTHERWISE: Final = ", or use feasibee run"
 _TESTED: Final = (
     ("dmmd", 0.03),
     ("majority", 0.03),
-    ("k-unanimity", 0.03),
+    ("k-unanimity", 0.04),
     ("voter", 0.03),
     ("cross-inhibition", 0.06),
     ("dmvd", 0.15),
 )
 ERRORS: Final = dict(_TESTED)
 """By strategy: largest error of a share of swarms that was measured within reach, against the engine."""
-LEAST_ERROR: Final = 0.03
+SMALL_ERROR: Final = 0.04
+"""Largest error that needs no warning."""
 LONG: Final = 3.0
 """Largest gain, in units of the exploration, up to which that error holds."""
+SLOW_ROBOTS: Final = 0.3
+"""Least speed, in ranges of the radio per step, down to which those errors hold."""
+SHORT: Final = 10.0
+"""Least exploration, in steps, down to which those errors hold."""
 SENDING: Final = 2.0
 """Least number of robots that broadcast at a time."""
 HEARD: Final = 0.7, 5.0
@@ -97,14 +102,19 @@ class Edge(NamedTuple):
 def edges(scenario: Scenario) -> Iterator[Edge]:
     """Yield where a scenario is near the edge of the theory's reach."""
     decision = scenario.decision
-    if (error := ERRORS[decision.strategy]) > LEAST_ERROR:
+    if (error := ERRORS[decision.strategy]) > SMALL_ERROR:
         why = "a robot with company rates feasible higher and is heard; it matters if m is near n"
         yield Edge("decision.strategy", why, error)
-    if scenario.robots.count > TESTED_ROBOTS[1]:
+    if (robots := scenario.robots.count) > TESTED_ROBOTS[1]:
         why = f"above {TESTED_ROBOTS[1]} robots, swarms lean to feasible if m is near n"
-        yield Edge("robots.count", why, 0.07 if scenario.robots.count <= 200 else 0.2)
+        yield Edge("robots.count", why, 0.07 if robots <= 200 else 0.2)
     if decision.gain > LONG * decision.exploration:
-        yield Edge("decision.gain", f"it is above {LONG:g} times the exploration", 0.05)
+        yield Edge("decision.gain", f"above {LONG:g} times the exploration, robots meet senders again", 0.05)
+    if scenario.robots.speed < SLOW_ROBOTS * scenario.radio.range:
+        why = f"below {SLOW_ROBOTS:g} times the range of the radio, robots stay among the same ones"
+        yield Edge("robots.speed", why, 0.04)
+    if decision.exploration < SHORT:
+        yield Edge("decision.exploration", f"below {SHORT:g}, robots stay among the same ones", 0.045)
     if decision.start != "coin":
         why = "robots that meet begin alike; it matters if m is slightly above n"
         yield Edge("decision.start", why, 0.06)
@@ -122,4 +132,4 @@ def warnings_for(scenario: Scenario, tips: Tipping | None) -> Iterator[str]:
 
 def tested_error(scenario: Scenario) -> float:
     """Return the largest error of a share of swarms that was measured in such scenarios."""
-    return max(LEAST_ERROR, *(edge.error for edge in edges(scenario)), 0.0)
+    return max(ERRORS[scenario.decision.strategy], *(edge.error for edge in edges(scenario)), 0.0)
