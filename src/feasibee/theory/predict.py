@@ -83,6 +83,7 @@ class Prediction:
             "error": self.error,
             "tipping_point": tips and tips.point,
             "growth_per_step": tips and tips.growth,
+            "e_fold_steps": tips and tips.e_fold,
             "noise": tips and {"coins": tips.coins, "later": tips.later, "coins_share": tips.coins_share},
             "warnings": list(self.warnings),
         }
