@@ -140,7 +140,7 @@ def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
         ("robustness", len(WORLDS) * len(PLACES), {(1, places * RUNS_APART) for places in PLACES}),
         ("comparison", 108, {(1, place * RUNS_APART + run) for place in range(3) for run in range(12)}),
         ("assessment", None, {(1, run) for run in range(400)}),
-        ("sizing", None, {(1, run) for run in range(12)}),
+        ("sizing", None, {(1, run) for run in range(4)}),
         ("recommendation", None, {(1, run) for run in range(12)}),
         ("sensitivity", 48, {(1, run) for run in range(48)}),
         (

@@ -30,7 +30,7 @@ GROWTH: Final = 1.5
 """Each look at a value comes after so many times the trials of the last look."""
 
 HOPELESS: Final = 4
-"""A test ends open if it seems to need more than so many times the most trials that it may have."""
+"""A test ends open after a quarter of its trials if it seems to need four times all of them."""
 
 MOST_TRIALS: Final = 100_000
 """More trials than these are not suggested for an open test."""
@@ -69,6 +69,8 @@ class Finding(NamedTuple):
 
         So those go where they do. A confidence sequence is valid wherever it ends.
         """
+        if HOPELESS * self.trials < rule.most:
+            return False
         more = self.more_trials(rule.target)
         return more is None or self.trials + more > HOPELESS * rule.most
 
