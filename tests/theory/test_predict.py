@@ -88,6 +88,12 @@ def test_without_quality_both_decisions_are_equally_likely():
     assert "do not tip" in voter.warnings[0]
 
 
+def test_the_formula_is_close_to_the_chain():
+    for tasks in (5, 10, 40):
+        found = predict(paper(tasks))
+        assert found.tipping.share(20) == pytest.approx(found.feasible, abs=0.01)
+
+
 def test_the_value_grows_with_any_deviation():
     swarm = swarm_of(paper(10))
     tips = tipping(swarm)
