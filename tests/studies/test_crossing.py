@@ -47,8 +47,14 @@ def test_a_test_stops_as_soon_as_it_is_sure():
     certain = finding_at(0, lambda trials: trials, rule, 1)
     assert certain.answer == "enough"
     assert certain.trials < 300
-    close = finding_at(0, lambda trials: round(0.95 * trials), rule, 1)
-    assert (close.answer, close.trials) == ("open", 2000)
+    far = finding_at(0, lambda trials: round(0.9 * trials), rule, 1)
+    assert (far.answer, far.trials) == ("too few", 338)
+
+
+@pytest.mark.parametrize(("most", "trials"), [(400, 100), (2000, 507)])
+def test_a_test_that_seems_hopeless_ends_after_a_quarter_of_its_trials(most, trials):
+    close = finding_at(0, lambda trials: round(0.95 * trials), Rule(0.95, first=100, most=most), 1)
+    assert (close.answer, close.trials) == ("open", trials)
 
 
 def is_right(found: Edge, first: int, places: int) -> bool:
@@ -59,7 +65,7 @@ def is_right(found: Edge, first: int, places: int) -> bool:
 
 def test_a_value_is_looked_at_after_half_as_many_trials_more_up_to_the_most():
     looks = []
-    finding_at(0, lambda trials: looks.append(trials) or round(0.8 * trials), Rule(0.8, 20, 100), 9)
+    finding_at(0, lambda trials: looks.append(trials) or round(0.7 * trials), Rule(0.8, 20, 100), 9)
     finding_at(0, lambda trials: looks.append(trials) or 8, Rule(0.8, 20, 10), 9)
     assert looks == [20, 30, 45, 68, 100, 10]
 

@@ -20,7 +20,6 @@ from feasibee.studies.size import (
     Sizing,
     band_sentence,
     edge_sentence,
-    finding_at,
     size,
 )
 from feasibee.studies.space import ladder
@@ -38,20 +37,6 @@ RULE = Rule(0.8, first=50, most=300)
 @pytest.fixture(scope="module")
 def sizing():
     return size(SMALL, rule=RULE, seed=1)
-
-
-@pytest.mark.parametrize(
-    ("rate", "most", "answer", "trials"),
-    [
-        (0.95, 400, "open", 100),  # on the target: no more trials than a quarter
-        (0.95, 2000, "open", 507),
-        (0.99, 400, "enough", 225),
-        (0.9, 2000, "too few", 338),
-    ],
-)
-def test_a_test_that_seems_hopeless_ends_after_a_quarter_of_its_trials(rate, most, answer, trials):
-    found = finding_at(0, lambda count: round(rate * count), Rule(0.95, most=most), tests=1)
-    assert (found.answer, found.trials) == (answer, trials)
 
 
 def test_only_numbers_of_robots_that_can_do_the_tasks_are_tried(sizing):
