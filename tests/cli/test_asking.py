@@ -46,7 +46,7 @@ def test_all_answers_are_in_the_scenario(answering):
         units={"metres": 1.0, "seconds": 0.5},
     )
     assert Scenario.read(path).units.seconds == 0.5  # which equal scenarios may differ in
-    assert "take about: run 1 s, recommend 50 s, assess 1 min 20 s, compare 5 min 30 s." in result.output
+    assert "recommend 2 min 50 s, assess 3 min 40 s, size 6 min 40 s, compare 9 min 40 s." in result.output
 
 
 def test_enter_keeps_the_defaults_as_yes_does_and_a_pipe(answering, tmp_path, monkeypatch):

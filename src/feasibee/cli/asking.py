@@ -40,7 +40,7 @@ QUESTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "Number of steps after which the swarm must have decided.": ("run.steps",),
 }
 """What feasibee new asks, and the fields that an answer gives, with spaces between their values."""
-EFFORT: Final[Mapping[str, int]] = {"recommend": 5_000, "assess": 8_000, "compare": 33_000}
+EFFORT: Final = {"recommend": 17_000, "assess": 22_000, "size": 40_000, "compare": 58_000}
 """Commands that try all strategies, and how many runs with `USUAL` take as long: measured in two worlds."""
 USUAL: Final = "census"
 """A strategy that takes as long as strategies do on average."""
