@@ -98,7 +98,7 @@ def _points(
     from feasibee.theory.against import compare
     from feasibee.theory.predict import predict as predicted
 
-    runs = None if against is None else Runs(against, seed, 0)
+    wanted = Runs(against or 1, seed)
     found: list[Point] = []
     for value in values:
         here = scenario.replace({path: value}) if path else scenario
@@ -110,11 +110,11 @@ def _points(
             found.append((value, str(error.problems[0]), None))
             continue
         agreement = None
-        if runs is not None:
+        if against is not None:
             from feasibee.simulation.ensemble import simulate_record
 
             with progress("Simulating") as advance:
-                record = simulate_record(here, runs, threads=workers, progress=advance)
+                record = simulate_record(here, wanted, threads=workers, progress=advance)
             agreement = compare(prediction, record)
         found.append((value, prediction, agreement))
     if all(isinstance(prediction, str) for _, prediction, _ in found):

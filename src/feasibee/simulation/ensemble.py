@@ -91,7 +91,7 @@ def simulate_record(
 
     ``chunk`` is the number of runs that a thread simulates per call of the engine.
     """
-    _check_size(scenario, runs, curves)
+    check_size(scenario, runs, curves)
     check_progress(progress)
     threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     if not isinstance(backend, str) or backend not in ("engine", "reference"):
@@ -115,7 +115,7 @@ def simulate_record(
     return record
 
 
-def _check_size(scenario: Scenario, runs: Runs, curves: bool) -> None:
+def check_size(scenario: Scenario, runs: Runs, curves: bool) -> None:
     """Raise an error if the outcomes of one call would take too much memory."""
     if runs.count > RUNS_LIMIT:
         rule = f"must be at most {RUNS_LIMIT} per call"

@@ -56,6 +56,7 @@ from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.tables import PRESETS
+from feasibee.simulation.ensemble import check_size
 from feasibee.studies.needs import strategy_change, suitable
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.schedule import run_work
@@ -257,6 +258,9 @@ def compare(
         Contender by contender, in the order of ``tasks``.
     """
     designs = design_points(contenders, tasks, runs, seed)
+    for each in designs:
+        if each.scenario.dynamic:  # not after hours: the looks before need less
+            check_size(each.scenario, Runs(runs, seed), curves=False)
     with rounds_of(execution, RUNS) as rounds:
         rounds.phases = {RUNS: runs * sum(run_work(each.scenario) for each in designs)}
         done = number = 0
