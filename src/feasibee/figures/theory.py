@@ -67,7 +67,7 @@ def _draw_times(ax: Axes, prediction: Prediction, agreement: Agreement | None) -
 
 def _draw_drift(ax: Axes, prediction: Prediction) -> None:
     along, robots = prediction.along, prediction.scenario.robots.count
-    share = 100 * along.states[:, 0].sum((-1, -2, -3)) / robots
+    share = 100 * along.holders[:, 0] / robots
     spread = np.sqrt(along.noise)
     ax.axhline(0, color="0.6", linewidth=0.8)
     ax.plot(share, along.drift, color=PALETTE[2], linewidth=1.5)
@@ -136,7 +136,7 @@ def _draw_states(ax: Axes, values: Sequence[Any], found: Sequence[Prediction]) -
     tips = [np.nan if each.tipping is None else 100 * each.tipping.point for each in found]
     ax.plot(values, tips, color="0.35", linestyle="--", linewidth=1.5)
     for name, end in (("infeasible", 0), ("feasible", -1)):
-        ends = [100 * each.along.states[end, 0].sum() / each.scenario.robots.count for each in found]
+        ends = [100 * each.along.holders[end, 0] / each.scenario.robots.count for each in found]
         ax.plot(values, ends, color=COLOURS[name], linewidth=1.5)
         note(
             ax,

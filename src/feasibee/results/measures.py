@@ -6,6 +6,7 @@ studies and figures derive from `MEASURES`, and sum up runs by `Measured`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
@@ -117,6 +118,11 @@ def is_quorum(counts: NDArray[Any], results: Any, scenario: Scenario) -> NDArray
     needed, counted = exact(scenario.decision.threshold), counted_robots(results, scenario)
     enough: NDArray[np.bool_] = counts * needed.denominator > counted * needed.numerator
     return enough
+
+
+def least_quorum(scenario: Scenario, counted: int) -> int:
+    """Return the least number of so many counted robots that is more than the threshold."""
+    return math.floor(exact(scenario.decision.threshold) * counted) + 1
 
 
 def counted_robots(results: Any, scenario: Scenario) -> NDArray[np.int64]:

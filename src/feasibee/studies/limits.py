@@ -26,9 +26,9 @@ from feasibee.errors import Problem, ScenarioError
 from feasibee.figures.limits import Panel, Word, draw_frontier, draw_limits
 from feasibee.figures.style import save_both
 from feasibee.files import write_table
-from feasibee.model.codes import DECISIONS, exact
+from feasibee.model.codes import DECISIONS
 from feasibee.model.record import Record
-from feasibee.results.measures import column, columns, counted_robots
+from feasibee.results.measures import column, columns, counted_robots, least_quorum
 from feasibee.results.statistics import DeclareTimes, declare_times, plain
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
@@ -314,7 +314,7 @@ def _quorum_step(swarm: Swarm, honest: NDArray[np.bool_], steps: NDArray[np.int3
 
 def _nth(steps: NDArray[np.int32], scenario: Scenario) -> int:
     """Return the step by which more than the threshold's share of some robots knew; -1 if never."""
-    needed = math.floor(exact(scenario.decision.threshold) * steps.size) + 1
+    needed = least_quorum(scenario, steps.size)
     known = np.sort(steps[steps > 0])
     return int(known[needed - 1]) if known.size >= needed else NEVER
 

@@ -63,14 +63,12 @@ def chain_of(swarm: Swarm, needed: int) -> tuple[Chain, Manifold]:
         Least number of robots of one opinion that is a decision.
     """
     along = manifold(swarm, SHARES)
-    middle = (along.value[1:] + along.value[:-1]) / 2
-    places = np.concatenate([[0.0], np.cumsum((middle * np.diff(along.states, axis=0)).sum(CLASS))])
+    places, held = along.places, along.holders
     first, spread = _beginning(swarm, along, places)
     first -= swarm.begins * swarm.robots  # place of 0 robots for feasible
-    held = along.states.sum(CLASS[1:])
     high = float(np.interp(needed, held[:, 0], places)) - first
     low = float(np.interp(-needed, -held[:, 1], places)) - first
-    numbers = np.arange(math.floor(low) + 0, math.ceil(high) + 1)
+    numbers = np.arange(math.floor(low), math.ceil(high) + 1)
     between = np.array([high - numbers[-1] + 1, numbers[0] + 1 - low])  # parts of the last moves, 0 to 1
     drift, noise = (np.interp(numbers + first, places, each) for each in (along.drift, along.noise))
     up = np.maximum((noise + drift) / 2, np.maximum(drift, 0) + 1e-12)
@@ -107,8 +105,7 @@ def _beginning(swarm: Swarm, along: Manifold, places: Array) -> tuple[float, flo
         way.append(way[-1] + float(np.interp(way[-1], places, along.drift)))
     after = float(np.interp(0, (along.value * (along.states - state)).sum(CLASS), places))
     place += (after - way[-1]) / np.sqrt(grown)
-    coins = swarm.robots * swarm.begins * (1 - swarm.begins)
-    return place, max(0.1, 1 - missing / coins)
+    return place, max(0.1, 1 - missing / swarm.coins)
 
 
 def _start(swarm: Swarm, spread: float, numbers: NDArray[np.int64]) -> Array:

@@ -72,6 +72,11 @@ class Swarm:
     begins: float = 0.5
     """Probability that a robot begins with the opinion *feasible*."""
 
+    @property
+    def coins(self) -> float:
+        """Variance of the number of robots that begin with *feasible*."""
+        return self.robots * self.begins * (1 - self.begins)
+
     def start(self) -> Array:
         """Return the mean state at the start, all exploring: no points."""
         state = np.zeros((len(self.ends), SENDING + self.ends.shape[1], *self.adopting.shape[1:3]))

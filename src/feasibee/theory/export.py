@@ -63,10 +63,8 @@ def to_ode(scenario: Scenario) -> str:
         A scenario within the theory's reach.
     """
     along = predict(scenario).along
-    share = along.states[:, 0].sum((-1, -2, -3)) / scenario.robots.count
-    middle = (along.value[1:] + along.value[:-1]) / 2
-    steps = (middle * np.diff(along.states, axis=0)).sum((1, 2, 3, 4))
-    drift = along.drift * np.gradient(share, np.concatenate([[0.0], np.cumsum(steps)]))
+    share = along.holders[:, 0] / scenario.robots.count
+    drift = along.drift * np.gradient(share, along.places)
     ends = share * (1 - share)
     basis = ends[:, None] * share[:, None] ** np.arange(DEGREE + 1)
     factors = np.linalg.lstsq(basis, drift, rcond=None)[0]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from feasibee.errors import FeasibeeError
-from feasibee.model.codes import exact
+from feasibee.results.measures import least_quorum
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.theory.chain import Chain, chain_of
@@ -112,7 +112,7 @@ def predict(scenario: Scenario) -> Prediction:
     swarm = swarm_of(scenario)
     check_swarm(scenario, swarm)
     tips = tipping(swarm)
-    chain, along = chain_of(swarm, math.floor(exact(scenario.decision.threshold) * swarm.robots) + 1)
+    chain, along = chain_of(swarm, least_quorum(scenario, swarm.robots))
     by_step = chain.over_time(scenario.run.steps)
     notes = tuple(warnings_for(scenario, tips))
     return Prediction(scenario, by_step, tips, tested_error(scenario), notes, chain, along)

@@ -132,4 +132,4 @@ def warnings_for(scenario: Scenario, tips: Tipping | None) -> Iterator[str]:
 
 def tested_error(scenario: Scenario) -> float:
     """Return the largest error of a share of swarms that was measured in such scenarios."""
-    return max(ERRORS[scenario.decision.strategy], *(edge.error for edge in edges(scenario)), 0.0)
+    return max([ERRORS[scenario.decision.strategy], *(edge.error for edge in edges(scenario))])

@@ -30,6 +30,18 @@ class Manifold:
     noise: Array
     """Variance of that change, shape (points,)."""
 
+    @property
+    def places(self) -> Array:
+        """How far each state is from the first, in robots, by changes of the value; shape (points,)."""
+        middle = (self.value[1:] + self.value[:-1]) / 2
+        return np.concatenate([[0.0], np.cumsum((middle * np.diff(self.states, axis=0)).sum(CLASS))])
+
+    @property
+    def holders(self) -> Array:
+        """Number of robots that hold each opinion, shape (points, opinions)."""
+        held: Array = self.states.sum(CLASS[1:])
+        return held
+
 
 def manifold(swarm: Swarm, shares: Array) -> Manifold:
     """Return the states at which these shares of all rounds with an opinion begin with *feasible*."""
@@ -151,10 +163,8 @@ def tipping(swarm: Swarm) -> Tipping | None:
     if growth <= 1:
         return None
     moved = float((along.value[0] * (swarm.start() - along.states[0])).sum())
-    coins = swarm.robots * swarm.begins * (1 - swarm.begins)
-    return Tipping(
-        swarm.begins - moved / swarm.robots, growth, coins, float(along.noise[0]) / (growth**2 - 1)
-    )
+    later = float(along.noise[0]) / (growth**2 - 1)
+    return Tipping(swarm.begins - moved / swarm.robots, growth, swarm.coins, later)
 
 
 def changing(swarm: Swarm) -> float:
