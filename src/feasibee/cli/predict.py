@@ -14,7 +14,9 @@ from feasibee.cli.options import (
     console,
     file_type,
     option,
+    percents,
     print_json,
+    print_numbers,
     progress,
 )
 from feasibee.errors import FeasibeeError, ScenarioError
@@ -153,28 +155,22 @@ def _share(value: float) -> str:
 
 
 def _print_one(point: Point) -> None:
-    from rich.table import Table
-
     from feasibee.scenario.feasibility import truth
 
     _, prediction, agreement = point
     assert not isinstance(prediction, str)
-    scenario, out = prediction.scenario, console()
-    table = Table(
-        title=f"{scenario.robots.count} robots, {scenario.tasks.count} tasks, {scenario.decision.strategy}"
-    )
-    for column in ("decision", "theory (%)", *(["engine (%)", "95 % interval"] if agreement else [])):
-        table.add_column(column, justify="left" if column == "decision" else "right")
+    scenario, rows = prediction.scenario, []
     true = "feasible" if truth(scenario) else "infeasible"
     for name in ("feasible", "infeasible", "undecided"):
         row = [name + " (true)" * (name == true), _share(getattr(prediction, name))]
-        if agreement:
-            rate = agreement.rates[name]
-            row += [_share(rate.estimate), f"{_share(rate.low)} to {_share(rate.high)}"]
-        table.add_row(*row)
-    out.print(table)
+        rows.append([*row, *(percents(agreement.rates[name]) if agreement else ())])
+    print_numbers(
+        f"{scenario.robots.count} robots, {scenario.tasks.count} tasks, {scenario.decision.strategy}",
+        ["decision", "theory (%)", *(["engine (%)", "95 % interval"] if agreement else [])],
+        rows,
+    )
     for line in _lines(prediction, agreement):
-        out.print(line, soft_wrap=True)
+        console().print(line, soft_wrap=True)
 
 
 def _lines(prediction: Prediction, agreement: Agreement | None) -> list[str]:
@@ -210,43 +206,24 @@ def _step(step: int | None) -> str:
 
 
 def _print_over(found: list[Point], path: str) -> None:
-    from rich.box import SIMPLE_HEAD
-    from rich.table import Table
-
     engine = any(agreement for _, _, agreement in found)
-    table = Table(box=SIMPLE_HEAD, pad_edge=False)
-    heads = (
-        path,
-        "feasible",
-        "infeasible",
-        "step",
-        "tips at",
-        *(["engine (%)", "agree"] if engine else []),
-    )
-    for head in heads:
-        table.add_column(head, justify="right")
-    beyond = []
+    heads = [path, "feasible", "infeasible", "step", "tips at", *(["engine (%)", "agree"] if engine else [])]
+    rows, beyond = [], []
     for value, prediction, agreement in found:
-        shown = f"{value:.3g}" if isinstance(value, float) else str(value)
+        row = [f"{value:.3g}" if isinstance(value, float) else str(value)]
         if isinstance(prediction, str):
-            table.add_row(shown, *["-"] * (len(heads) - 1))
+            rows.append([*row, *["-"] * (len(heads) - 1)])
             beyond.append(prediction)
             continue
-        tips = "-" if prediction.tipping is None else _share(prediction.tipping.point)
-        row = [
-            shown,
-            _share(prediction.feasible),
-            _share(prediction.infeasible),
-            str(prediction.steps["median"] or "never"),
-            tips,
-        ]
+        row += [_share(prediction.feasible), _share(prediction.infeasible)]
+        row.append(str(prediction.steps["median"] or "never"))
+        row.append("-" if prediction.tipping is None else _share(prediction.tipping.point))
         if agreement:
             row += [_share(agreement.rates["feasible"].estimate), "yes" if agreement.agree else "no"]
-        table.add_row(*row)
-    out = console()
-    out.print(table)
+        rows.append(row)
+    print_numbers("", heads, rows)
     for line in beyond:
-        out.print(f"Beyond reach: {line}", soft_wrap=True)
+        console().print(f"Beyond reach: {line}", soft_wrap=True)
 
 
 def _draw(found: list[Point], path: str, plot: Path) -> None:
