@@ -59,6 +59,7 @@ OTHER_VALUES = {
     "faults.stubborn": 0.1,
     "run.steps": 50,
     "run.stop_at_decision": True,
+    "run.stop_at_declarations": True,
     "response.patience": 50,
     "response.delay": 7,
     "response.margin": 0,

@@ -43,7 +43,7 @@ def test_a_run_ends_right_if_it_holds_the_last_truth():
 
 
 def test_bits_are_per_robot_that_is_there():
-    assert robot_steps(changing()).tolist() == [80] * 4
+    assert robot_steps(changing(), CHANGING).tolist() == [80] * 4
     assert mean_bits(changing(), CHANGING) == 160 / 320
 
 
@@ -59,6 +59,8 @@ def test_in_a_world_that_stays_the_truth_is_that_of_the_scenario():
         np.testing.assert_array_equal(ended_agreed(record, scenario), [True, True, False])
     assert mean_bits(record, Scenario()) == 1000 / (20 * 1000)
     assert mean_bits(record, Scenario(run={"stop_at_decision": True})) == 3000 / (20 * (4 + 4 + 1000))
+    record.last_step[:] = [5, 6, 1000]
+    assert mean_bits(record, Scenario(run={"stop_at_declarations": True})) == 3000 / (20 * (5 + 6 + 1000))
 
 
 def test_truths_of_too_many_runs_and_steps_are_refused_before_any_is_simulated():

@@ -163,16 +163,19 @@ def test_before_the_first_trial_nothing_is_known():
 def test_bits_beyond_64_bits_are_summed_exactly():
     """Two runs of 2**62 bits each: a sum in 64 bits would be negative."""
     most = 2**62
-    assert bits_per_robot_and_step([most, most], [-1, -1], 1, 2**31, False) == 2 * most / (2 * 2**31)
-    many = bits_per_robot_and_step([2**63 - 1] * 5, [-1] * 5, 2**20, 10**9, False)
-    assert many == 5 * (2**63 - 1) / (5 * 2**20 * 10**9)
+    assert bits_per_robot_and_step([most, most], [2**31, 2**31]) == 2 * most / (2 * 2**31)
+    many = bits_per_robot_and_step([2**63 - 1] * 5, [2**62] * 5)
+    assert many == (2**63 - 1) / 2**62
 
 
 def test_bits_of_runs_that_stop_at_step_0_are_none_a_step():
-    assert bits_per_robot_and_step([0], [0], 10, 1000, True) == 0.0
-    assert bits_per_robot_and_step([60], [2], 10, 1000, True) == 3.0
-    assert bits_per_robot_and_step([0, 60], [0, 2], 10, 1000, True) == 3.0
-    assert bits_per_robot_and_step([60], [-1], 10, 1000, True) == 60 / 10_000
+    assert bits_per_robot_and_step([0], [0]) == 0.0
+    assert bits_per_robot_and_step([0, 60], [0, 20]) == 3.0
+
+
+def test_bits_of_fewer_runs_than_robot_steps_are_an_error():
+    with pytest.raises(ValueError, match="2 and 1 runs: both must have the same number"):
+        bits_per_robot_and_step([1, 2], [3])
 
 
 def test_a_rate_of_very_many_runs_has_an_interval():
@@ -201,8 +204,8 @@ WRONG = [None, "x", b"x", {}, [None], ["x"], [object()], object(), 1j, {1, 2}]
         decision_times,
         lambda each: accuracy(each, True),
         lambda each: opinion_quartiles(each, 10),
-        lambda each: bits_per_robot_and_step(each, [1], 1, 1, False),
-        lambda each: bits_per_robot_and_step([1], each, 1, 1, False),
+        lambda each: bits_per_robot_and_step(each, [1]),
+        lambda each: bits_per_robot_and_step([1], each),
         lambda each: paired_difference(each, [True]),
         lambda each: paired_difference([True], each),
     ],
@@ -221,8 +224,6 @@ def test_what_isnt_numbers_is_a_type_error(use, wrong):
         lambda each: wilson(1, each),
         lambda each: confidence_sequence(each, 10),
         lambda each: confidence_sequence(1, each),
-        lambda each: bits_per_robot_and_step([1], [1], each, 1, False),
-        lambda each: bits_per_robot_and_step([1], [1], 1, each, False),
         lambda each: opinion_quartiles([[1]], each),
     ],
 )

@@ -108,6 +108,7 @@ EDGES = {
         (by("quiet-census"), [], [MORE], "decision.strategy = 'quiet-census': declares, which is for good"),
         ({"decision.declare": {}}, [], [MORE], "decision.declare = 'a rule': is for good, but the world"),
         ({"run.stop_at_decision": True}, [], [MORE], "run.stop_at_decision = True: ends a run at its"),
+        ({"run.stop_at_declarations": True}, [], [MORE], "run.stop_at_declarations = True: ends a run once"),
     ],
     "response.patience": [
         ({"run.steps": 50}, 50, 51, "is longer than a run, run.steps = 50: nobody would be")

@@ -66,7 +66,7 @@ PAPER = {
         "byzantine_says": "opposite",
         "stubborn": 0.0,
     },
-    "run": {"steps": 1000, "stop_at_decision": False},
+    "run": {"steps": 1000, "stop_at_decision": False, "stop_at_declarations": False},
     "response": {"delay": 100, "margin": 2},
     "units": {},
 }

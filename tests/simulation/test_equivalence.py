@@ -261,6 +261,7 @@ def beyond(draw):
         run={
             "steps": min(steps, max(4, 15_000 // (robots * (robots + tasks)))),
             "stop_at_decision": draw(st.booleans()),
+            "stop_at_declarations": draw(st.booleans()),
         },
     )
 
@@ -292,6 +293,7 @@ def changing(draw):
     changes = {
         "decision.declare": None,
         "run.stop_at_decision": False,
+        "run.stop_at_declarations": False,
         "events": draw(st.lists(events(scenario.run.steps), max_size=4)),
         "tasks.lifetime": draw(st.one_of(st.none(), st.floats(0.5, 60))),
         "tasks.arrival_rate": draw(rates),

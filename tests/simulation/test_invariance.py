@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm
+from feasibee.model.outcomes import OUTCOMES
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
@@ -72,3 +73,29 @@ def test_a_swarm_looked_at_step_by_step_is_the_simulated_run():
         for count in curve[curve >= 0]:
             assert swarm.feasible_count == count
             swarm.advance()
+
+
+@pytest.mark.parametrize("stop", [0, 250])
+def test_stopping_at_the_declarations_changes_bits_alone(stop):
+    """Also if a robot stops later: it counts no longer from that step on (model.md 6.15.8)."""
+    going_on = Scenario(
+        tasks={"count": 21},
+        decision={"strategy": "quiet-census"},
+        faults={"stopped": {"count": 1}, "stop_step": stop},
+        run={"steps": 300},
+    )
+    stopping = going_on.replace({"run.stop_at_declarations": True})
+    stopped = simulate_record(stopping, Runs(50, 8), curves=True)
+    reference = simulate_record(stopping, Runs(1, 8), backend="reference")
+    np.testing.assert_array_equal(reference.account, stopped.account[:1])
+    whole = simulate_record(going_on, Runs(50, 8), curves=True)
+    assert (whole.last_step == 300).all()
+    assert stop <= stopped.last_step.min() < 300
+    assert (stopped.bits_sent < whole.bits_sent).all()
+    for name in {each.name for each in OUTCOMES} - {"bits_sent", "last_step"}:
+        np.testing.assert_array_equal(getattr(stopped, name), getattr(whole, name), name)
+    for row, last in enumerate(stopped.last_step):
+        counts = whole.feasible_count[row]
+        np.testing.assert_array_equal(stopped.feasible_count[row, : last + 1], counts[: last + 1])
+        assert (stopped.feasible_count[row, last + 1 :] == -1).all()
+        assert (counts[last:] == counts[last]).all()

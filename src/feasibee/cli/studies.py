@@ -375,9 +375,8 @@ def _with_limits(
     as_json: bool,
 ) -> None:
     """Simulate strategies and limits of their worlds; write and print both."""
-    from feasibee.studies.comparison import design_points
+    from feasibee.studies.comparison import compare, design_points
     from feasibee.studies.limits import limits_at, oracle_world, speakers, spoken, tasks_near, write_frontier
-    from feasibee.studies.limits import words_of as simulate_words
 
     alone = strategies == ALONE
     numbers = [scenario.tasks.count] if alone and not tasks else tasks_near(scenario, tasks)
@@ -392,7 +391,7 @@ def _with_limits(
     stopped, drawn = "", runs
     if contenders:
         with _rounds(folder, workforce, budget) as rounds:
-            found = simulate_words(contenders, numbers, runs, seed, rounds)
+            found = compare(contenders, numbers, runs, seed, rounds, curves=False)
         stopped, drawn = rounds.stopped, min(each.runs for each in found)
     with progress("Computing the limits") as advance:
         bounds = limits_at(worlds, drawn, seed, cells, workforce.workers, advance)

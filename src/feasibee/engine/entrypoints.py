@@ -9,7 +9,7 @@ from numba import int64
 from feasibee.engine import step
 from feasibee.engine.compile import entry, inlined, rebound
 from feasibee.engine.layout import Clock, Share
-from feasibee.engine.opinions import count_opinions, may_declare, sum_counts
+from feasibee.engine.opinions import count_opinions, have_all_declared, may_declare, sum_counts
 from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
 from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
@@ -19,6 +19,7 @@ from feasibee.model.outcomes import (
     DECLARED_INFEASIBLE,
     FEASIBLE_AT_END,
     INFEASIBLE_AT_END,
+    LAST_STEP,
 )
 
 
@@ -27,6 +28,7 @@ def record_step(params, state, outcome, row):
     """Record the counts at a run's present step, and its decision if it is the first (model.md 4.7)."""
     now, quorum = state.clock[Clock.STEP], state.clock[Clock.QUORUM]
     account = state.account
+    account[LAST_STEP] = now
     feasible, infeasible = account[FEASIBLE_AT_END], account[INFEASIBLE_AT_END]
     if outcome.feasible_count.shape[1] > 0:
         outcome.feasible_count[row, now] = feasible
@@ -65,6 +67,8 @@ def end_step(params, state, outcome, row, steps, control, part):
 def has_next_step(params, state, outcome, row, until, part):
     """Return whether a run has a next step, the same for all threads."""
     if state.clock[Clock.STEP] >= until or state.clock[Clock.FULL] or total(part, Share.ENDED) > 0:
+        return False
+    if params.run.stop_at_declarations and have_all_declared(params, state):
         return False
     return not (params.run.stop_at_decision and outcome.decision[row] != UNDECIDED)
 

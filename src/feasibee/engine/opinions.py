@@ -82,3 +82,10 @@ def sum_counts(params, state, part):
     if may_declare(params):
         account[DECLARED_FEASIBLE] = total(part, Share.DECLARED_FEASIBLE)
         account[DECLARED_INFEASIBLE] = total(part, Share.DECLARED_INFEASIBLE)
+
+
+@inlined
+def have_all_declared(params, state):
+    """Return whether all counted robots have declared, and none of them stops later (model.md 6.15.8)."""
+    declared = state.account[DECLARED_FEASIBLE] + state.account[DECLARED_INFEASIBLE]
+    return declared == state.clock[Clock.COUNTED] and state.clock[Clock.STEP] >= params.faults.stop_step

@@ -317,6 +317,7 @@ class RunParams(NamedTuple):
 
     steps: int
     stop_at_decision: bool
+    stop_at_declarations: bool
 
 
 class Params(NamedTuple):

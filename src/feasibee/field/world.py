@@ -311,8 +311,10 @@ class World:
 
     @property
     def is_over(self) -> bool:
-        """Whether the swarm has decided, and that ends the run."""
-        return self.plan.scenario.run.stop_at_decision and self.decision != UNDECIDED
+        """Whether the swarm has decided, or all have declared, and that ends the run."""
+        run = self.plan.scenario.run
+        decided = run.stop_at_decision and self.decision != UNDECIDED
+        return decided or (run.stop_at_declarations and self.bodies.have_all_declared)
 
     def end(self) -> dict[str, Any]:
         """Let the robots go; return the result."""

@@ -51,6 +51,7 @@ class Outcome(NamedTuple):
 
 DECLARES: Final = Need("`decision.declare` or a strategy's own `declare`", lambda scenario: scenario.declares)
 CHANGES: Final = Need("a world that changes", lambda scenario: scenario.dynamic)
+STOPS: Final = Need("`run.stop_at_declarations`", lambda scenario: scenario.run.stop_at_declarations)
 RESPONDS: Final = Need("`response.patience`", lambda scenario: scenario.response.patience is not None)
 OUTCOMES: Final = (
     Outcome(
@@ -88,6 +89,7 @@ OUTCOMES: Final = (
     Outcome("calls", "calls of the swarm for more robots", *("calls", "int64", 0), needs=RESPONDS),
     Outcome("robots_called", "robots that the swarm has called", needs=RESPONDS),
     Outcome("robots_released", "robots that the swarm has released", needs=RESPONDS),
+    Outcome("last_step", "last step of the run", *("step", "int64", 0), needs=STOPS),
 )
 """Outcomes per run, in the order of a journal's columns: append only."""
 
@@ -151,5 +153,6 @@ ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
     CALLS,
     ROBOTS_CALLED,
     ROBOTS_RELEASED,
+    LAST_STEP,
 ) = range(len(ACCOUNT))
 """Numbers of the columns, by which the engine fills them in."""

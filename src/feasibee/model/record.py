@@ -90,6 +90,12 @@ class Record:
         for name, array in other._arrays().items():
             getattr(self, name)[start : start + other.runs] = array
 
+    def followed_by(self, *others: Record) -> Record:
+        """Return this record with the runs of others, whose curves are as long, after its own."""
+        rows = [each._arrays() for each in (self, *others)]
+        arrays = {name: np.concatenate([each[name] for each in rows]) for name in rows[0]}
+        return Record(self.first_run, **arrays) if others else self
+
     def lengthened(self, length: int) -> Record:
         """Return a copy with longer curves, and traces if it has any; the new steps have the fill value."""
         longer = Record.empty(self.first_run, self.runs, length, length if self.truth.shape[1] else 0)

@@ -39,7 +39,10 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
                 record.tasks_present[row, step] = len(swarm.tasks)
             if record.declare_step[row] == -1 and swarm.has_declared:
                 record.declare_step[row] = step
+            record.last_step[row] = step
             if scenario.run.stop_at_decision and record.decision[row] != UNDECIDED:
+                break
+            if scenario.run.stop_at_declarations and swarm.have_all_declared:
                 break
         record.bits_sent[row] = swarm.bits_sent
         record.declared_feasible[row] = swarm.declared(FEASIBLE)
@@ -212,6 +215,12 @@ class Swarm:
         """Whether more than the threshold's share of the counted robots has declared (model.md 6.15)."""
         declared = self.declared(FEASIBLE) + self.declared(INFEASIBLE)
         return declared > exact(self.scenario.decision.threshold) * len(self.counted)
+
+    @property
+    def have_all_declared(self) -> bool:
+        """Whether all counted robots have declared, and none of them stops later (model.md 6.15.8)."""
+        some_left = any(robot.mind.declared == UNDECIDED for robot in self.counted)
+        return not some_left and self.time >= self.scenario.faults.stop_step
 
     @property
     def decision(self) -> int:

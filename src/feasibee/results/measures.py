@@ -95,22 +95,30 @@ def ended_agreed(results: Any, scenario: Scenario) -> NDArray[np.bool_]:
 
 def mean_bits(results: Any, scenario: Scenario) -> float:
     """Return the mean number of bits per robot-step over all runs; robots count while they are present."""
+    return bits_per_robot_and_step(column(results, "bits_sent"), robot_steps(results, scenario))
+
+
+def robot_steps(results: Any, scenario: Scenario) -> NDArray[np.int64]:
+    """Return the number of robots that are there, summed over the steps of each run: shape (runs,)."""
     if scenario.dynamic:
-        return int(column(results, "bits_sent").sum()) / max(1, int(robot_steps(results).sum()))
-    return bits_per_robot_and_step(
-        column(results, "bits_sent"),
-        column(results, "decision_step"),
-        scenario.robots.count,
-        scenario.run.steps,
-        scenario.run.stop_at_decision,
-    )
+        return _robot_steps(results)
+    return scenario.robots.count * last_steps(results, scenario)
 
 
-def robot_steps(results: Any) -> NDArray[np.int64]:
-    """Return the number of robot-steps of each run in a world that changes: shape (runs,)."""
+def _robot_steps(results: Any) -> NDArray[np.int64]:
+    """Return the same in a world that changes."""
     present = np.asarray(results.robots_present)[:, 1:]
     total: NDArray[np.int64] = np.maximum(present, 0).sum(axis=1, dtype=np.int64)
     return total
+
+
+def last_steps(results: Any, scenario: Scenario) -> NDArray[np.int64]:
+    """Return the last step of each run, which may end at its decision or declarations: shape (runs,)."""
+    if scenario.run.stop_at_declarations:
+        return column(results, "last_step")
+    decided = column(results, "decision_step")
+    ends = scenario.run.stop_at_decision & (decided >= 0)
+    return np.where(ends, decided, scenario.run.steps)
 
 
 def is_quorum(counts: NDArray[Any], results: Any, scenario: Scenario) -> NDArray[np.bool_]:
@@ -128,13 +136,12 @@ def least_quorum(scenario: Scenario, counted: int) -> int:
 def counted_robots(results: Any, scenario: Scenario) -> NDArray[np.int64]:
     """Return the number of counted robots at the end of each run: shape (runs,).
 
-    Robots may stop working during a run. A run may end at its decision, before they do.
+    Robots may stop working during a run. A run may end before they do.
     """
-    stop, last = scenario.faults.stop_step, np.full(column(results, "decision").size, scenario.run.steps)
-    if scenario.run.stop_at_decision:
-        decided = column(results, "decision_step")
-        last = np.where(decided >= 0, decided, last)
-    counted: NDArray[np.int64] = np.where(last < stop, scenario.counted(0), scenario.counted(stop))
+    stop = scenario.faults.stop_step
+    counted: NDArray[np.int64] = np.where(
+        last_steps(results, scenario) < stop, scenario.counted(0), scenario.counted(stop)
+    )
     return counted
 
 
@@ -305,7 +312,7 @@ def measures_of_runs(results: Any) -> dict[str, NDArray[np.int64]]:
         "missed": np.bincount(changes.run[changes.delay < 0], minlength=runs),
         "first_delay": first,
         "false_alarms": counts.alarms,
-        "robot_steps": robot_steps(results),
+        "robot_steps": _robot_steps(results),
     }
 
 

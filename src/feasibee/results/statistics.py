@@ -202,27 +202,18 @@ def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE
     ]
 
 
-def bits_per_robot_and_step(
-    bits_sent: ArrayLike, decision_step: ArrayLike, robots: int, steps: int, stop_at_decision: bool
-) -> float:
+def bits_per_robot_and_step(bits_sent: ArrayLike, robot_steps: ArrayLike) -> float:
     """Return the mean number of bits sent per robot and step, over the steps that the runs lasted.
 
     Parameters
     ----------
-    bits_sent, decision_step : array of int, shape (runs,)
-        Bits sent in each run, and the step of its decision; -1 if undecided.
-    robots, steps : int
-        Number of robots, and of steps of a run that doesn't stop early.
-    stop_at_decision : bool
-        Whether runs stopped at their decision.
+    bits_sent, robot_steps : array of int, shape (runs,)
+        Bits sent in each run, and the robots that were there, summed over its steps.
     """
-    bits, decided = _whole_numbers("bits_sent", bits_sent), _whole_numbers("decision_step", decision_step)
-    robots, steps = _whole("robots", robots), _whole("steps", steps)
-    if bits.size != decided.size:
-        raise ValueError(f"{bits.size} and {decided.size} runs: both must have the same number")
-    stops = _is_true("stop_at_decision", stop_at_decision)
-    lasted = np.where(decided >= 0, decided, steps) if stops else np.full(decided.size, steps)
-    return _sum(bits) / max(1, robots * _sum(lasted))
+    bits, lasted = _whole_numbers("bits_sent", bits_sent), _whole_numbers("robot_steps", robot_steps)
+    if bits.size != lasted.size:
+        raise ValueError(f"{bits.size} and {lasted.size} runs: both must have the same number")
+    return _sum(bits) / max(1, _sum(lasted))
 
 
 def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) -> DeclareTimes:

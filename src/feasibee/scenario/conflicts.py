@@ -481,6 +481,12 @@ RULES: Final[tuple[Rule, ...]] = (
         "ends a run at its first decision, but the world of this scenario changes",
         "leave it out, or leave out events and rates",
     ),
+    _never(
+        "run.stop_at_declarations",
+        lambda s: s.dynamic and s.run.stop_at_declarations,
+        "ends a run once all robots have declared, but the world of this scenario changes",
+        "leave it out, or leave out events and rates",
+    ),
     _tasks_limit,
     partial(_reach, name="sensing"),
     partial(_reach, name="radio"),

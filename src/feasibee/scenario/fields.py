@@ -462,6 +462,9 @@ class Run(Section):
         1000, description="Number of steps of a run; a swarm that has not decided by then is undecided."
     )
     stop_at_decision: bool = Field(False, description="Whether a run ends at the swarm's first decision.")
+    stop_at_declarations: bool = Field(
+        False, description="Whether a run ends once all counted robots have declared (model.md 6.15.8)."
+    )
 
 
 class Response(Section):

@@ -77,7 +77,8 @@ class Swarm:
         self._layout = layout
         lowered = lowering.lower(self.scenario, self._which.seed)
         self._tables = lowered.tables
-        self._params = lowered.params._replace(run=lowered.params.run._replace(stop_at_decision=False))
+        endless = lowered.params.run._replace(stop_at_decision=False, stop_at_declarations=False)
+        self._params = lowered.params._replace(run=endless)
         self._packed = params.packed(self._params)
         engine = runner.engine_functions(*lowered.form)
         self._start, self._advance, self._functions = engine

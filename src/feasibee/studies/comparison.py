@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
@@ -71,6 +71,8 @@ RUNS: Final = "runs of each"
 """The phase of a comparison."""
 FIRST_LOOK: Final = 20
 """Number of runs of each contender before its first answer, which later ones replace by twice as many."""
+WHOLE: Final = 100
+"""Number of a contender's first runs that go on to the last step. If its robots declare, others needn't."""
 CONTENDER = "contender"
 """In a journal, the name of what a comparison varies."""
 
@@ -97,7 +99,7 @@ class Outcome:
     """Probability that each swarm gave to feasible at the last step, by the share of its robots; shape
     (runs,), or (0,) in a world that changes."""
     bits: NDArray[np.float64]
-    """Bits sent per robot-step; shape (runs,)."""
+    """Bits sent per robot-step; shape (runs,). If robots declare, those of the first runs (`WHOLE`)."""
     found: Measured
     """The measures of its runs."""
     judgement: Judgement | None
@@ -268,11 +270,11 @@ def compare(
             while number < runs:
                 number = min(runs, max(FIRST_LOOK, 2 * number))
                 rounds.place = f"{number:,} of {runs:,}"
-                next(rounds.run(Study(designs, number, seed, curves)))  # runs all; to read curves takes long
+                for study in studies_of(designs, number, seed, curves=curves):
+                    rounds.complete(study)  # to read curves takes long
                 done = number
                 if done < runs:
-                    looked = outcomes_of(rounds, designs, done, seed, curves=False)
-                    rounds.so_far = leader(looked, "right_share" if looked[0].tracking else "right_at_end")
+                    rounds.so_far = leader(outcomes_of(rounds, designs, done, seed, curves=False))
         return outcomes_of(rounds, designs, done, seed, curves=curves)
 
 
@@ -295,17 +297,42 @@ def outcomes_of(
     rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int, *, curves: bool = True
 ) -> list[Outcome]:
     """Run one round of points; return their outcomes in the same order, by contender if they have any."""
-    records = rounds.run(Study(designs, runs, seed, curves))
+    parts = [list(rounds.run(study)) for study in studies_of(designs, runs, seed, curves=curves)]
     return [
-        outcome_of(design.values.get(CONTENDER, ""), design.scenario, record)
-        for design, record in zip(designs, records, strict=True)
+        outcome_of(design.values.get(CONTENDER, ""), design.scenario, *records)
+        for design, *records in zip(designs, *parts, strict=True)
     ]
 
 
-def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
-    """Summarise the runs of one contender at one number of tasks."""
-    feasible, found = truth(scenario), measured(record, scenario)
-    steps = scenario.robots.count * scenario.run.steps
+def studies_of(
+    designs: Sequence[DesignPoint], runs: int, seed: int, *, curves: bool = True
+) -> Iterator[Study]:
+    """Yield what to run of some points: the first runs, and the others, which end at the declarations."""
+    first = min(WHOLE, runs)
+    yield Study(designs, first, seed, curves)
+    if runs > first:
+        later = [replace(each, first_run=each.first_run + first) for each in designs]
+        ended = [replace(each, scenario=ending_early(each.scenario)) for each in later]
+        yield Study(ended, runs - first, seed, curves)
+
+
+def ending_early(scenario: Scenario) -> Scenario:
+    """Return the scenario with runs that end once all robots have declared, if any do (model.md 6.15.8).
+
+    No opinion or declaration of theirs can change after that. What they send can.
+    """
+    return scenario.replace({"run.stop_at_declarations": True}) if scenario.declares else scenario
+
+
+def outcome_of(contender: str, scenario: Scenario, first: Record, *later: Record) -> Outcome:
+    """Summarise the runs of one contender at one number of tasks, from the records of `studies_of`.
+
+    If robots declare, bits are those of the first runs.
+    """
+    feasible, record = truth(scenario), first.followed_by(*later)
+    whole, found = record, measured(record, scenario)
+    if scenario.declares and later:
+        whole, found = first, found._replace(bits=measured(first, scenario).bits)
     return Outcome(
         contender=contender,
         robots=scenario.robots.count,
@@ -315,7 +342,7 @@ def outcome_of(contender: str, scenario: Scenario, record: Record) -> Outcome:
         agreed=ended_agreed(record, scenario),
         right_at=_right_at(record, scenario, feasible),
         said=said_feasible(record, scenario),
-        bits=record.bits_sent / (robot_steps(record) if scenario.dynamic else steps),
+        bits=whole.bits_sent / np.maximum(1, robot_steps(whole, scenario)),
         found=found,
         judgement=judgement(record, scenario),
         infeasible_at=infeasible_share(record.truth) if scenario.dynamic else np.empty(0),
@@ -327,7 +354,9 @@ def _right_at(record: Record, scenario: Scenario, feasible: bool) -> NDArray[np.
     if scenario.dynamic:
         followed: NDArray[np.int64] = (record.held == record.truth).sum(axis=0)
         return followed
-    held = record.feasible_count if feasible else record.infeasible_count
+    name = "feasible" if feasible else "infeasible"
+    held, last = getattr(record, f"{name}_count"), getattr(record, f"{name}_at_end")
+    held = np.where(held < 0, last[:, None], held)  # after the end of a run
     stop = scenario.faults.stop_step
     counted = np.where(np.arange(held.shape[1]) < stop, scenario.counted(0), scenario.counted(stop))
     needed = exact(scenario.decision.threshold)
@@ -364,8 +393,11 @@ def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     return groups
 
 
-def leader(outcomes: Sequence[Outcome], measure: str) -> str:
-    """Return in words which contender is best so far by a measure of all its runs."""
+def leader(outcomes: Sequence[Outcome]) -> str:
+    """Return in words which contender is best so far: by the robots' own word, if all of them give one."""
+    measure = "right_share" if outcomes[0].tracking else "right_at_end"
+    if all(each.declared for each in outcomes):
+        measure = "declared_ok"
     groups = by_contender(outcomes).items()
     found = {name: together([each.found for each in group], measure) for name, group in groups}
     best = max(found, key=lambda name: found[name].estimate)

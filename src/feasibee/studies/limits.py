@@ -13,8 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from threading import local
 from typing import Any, Final
@@ -27,8 +26,7 @@ from feasibee.figures.limits import Panel, Word, draw_frontier, draw_limits
 from feasibee.figures.style import save_both
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS
-from feasibee.model.record import Record
-from feasibee.results.measures import column, columns, counted_robots, least_quorum
+from feasibee.results.measures import columns, least_quorum
 from feasibee.results.statistics import DeclareTimes, declare_times, plain
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
@@ -38,19 +36,7 @@ from feasibee.simulation.snapshot import members
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies.contract import Setting
 from feasibee.studies import oracle
-from feasibee.studies.comparison import (
-    CONTENDER,
-    Outcome,
-    check_distinct,
-    check_stays,
-    design_points,
-    leader,
-    origin,
-    outcome_of,
-)
-from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.schedule import run_work
-from feasibee.sweeps.sweep import Enough, Rounds
+from feasibee.studies.comparison import Outcome, check_distinct, check_stays, origin
 
 LIMITS: Final[Mapping[str, str]] = {
     "pooled": "all sightings together name all tasks, or one more than there are robots",
@@ -375,67 +361,6 @@ def _speaker(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     knows = manifest.needs_count or scenario.robots.know_count
     rule = None if manifest.declares else RULE
     return scenario.replace({"robots.know_count": knows, **own, "decision.declare": rule})
-
-
-WHOLE: Final = 100
-"""Number of first runs of a contender that go on to the last step. Its bits are theirs."""
-PATIENCE: Final = 1.12
-"""Its other runs have so many times the steps that its declarations took in these."""
-
-
-def words_of(
-    contenders: Mapping[str, Scenario], tasks: Sequence[int], runs: int, seed: int, rounds: Rounds
-) -> list[Outcome]:
-    """Simulate what robots say by their own word: the outcomes of `compare`, but for bits of the first runs.
-
-    A declaration is for good, and fewer steps are the beginning of the same run (model.md 6.14, 1.3). So a
-    run may end once all its robots have declared: only its bits could change. Contenders that an early end
-    leaves have their first runs alone.
-    """
-    designs = design_points(contenders, tasks, runs, seed)
-    work = sum(run_work(each.scenario) for each in designs)
-    rounds.phases = {"first runs": min(WHOLE, runs) * work, "strategies": runs * work}
-    rounds.phase = "first runs"
-    firsts = list(rounds.run(Study(designs, min(WHOLE, runs), seed)))
-    found = [_outcome(*each) for each in zip(designs, firsts, strict=True)]
-    rounds.phase = "strategies"
-    with suppress(Enough):
-        for place, design in enumerate(designs if runs > WHOLE else ()):
-            rounds.so_far = leader(found, "declared_ok")
-            rounds.place = f"{1 + place // len(tasks)} of {len(contenders)}"
-            found[place] = _declared(rounds, design, firsts[place], runs, seed)
-    return found
-
-
-def _outcome(design: DesignPoint, record: Record) -> Outcome:
-    return outcome_of(design.values[CONTENDER], design.scenario, record)
-
-
-def _declared(rounds: Rounds, design: DesignPoint, first: Record, runs: int, seed: int) -> Outcome:
-    """Return the outcome of a point's runs, most of them without the steps after all robots have declared."""
-    scenario, most = design.scenario, design.scenario.run.steps
-    late = math.ceil(PATIENCE * int(first.declare_step.max())), scenario.faults.stop_step, 1
-    steps = min(most, max(late)) if _has_declared(first, scenario).all() else most
-    short = replace(design, scenario=scenario.replace({"run.steps": steps}))
-    later = replace(short, first_run=short.first_run + first.runs)
-    record = Record.empty(first.first_run, runs, 0)
-    record.put(0, first)
-    record.put(first.runs, next(rounds.run(Study([later], runs - first.runs, seed))))
-    if steps == most:
-        return _outcome(design, record)
-    rows = np.flatnonzero(~_has_declared(record, scenario)).tolist()
-    again = [replace(design, first_run=record.first_run + row) for row in rows]
-    for row, whole in zip(rows, rounds.run(Study(again, 1, seed)), strict=True):
-        record.put(row, whole)
-    bits, every = _outcome(design, first), _outcome(design, record)
-    return replace(every, bits=bits.bits, found=every.found._replace(bits=bits.found.bits))
-
-
-def _has_declared(record: Record, scenario: Scenario) -> NDArray[np.bool_]:
-    """Return whether all counted robots of each run have declared: shape (runs,)."""
-    declared = column(record, "declared_feasible") + column(record, "declared_infeasible")
-    found: NDArray[np.bool_] = declared == counted_robots(record, scenario)
-    return found
 
 
 def tasks_near(scenario: Scenario, tasks: Sequence[int] = ()) -> list[int]:

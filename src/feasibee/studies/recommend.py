@@ -22,11 +22,12 @@ from feasibee.studies.comparison import (
     outcomes_of,
     percent,
     rounds_of,
+    studies_of,
     wait_for,
 )
 from feasibee.studies.needs import IDS, NAMES, Asked, all_strategies, asked_of, strategy_change
 from feasibee.studies.size import Finding, Rule, finding_at
-from feasibee.sweeps.plan import DesignPoint, Study
+from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.schedule import run_work
 from feasibee.sweeps.sweep import Enough, Execution, Rounds
 
@@ -452,9 +453,9 @@ class Trials:
             some = group[place : place + workers]
             self.rounds.place = f"{place + len(some)} of {len(group)}"
             designs = [_design(scenario) for scenario, _ in some]
-            first = Study(designs, min(self.rule.first, self.rule.most), self.seed, curves=True)
             with suppress(Enough):
-                self.rounds.complete(first)
+                for study in studies_of(designs, min(self.rule.first, self.rule.most), self.seed):
+                    self.rounds.complete(study)
             for each in some:
                 with suppress(Enough):  # of the others, all runs may be there
                     found.append(self._candidate(*each))

@@ -20,7 +20,7 @@ from feasibee.results.statistics import CONFIDENCE, Interval, confidence_sequenc
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import axis_of, step_in_words, value_in_words
-from feasibee.studies.comparison import check_stays, origin, rounds_of
+from feasibee.studies.comparison import check_stays, ending_early, origin, rounds_of
 from feasibee.studies.space import ladder, valid_values
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.schedule import run_work
@@ -507,7 +507,7 @@ def _search_all(
     The last value of fields other than robots and tasks is tested, too. That of these is 8 times the first,
     and costs as much.
     """
-    tests = sum(most_tests(len(values)) for _, values in lists)
+    tests, scenario = sum(most_tests(len(values)) for _, values in lists), ending_early(scenario)
 
     def test(path: str, values: Sequence[Any], place: int) -> Finding:
         value = values[place]
