@@ -66,12 +66,15 @@ def test_longer_curves_keep_what_was_there():
 def test_a_dataset_has_the_columns_of_the_table(record, tmp_path):
     by_votes, sure = (to_dataset(record, each, 1) for each in (SCENARIO, declaring(tmp_path)))
     without = to_dataset(record, SCENARIO.replace({"decision.declare": None}), 1)
-    calling = to_dataset(record, Scenario(response={"patience": 9}), 1)
+    calling, stopping = (
+        to_dataset(record, Scenario(**each), 1)
+        for each in ({"response": {"patience": 9}}, {"run": {"stop_at_declarations": True}})
+    )
     curves = [each.name for each in CURVES]
     for dataset, needs in ((by_votes, DECLARES), (sure, DECLARES), (without, None)):
         had = [each.name for each in OUTCOMES if each.needs in (None, needs)]
         assert list(dataset.data_vars) == [*had, *curves]
-    variables = {**calling.data_vars, **sure.data_vars}
+    variables = {**calling.data_vars, **stopping.data_vars, **sure.data_vars}
     assert set(variables) == {*NAMES, *curves}
     for each in (*OUTCOMES, *CURVES):
         assert variables[each.name].dtype == each.dtype

@@ -46,7 +46,7 @@ FINE = {
     "decision.switching tiny",
     "robots.speed tiny",
     "decision.exploration tiny",
-    "run.stop_at_decision true",
+    *(f"run.{field} true" for field in ("stop_at_decision", "stop_at_declarations")),
     "decision.parameters table",
     "decision.declare table",
     *(f"{section} table" for section in SECTIONS if section not in ("preset", "events")),
