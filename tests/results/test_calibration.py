@@ -39,6 +39,38 @@ def test_known_scores():
     assert (found.sure.estimate, found.brier.estimate) == (0.75, pytest.approx(0.172))
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_the_score_is_the_sum_of_murphys_parts(seed):
+    """Also of probabilities that differ in a bin, and of those that are far from calibrated."""
+    rng = np.random.default_rng(seed)
+    said, true = rng.random(300), rng.random(300) < 0.3
+    found = calibration(said, true)
+    parts = found.reliability - found.resolution + found.uncertainty
+    assert parts == pytest.approx(found.brier.estimate, abs=1e-12)
+    assert found.uncertainty == pytest.approx(true.mean() * (1 - true.mean()), abs=1e-12)
+    assert found.reliability > 0.05 > abs(found.resolution)
+
+
+def test_parts_tell_a_swarm_that_knows_nothing_from_one_that_says_the_opposite():
+    true = [True, True, False, False]
+    parts = ("reliability", "resolution", "uncertainty")
+    for said, expected in (
+        ([1, 1, 0, 0], (0, 0.25, 0.25)),
+        ([0.5] * 4, (0, 0, 0.25)),
+        ([0, 0, 1, 1], (1, 0.25, 0.25)),
+        ([0.9, 0.9, 0.5, 0.5], (0.13, 0.25, 0.25)),
+    ):
+        found = calibration(said, true)
+        assert [getattr(found, each) for each in parts] == pytest.approx(expected)
+
+
+def test_calibrated_probabilities_have_no_reliability_term_and_resolve_what_they_tell_apart():
+    said, true = forecasts(20_000, 1)
+    found = calibration(said, true)
+    assert found.reliability < 0.001
+    assert found.resolution == pytest.approx(said.var(), abs=0.004)
+
+
 def test_a_share_on_an_edge_is_in_the_bin_above():
     said = [0.5 + 0.5 * lead / 10 for lead in (-10, -8, -4, 2, 4, 10)]  # the second is below 0.1
     found = calibration(said, [True, False] * 3)

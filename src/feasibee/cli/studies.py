@@ -50,8 +50,9 @@ SUMS_CAPTION = (
 )
 CALIBRATION_CAPTION = (
     "brier: mean squared distance of the share of robots that hold feasible at the end from the truth, 1 or "
-    "0, with its interval; 0 is best, 0.25 says nothing. right if sure: swarms that are right (%), of those "
-    "with 90 % of the robots or more on one side"
+    "0, with its interval; 0 is best, 0.25 says nothing. It is rel - res + {uncertainty:.3f}. rel: "
+    "reliability, 0 if tasks are feasible as often as said. res: resolution, the larger the better worlds "
+    "are told apart. sure: swarms that are right (%), of those with 90 % of the robots or more on one side"
 )
 TRACKING_CAPTION = (
     "right: share of steps at which the swarm held the truth (%), with its 95 % interval; delay: steps until "
@@ -281,10 +282,13 @@ def _print_calibration(outcomes: Sequence[Outcome]) -> None:
     rows = []
     for name, found in sorted(calibrations(outcomes).items(), key=lambda pair: pair[1].brier.estimate):
         score, low, high = (f"{each:.3f}" for each in found.brier)
-        rows.append([name, score, f"{low} to {high}", *(percents(found.sure) if found.sure else ("", ""))])
-    heads = ["over all m", "brier", "interval", "right if sure", "interval"]
+        parts = f"{found.reliability:.3f}", f"{found.resolution:.3f}"
+        sure = percents(found.sure) if found.sure else ("", "")
+        rows.append([name, score, f"{low} to {high}", *parts, *sure])
+        caption = CALIBRATION_CAPTION.format(uncertainty=found.uncertainty)
+    heads = ["over all m", "brier", "interval", "rel", "res", "sure", "interval"]
     if rows:
-        print_numbers("How sure the swarms are", heads, rows, CALIBRATION_CAPTION)
+        print_numbers("How sure the swarms are", heads, rows, caption)
 
 
 def _declared_cells(group: list[Outcome]) -> list[str]:

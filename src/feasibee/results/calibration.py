@@ -41,6 +41,12 @@ class Calibration(NamedTuple):
     """Mean squared distance of the probability from the truth, 1 or 0. 0 is best; always 1/2 gives 0.25."""
     sure: Interval | None
     """Share of runs that are right, of those in which at least 90 % of the robots agree; None without any."""
+    reliability: float
+    """Mean squared distance, in a bin, of what was said from the share of feasible tasks. 0 is best."""
+    resolution: float
+    """By how much the worlds differ from bin to bin. At most the uncertainty, which is best."""
+    uncertainty: float
+    """Variance of the truth: the score of always saying the share of feasible tasks in all runs."""
     bins: tuple[Bin, ...]
     """The calibration curve, by rising probability; empty bins are left out."""
 
@@ -61,6 +67,9 @@ def said_feasible(results: Any, scenario: Scenario) -> NDArray[np.float64]:
 def calibration(said: ArrayLike, feasible: ArrayLike) -> Calibration | None:
     """Return how good probabilities are; None unless there are worlds of both truths.
 
+    The score is reliability - resolution + uncertainty. Resolution has a part of each bin for probabilities
+    that differ in it, without which that wouldn't hold.
+
     Parameters
     ----------
     said : array of float, shape (runs,)
@@ -70,7 +79,9 @@ def calibration(said: ArrayLike, feasible: ArrayLike) -> Calibration | None:
 
     References
     ----------
-    Brier, "Verification of forecasts expressed in terms of probability", 1950.
+    Brier, "Verification of forecasts expressed in terms of probability", 1950; its parts: Murphy, "A new
+    vector partition of the probability score", 1973; the part within bins: Stephenson, Coelho, Jolliffe, "Two
+    extra components in the Brier score decomposition", 2008.
 
     Examples
     --------
@@ -84,14 +95,24 @@ def calibration(said: ArrayLike, feasible: ArrayLike) -> Calibration | None:
     sure = np.abs(said - 0.5) >= SURE - 0.5 - ROUNDING
     right = (said > 0.5) == true
     which = np.minimum(np.floor(BINS * said + ROUNDING), BINS - 1)
+    each_bin = [which == each for each in np.unique(which)]
     return Calibration(
         mean_share((said - true) ** 2),
         _share(right[sure]) if sure.any() else None,
-        tuple(
-            Bin(float(said[rows].mean()), int(rows.sum()), _share(true[rows]))
-            for rows in (which == each for each in np.unique(which))
-        ),
+        *_parts([said[rows] for rows in each_bin], [true[rows] for rows in each_bin]),
+        tuple(Bin(float(said[rows].mean()), int(rows.sum()), _share(true[rows])) for rows in each_bin),
     )
+
+
+def _parts(said: list[NDArray[np.float64]], true: list[NDArray[np.bool_]]) -> tuple[float, float, float]:
+    """Return reliability, resolution and uncertainty, from the probabilities and truths of each bin."""
+    base, runs = np.concatenate(true).mean(), sum(each.size for each in said)
+    reliability = resolution = 0.0
+    for told, came in zip(said, true, strict=True):
+        differing = told - told.mean()
+        reliability += told.size * (told.mean() - came.mean()) ** 2
+        resolution += told.size * (came.mean() - base) ** 2 + (differing * (2 * came - differing)).sum()
+    return float(reliability / runs), float(resolution / runs), float(base * (1 - base))
 
 
 def _share(holds: NDArray[np.bool_]) -> Interval:

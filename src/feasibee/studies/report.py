@@ -313,7 +313,11 @@ def agreement(found: Calibration | None) -> list[str]:
     if sure is not None:
         agreed = f"Where at least 90 % of the robots agree, {percent(sure)} of the swarms are right."
     interval = f"{score.estimate:.3f} ({score.low:.3f} to {score.high:.3f})"
-    return [f"{agreed} Brier score of the robots' shares: {interval}; 0 is best, always 1/2 has 0.25."]
+    parts = f"{found.reliability:.3f} - {found.resolution:.3f} + {found.uncertainty:.3f}"
+    return [
+        f"{agreed} Brier score of the robots' shares: {interval}; 0 is best, always 1/2 has 0.25. It is "
+        f"reliability - resolution + uncertainty: {parts}."
+    ]
 
 
 def evidence(assessment: Assessment) -> list[str]:
