@@ -61,11 +61,55 @@ def test_part_of_the_results_is_compared_with_its_runs(saved):
     assert "2 runs" in output_of("reproduce", saved)
 
 
-def test_a_journal_is_the_same_and_another_seed_is_not(tmp_path, monkeypatch):
+@pytest.fixture
+def folder(tmp_path):
+    """Return the journal of a sweep of two points, three runs each."""
     study = tmp_path / "study.toml"
     study.write_text('runs = 3\nseed = 1\n[scenario.run]\nsteps = 50\n[sweep]\n"tasks.count" = [5, 40]\n')
-    folder = tmp_path / "results"
-    output_of("sweep", study, "--out", folder)
+    output_of("sweep", study, "--out", tmp_path / "results")
+    return tmp_path / "results"
+
+
+FIGURES = {
+    "line.png": ("--show", "right_at_end"),
+    "map.svg": ("--y", "radio.loss"),
+    "column.pdf": ("--hue", "decision.strategy", "--style", "journal", "--width", "3in"),
+}
+"""Figures of a sweep, and the options that each is drawn with."""
+
+
+def test_figures_of_a_sweep_are_drawn_again_as_their_files_say(folder):
+    for name, options in FIGURES.items():
+        output_of("results", "plot", folder, "--x", "tasks.count", *options, "--out", folder / name)
+    answer = output_of("reproduce", folder)
+    for name in FIGURES:
+        assert f"{name}: the same, byte for byte." in answer
+    column = folder / "column.pdf"
+    column.write_bytes(column.read_bytes().replace(b'"x": "tasks.count"', b'"x": "radio.range"'))
+    for options in ((), ("--figure", column)):
+        result = invoke("reproduce", folder, *options)
+        assert result.exit_code == 1
+        assert "column.pdf: differs." in result.stdout
+        assert ("map.svg" in result.stdout) == (not options)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    ["{", '{"x": "tasks.count"}', '{"x": 1, "hue": null, "y": null, "show": "accuracy", "journal": 0.0}']
+    + [
+        f'{{"x": "tasks.count", "hue": null, "y": null, "show": {show}, "journal": {journal}}}'
+        for show, journal in (("[]", "0.0"), ('"all"', "0.0"), ('"accuracy"', "1e9"), ('"accuracy"', "NaN"))
+    ],
+)
+def test_a_file_that_says_something_else_is_no_figure_of_a_sweep(folder, wrong):
+    other = folder / "other.png"
+    other.write_text(f"feasibee results plot {wrong}")
+    assert "other.png" not in output_of("reproduce", folder)
+    answer = refused_in_a_line("reproduce", folder, "--figure", other)
+    assert "isn't a figure of feasibee results plot; leave it out, or draw it again" in answer
+
+
+def test_a_journal_is_the_same_and_another_seed_is_not(folder, monkeypatch):
     assert "6 runs" in output_of("reproduce", folder)
 
     true = reproduce.simulate_record

@@ -22,7 +22,6 @@ from feasibee.cli.options import (
     print_json,
     progress,
 )
-from feasibee.errors import FeasibeeError
 from feasibee.files import FIGURES, RESULTS
 from feasibee.scenario.runs import Runs
 
@@ -190,7 +189,7 @@ def reproduce(
     *,
     path: Path = argument(path_type, metavar="FILE|FOLDER"),
     figure: tuple[Path, ...] = option(
-        "Figure that was written with FILE, repeatable; by default those named as FILE, such as mine.png.",
+        "Figure to draw again, repeatable; by default those named as FILE, such as mine.png, or in FOLDER.",
         NamedPath(exists=True, dir_okay=False, path_type=Path),
         multiple=True,
         metavar="FILE",
@@ -201,24 +200,21 @@ def reproduce(
 ) -> None:
     """Simulate saved results again, and compare every byte of all runs and figures with what was saved.
 
-    FILE is one that feasibee run --out has written, .nc. FOLDER is that of a journal, as of feasibee sweep.
+    FILE is one that feasibee run --out has written, .nc. FOLDER is that of a journal, as of feasibee sweep;
+    its figures are those of feasibee results plot, whose files say what they show.
     The exit status is 0 if all bytes are the same, 1 if some differ, and 2 after an error.
 
     \b
     Examples:
       feasibee reproduce mine.nc
       feasibee reproduce mine.nc --figure paper/mine.pdf
-      feasibee reproduce results
+      feasibee reproduce results --figure paper/ratio.pdf
     """
     from feasibee.studies.reproduce import reproduce_file, reproduce_journal
 
-    if figure and path.is_dir():
-        raise FeasibeeError(f"--figure {figure[0]}: is for results in a file; leave it out for a folder")
+    again = reproduce_journal if path.is_dir() else reproduce_file
     with progress("Simulating again") as advance:
-        if path.is_dir():
-            found = reproduce_journal(path, trust, workers, advance)
-        else:
-            found = reproduce_file(path, figure, trust, workers, advance)
+        found = again(path, figure, trust, workers, advance)
     if as_json:
         print_json(found._asdict())
     else:

@@ -283,9 +283,12 @@ def _inches(context: click.Context, parameter: click.Parameter, text: str | None
     if text is None:
         return None
     found = re.fullmatch(r"([0-9]{1,4}(?:\.[0-9]{1,4})?) *(mm|cm|in)", text)
+    from feasibee.studies.sweep_figure import WIDTHS
+
     inches = float(found[1]) * INCHES[found[2]] if found else 0.0
-    if not 2 <= inches <= 20:
-        raise click.BadParameter("must be a length from 2in to 20in, with its unit, such as 84mm.")
+    if not WIDTHS[0] <= inches <= WIDTHS[1]:
+        low, high = (f"{width:g}in" for width in WIDTHS)
+        raise click.BadParameter(f"must be a length from {low} to {high}, with its unit, such as 84mm.")
     return inches
 
 
@@ -321,10 +324,9 @@ def plot(
       feasibee results plot --x tasks.count --y radio.loss --out map.pdf
       feasibee results plot --x tasks.count --style journal --width 84mm --out column.pdf
     """
-    from feasibee.figures.style import JOURNAL, STYLE, save_figure
-    from feasibee.figures.sweep import draw_lines, draw_map
+    from feasibee.studies.sweep_figure import View, text_of
     from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.table import pooled_fields, shares_by_cell, shares_by_line, summaries, varied
+    from feasibee.sweeps.table import summaries, varied
 
     target, journal = out or folder / "plot.png", (width or COLUMN) if style == "journal" else 0.0
     if width and not journal:
@@ -333,40 +335,17 @@ def plot(
         raise FeasibeeError("--hue and --y: exclude each other; leave out one of them")
     with Journal(folder) as opened:
         found, about = summaries(opened), opened.about
-    points = _drawable(found, folder, show)
+    view, varying = View(x, hue, y, show, journal), varied([each.row for each in found])
+    points = view.drawable(found, folder)
     check_output(target, FIGURES, "--out")
-    fields, varying = [field for field in (x, hue, y) if field], varied([each.row for each in found])
-    others = [field for field in varying if field not in fields]
-    over = pooled_fields([each.row for each in points], fields, others)
-    titled = () if journal else over  # the caption says it
-    if y:
-        drawn = draw_map(shares_by_cell(points, x, y, show), x, y, show, titled, journal)
-    else:
-        drawn = draw_lines(shares_by_line(points, x, hue, show), x, hue, show, titled, journal)
+    over = view.over(points, varying)
     if journal:
-        from feasibee.studies.caption import text_of
-
         text = target.with_suffix(".txt")
         with atomic_write(text) as path:
-            path.write_text(text_of(points, fields, varying, show, over, about), encoding="utf-8")
+            path.write_text(text_of(view, points, varying, about), encoding="utf-8")
         click.echo(f"Its caption and methods are {text}")
-    save_figure(drawn, target, JOURNAL if journal else STYLE)
+    view.save(points, over, target)
     click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))
-
-
-def _drawable(found: Sequence[Summary], folder: Path, show: str) -> list[Summary]:
-    """Return the points that have runs and the measure; raise an error without any."""
-    from feasibee.results.measures import MEASURES, TRACKED
-
-    points = [each for each in found if each.found.runs]
-    if not points:
-        raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
-    needs = MEASURES[show].needs
-    points = [each for each in points if needs is None or needs.is_met(each.row.scenario)]
-    if not points:
-        lacks = f"no world of {folder} changes" if show in TRACKED else f"no robots of {folder} declare"
-        raise FeasibeeError(f"--show {show}: {lacks}; use --show accuracy")
-    return points
 
 
 @command(make=results.command)

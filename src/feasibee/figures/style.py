@@ -189,10 +189,18 @@ def over_time(ax: Axes, label: str, last: float, limits: tuple[float, float] = P
     ax.set(xlabel="time (steps)", ylabel=label, xlim=(0, last), ylim=limits)
 
 
-def save_figure(drawn: Figure, path: str | Path, settings: Mapping[Any, Any] = STYLE) -> None:
-    """Save a figure in the format of its suffix, atomically and without a date; `JOURNAL` is sharper."""
+def save_figure(
+    drawn: Figure, path: str | Path, settings: Mapping[Any, Any] = STYLE, made: str | None = None
+) -> None:
+    """Save a figure in the format of its suffix, atomically and without a date; `JOURNAL` is sharper.
+
+    The file may say how it was ``made``.
+    """
     check_output(path, FIGURES)
-    metadata = {".pdf": {"CreationDate": None}, ".svg": {"Date": None}}.get(Path(path).suffix.lower())
+    is_pdf, is_svg = (Path(path).suffix.lower() == each for each in (".pdf", ".svg"))
+    metadata: dict[str, str | None] = {"CreationDate": None} if is_pdf else {"Date": None} if is_svg else {}
+    if made:
+        metadata["Subject" if is_pdf else "Description"] = made
     with atomic_write(path) as temporary, style.context("default"), rc_context(dict(settings)):
         drawn.savefig(temporary, metadata=metadata)
 

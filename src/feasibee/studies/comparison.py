@@ -99,7 +99,7 @@ class Outcome:
     """Probability that each swarm gave to feasible at the last step, by the share of its robots; shape
     (runs,), or (0,) in a world that changes."""
     bits: NDArray[np.float64]
-    """Bits sent per robot-step; shape (runs,). If robots declare, those of the first runs (`WHOLE`)."""
+    """Bits sent per robot-step; shape (runs,). If robots declare, those of the first 100 runs."""
     found: Measured
     """The measures of its runs."""
     judgement: Judgement | None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -18,9 +19,11 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.dataset import open_results, recipe_of, scenario_of, to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.sweep_figure import view_in
 from feasibee.sweeps.content import name_of
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import Kind, difference, encode
+from feasibee.sweeps.table import Summary, summaries, varied
 
 NAMED = 10
 """Largest number of runs that a line names."""
@@ -93,13 +96,20 @@ def _drawn_alike(dataset: xr.Dataset, path: Path) -> bool:
 
     if path.suffix.lower() not in FIGURES:
         return False
+    return _same_bytes(path, partial(save_figure, draw_runs(dataset)))
+
+
+def _same_bytes(path: Path, save: Callable[[Path], None]) -> bool:
+    """Return whether a figure that is saved again has the bytes of a file."""
     with TemporaryDirectory() as folder:
-        save_figure(draw_runs(dataset), drawn := Path(folder, path.name))
+        save(drawn := Path(folder, path.name))
         return drawn.read_bytes() == path.read_bytes()
 
 
-def reproduce_journal(folder: Path, trust: bool, workers: int | None, progress: Advance) -> Reproduction:
-    """Simulate all runs of a journal again."""
+def reproduce_journal(
+    folder: Path, figures: Sequence[Path], trust: bool, workers: int | None, progress: Advance
+) -> Reproduction:
+    """Simulate all runs of a journal again, and draw its figures again; by default those in its folder."""
     differences, done = [], 0
     with Journal(folder) as journal:
         points = journal.points
@@ -119,4 +129,22 @@ def reproduce_journal(folder: Path, trust: bool, workers: int | None, progress: 
                 done += runs.count
             progress(number / len(points))
         now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
-        return Reproduction(done, _versions(journal.about, now), differences, {})
+        alike = _redrawn_alike(summaries(journal), folder, figures)
+        return Reproduction(done, _versions(journal.about, now), differences, alike)
+
+
+def _redrawn_alike(found: Sequence[Summary], folder: Path, figures: Sequence[Path]) -> dict[str, bool]:
+    """Return whether each figure of a sweep has the bytes of its file, which says what it shows."""
+    there = sorted(each for each in folder.iterdir() if each.suffix.lower() in FIGURES)
+    views = {each: view_in(each) for each in figures or there}
+    alike = {}
+    for path, view in views.items():
+        if view is not None:
+            points = view.drawable(found, folder)
+            over = view.over(points, varied([each.row for each in found]))
+            alike[str(path)] = _same_bytes(path, partial(view.save, points, over))
+        elif figures:
+            raise FeasibeeError(
+                f"{path}: isn't a figure of feasibee results plot; leave it out, or draw it again"
+            )
+    return alike
