@@ -113,6 +113,16 @@ def test_the_value_grows_with_any_deviation():
     assert (along.value * grown).sum(CLASS) == pytest.approx(expected, rel=1e-4)
 
 
+def test_the_mean_steps_of_a_round_are_those_of_all_its_steps():
+    swarm = swarm_of(paper(10))
+    hearing = swarm.hearing(swarm.counts(swarm.start())[None])
+    start = np.random.default_rng(1).random((1, *swarm.start().shape))
+    goes_on = np.array([[1 - swarm.explored, *(1 - ends)] for ends in swarm.ends])
+    steps = hearing.steps_until(start, goes_on)
+    stays = goes_on[..., None, None] * steps
+    assert steps == pytest.approx(hearing.after(start + stays))
+
+
 def test_steps_in_time_lead_to_the_exact_shares_of_the_chain():
     chain, _ = chain_of(swarm_of(paper(10)), 19)
     among, exits = chain.moves()

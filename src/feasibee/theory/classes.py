@@ -38,14 +38,17 @@ class Hearing(NamedTuple):
         return self.feasible @ value @ np.swapaxes(self.infeasible, -1, -2)
 
     def steps_until(self, start: Array, goes_on: Array) -> Array:
-        """Return the mean steps in each class, after hearing; each step goes on with a chance."""
-        shape = start.shape
-        size = shape[-1] * shape[-2]
-        both = np.einsum("...ij,...kl->...ikjl", self.feasible, self.infeasible).reshape(
-            *shape[:-2], size, size
-        )
-        moves = np.eye(size) - goes_on[..., None, None] * np.swapaxes(both, -1, -2)
-        return np.linalg.solve(moves, self.after(start).reshape(*shape[:-2], size, 1)).reshape(shape)
+        """Return the mean steps in each class, after hearing; each step goes on with a chance.
+
+        Votes only add up, so the classes with no vote for infeasible come first, then those with one, ...
+        """
+        wanted, transposed = self.after(start), goes_on[..., None, None] * np.swapaxes(self.feasible, -1, -2)
+        same, found = np.eye(start.shape[-2]), np.zeros_like(wanted)
+        for votes in range(start.shape[-1]):
+            fewer = transposed @ (found @ self.infeasible[..., :, votes, None])
+            stays = same - transposed * self.infeasible[..., votes, votes, None, None]
+            found[..., votes, None] = np.linalg.solve(stays, wanted[..., votes, None] + fewer)
+        return found
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,9 @@ from feasibee.theory.classes import CLASS, EXPLORING, SENDING, Array, Hearing, S
 ITERATIONS = 400
 """Most iterations for the value of the classes, and for the share of robots without an opinion."""
 
+SHIFT = 0.3
+"""What is taken from all eigenvalues, none of which is far below 0: all but the largest fade sooner."""
+
 
 @dataclass(frozen=True)
 class Manifold:
@@ -100,17 +103,19 @@ def _values(swarm: Swarm, states: Array, hearing: Hearing) -> tuple[Array, Array
     for kind in np.eye(counts.shape[1]):
         more, fewer = (swarm.hearing(counts + sign * small * kind) for sign in (1, -1))
         influence.append((swarm.forward(states, more) - swarm.forward(states, fewer)) / (2 * small))
+    points = len(states)
+    weights = np.stack([*influence, states / swarm.robots], axis=1).reshape(points, len(influence) + 1, -1)
     value = np.zeros_like(states)
     value[:, 0], value[:, 1] = 0.5, -0.5
     growth = np.zeros(len(states))
     for iteration in range(ITERATIONS):
-        effect = np.stack([(each * value).sum(CLASS) for each in influence], axis=1)
+        effect = (weights[:, :-1] @ value.reshape(points, -1, 1))[..., None, None]
         after = swarm.backward(value, hearing)
-        after[:, :2, SENDING:] += effect[:, :2, None, None, None]
-        after[:, :2] += effect[:, 2:, None, None, None]
-        after -= ((after * states).sum(CLASS) / swarm.robots)[:, None, None, None, None]
+        after[:, :2, SENDING:] += effect[:, :2]
+        after[:, :2] += effect[:, 2:]
+        after -= (weights[:, -1:] @ after.reshape(points, -1, 1))[..., None, None]
         found = after[:, 0, EXPLORING, 0, 0] - after[:, 1, EXPLORING, 0, 0]
-        value = after / found[:, None, None, None, None]
+        value = (after - SHIFT * value) / (found - SHIFT)[:, None, None, None, None]
         if np.abs(found - growth).max() < 1e-7 and iteration > 30:
             break
         growth = found
