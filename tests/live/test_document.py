@@ -10,6 +10,7 @@ from commands import invoke, refused
 
 from feasibee import Scenario, ScenarioError
 from feasibee.live.page import page_of
+from feasibee.live.prediction import prediction_of
 from feasibee.live.world.lowering import check_scenario, variants_of
 from feasibee.scenario.fields import fields
 from feasibee.scenario.supported import PAGE
@@ -44,6 +45,11 @@ def test_the_page_begins_with_the_scenario(tmp_path):
         "run": 0,
     }
     assert Scenario.from_toml(found["toml"]).tasks.count == 9
+
+
+def test_the_page_has_what_the_theory_says_of_the_scenario():
+    scenario = Scenario(tasks={"count": 10})
+    assert given(page_of(scenario))["prediction"] == prediction_of(scenario)
 
 
 def test_no_name_can_end_the_data():

@@ -14,6 +14,7 @@ from visiting import (
     control_of,
     expect_no_scrolling,
     expect_picture,
+    expect_shade,
     focus_nothing,
     picture_of,
     play_to_the_end,
@@ -75,6 +76,22 @@ def test_the_page_says_what_simulate_says(visit, port):
     right = "right" if word == "infeasible" else "wrong"
     expect(page.locator("#judgement")).to_have_text(f"The swarm's decision is {right}.")
     expect(page.locator("#announcer")).to_contain_text("The swarm has decided at step")
+
+
+def test_the_theory_is_drawn_behind_the_swarms_curve(visit, port):
+    page = visit(port, "#tasks.count=10")
+    theory, marks = page.locator("#theory"), page.locator("#tasks-marks option")
+    expect(theory).to_contain_text("74 % of such swarms decide feasible")
+    expect(theory.get_by_role("listitem")).to_have_text([re.compile("^theory: "), "tipping point"])
+    expect(marks).to_have_attribute("value", "19")
+    expect_shade(page, "#plot", True)
+    control_of(page, "decision.strategy").select_option("majority")
+    expect(theory).to_contain_text("50 % of such swarms decide feasible")
+    expect(marks).to_have_count(0)
+    control_of(page, "decision.strategy").select_option("census")
+    expect(theory).to_contain_text("No predicted curve: decision.strategy = 'census'")
+    expect(theory.get_by_role("listitem")).to_have_count(0)
+    expect_shade(page, "#plot", False)
 
 
 def test_a_change_starts_anew_and_shows_the_scenario(visit, port):

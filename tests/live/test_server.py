@@ -7,6 +7,7 @@ import socket
 import time
 from contextlib import ExitStack, suppress
 from hashlib import sha256
+from threading import Event
 
 import commands
 import numpy as np
@@ -21,14 +22,16 @@ from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _catalogue
 from feasibee.field.connections import is_loopback
-from feasibee.live import guard
+from feasibee.live import guard, session
 from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host
+from feasibee.live.prediction import prediction_of
 from feasibee.simulation import loading
 from feasibee.simulation.loading import GENERAL
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.sweeps.journal import Journal
+from feasibee.theory.predict import predict
 
 pytestmark = pytest.mark.usefixtures("patient")
 
@@ -99,6 +102,55 @@ def test_places_headings_and_marks_are_the_swarms(port, boundary):
     assert (flags["working"] & ~flags["byzantine"] == swarm.counted).all()
     assert [flags[name].sum() for name in ("working", "byzantine", "stubborn")] == [16, 4, 2]
     assert (frame["counted"], frame["disseminating"], frame["working"]) == (12, swarm.disseminating.sum(), 16)
+
+
+def test_the_theory_says_what_to_expect_of_each_swarm(port):
+    changes = {"tasks.count": 10}
+    with Page(port) as page:
+        page.answer("frame", type="open", changes=changes, against="census")
+        page.until("frame")
+        first = page.answer("predicted", type="predict")
+        second = page.answer("predicted", type="predict", lane=1)
+    found = predict(Scenario().replace(changes))
+    assert first["opinions"][-1] == found.opinions[-1].round(3).tolist()
+    assert np.allclose(first["opinions"], found.opinions[: len(first["opinions"])], atol=0.001)
+    assert first["tips"] == round(found.tipping.point, 3)
+    assert (first["lane"], first["tasks"], second["lane"]) == (0, 19, 1)
+    assert f"{100 * found.feasible:.0f} % of such swarms decide feasible" in first["text"]
+    assert second["text"].startswith("No predicted curve: decision.strategy = 'census': the theory doesn't")
+    assert "opinions" not in second
+
+
+def test_the_swarm_goes_on_while_the_theory_is_computed(port, monkeypatch):
+    done = Event()
+    monkeypatch.setattr(session, "prediction_of", lambda _: {"text": str(done.wait(60))})
+    with Page(port) as page:
+        page.open()
+        page.say(type="predict")
+        assert page.answer("frame", type="advance", steps=3)["step"] == 3
+        page.say(type="predict", lane=1)
+        done.set()
+        assert page.until("predicted")["text"] == "True"
+        assert page.until("error")["problems"][0]["text"].startswith("message: no swarm 1 is open")
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        ({"robots.count": 201}, "robots.count = 201: pages predict up to 200 robots"),
+        ({"arena.boundary": "walls"}, "arena.boundary = 'walls': the theory doesn't cover it"),
+    ],
+)
+def test_beyond_reach_the_page_says_why(changes, text):
+    found = prediction_of(Scenario().replace(changes))
+    assert found["text"].startswith(f"No predicted curve: {text}; ")
+    assert list(found) == ["text"]
+
+
+def test_a_prediction_is_short_however_long_a_run_may_be():
+    found = prediction_of(Scenario(run={"steps": 10**9}))
+    assert "by step 10,000, " in found["text"]
+    assert len(found["opinions"]) < 1000
 
 
 def test_headings_are_where_robots_go():

@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from visiting import press, step_of
+from visiting import expect_shade, press, step_of
 from waiting import drawn, eventually
 
 from feasibee import Scenario, decision_counts, simulate, wilson
@@ -42,6 +42,20 @@ def visit(new_page):
         return page
 
     return opened
+
+
+def test_the_theory_is_drawn_for_the_scenario_that_the_page_was_made_of(visit, file):
+    page = visit(file)
+    theory = page.locator("#theory")
+    expect(theory).to_contain_text("Up to 19 tasks, most swarms decide feasible.")
+    expect_shade(page, "#curve", True)
+    page.locator("#run").fill("7")
+    expect(theory).to_be_visible()
+    page.locator("#tasks").fill("51")
+    expect(theory).to_be_hidden()
+    expect_shade(page, "#curve", False)
+    page.locator("#tasks").fill("50")
+    expect(theory).to_be_visible()
 
 
 def test_it_plays_by_itself_and_by_keys(visit, file):

@@ -8,6 +8,13 @@ from waiting import drawn, eventually
 
 from feasibee.live.reasons import reasons_of
 
+SHADE = """at => {
+  const ratio = at.width / at.clientWidth, [x, y] = [at.clientWidth - 21, 0.35 * at.clientHeight];
+  const copy = new OffscreenCanvas(1, 1).getContext("2d");
+  copy.drawImage(at, -x * ratio, -y * ratio);
+  return copy.getImageData(0, 0, 1, 1).data[3];
+}"""
+
 
 def step_of(page):
     return int(page.locator("#now").inner_text().replace(",", ""))
@@ -147,5 +154,14 @@ def expect_no_scrolling(page, width):
 
     def check():
         assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+    eventually(page, check)
+
+
+def expect_shade(page, canvas, shaded):
+    """Wait until a plot has the shade of the theory at its end, above half of the robots; or hasn't."""
+
+    def check():
+        assert (page.locator(canvas).evaluate(SHADE) > 0) == shaded
 
     eventually(page, check)

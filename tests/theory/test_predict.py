@@ -9,12 +9,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from feasibee import Scenario, ScenarioError
+from feasibee import Scenario, ScenarioError, simulate
 from feasibee.theory.against import compare
 from feasibee.theory.chain import chain_of
 from feasibee.theory.classes import CLASS
 from feasibee.theory.geometry import Space, ending, sightings
-from feasibee.theory.predict import predict, resolvable, sensitivities
+from feasibee.theory.predict import even_tasks, predict, resolvable, sensitivities
 from feasibee.theory.quality import GRID, durations
 from feasibee.theory.rule import swarm_of
 from feasibee.theory.saddle import manifold, tipping
@@ -174,6 +174,31 @@ def test_warnings_name_what_was_measured():
     assert any("slowly" in each for each in slow.warnings)
     assert slow.undecided > 0.5
     assert slow.steps["median"] is None
+
+
+@pytest.mark.parametrize(
+    ("tasks", "decision"),
+    [(10, {}), (40, {}), (10, {"start": "first-sight"}), (20, {"strategy": "k-unanimity"})],
+)
+def test_the_share_for_feasible_is_predicted_at_every_step(tasks, decision):
+    """The margin of a mean is the tested error of such a scenario, which was there before this test."""
+    scenario = paper(tasks, **decision).replace({"run.steps": 400, "run.stop_at_decision": False})
+    found = predict(scenario)
+    mean, low, high = found.opinions.T
+    engine = simulate(scenario, 2000, 7, curves=True).feasible_count.values / scenario.robots.count
+    assert np.abs(mean - engine.mean(0)).max() <= found.error
+    assert np.ptp(mean) > found.error or tasks == 20  # no constant is that near
+    for step in (20, 60, 150):
+        assert np.mean((low[step] <= engine[:, step]) & (engine[:, step] <= high[step])) >= 0.88
+    assert 0.1 < low[20] < high[20] < 0.95
+
+
+def test_the_number_of_tasks_at_which_swarms_are_even():
+    tasks = even_tasks(Scenario())
+    before, after = (predict(paper(each)) for each in (tasks, tasks + 1))
+    assert before.feasible > before.infeasible
+    assert after.feasible < after.infeasible
+    assert even_tasks(paper(5, strategy="majority")) is None
 
 
 def test_the_test_of_agreement():

@@ -89,7 +89,14 @@ class Look(_Message):
         return {**self.model_dump(), "type": "outlook", "done": True, "problem": problem}
 
 
-Request = Open | Advance | Seek | Inspect | Look
+class Predict(_Message):
+    """Request of the page to say what the theory says of a swarm; other messages are answered meanwhile."""
+
+    type: Literal["predict"]
+    lane: int = Field(0, ge=0, le=1)
+
+
+Request = Open | Advance | Seek | Inspect | Look | Predict
 """A message of the page."""
 _ADAPTER: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="type")])
 

@@ -13,6 +13,7 @@ from typing import Any, Final
 from urllib.parse import quote
 
 from feasibee.files import atomic_write
+from feasibee.live.prediction import prediction_of
 from feasibee.live.world.build import WASM, compile_world
 from feasibee.live.world.lowering import (
     ROBOTS_LIMIT,
@@ -91,6 +92,7 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
             "sight": scenario.sensing.range,
             "radio": scenario.radio.range,
         },
+        "prediction": prediction_of(scenario),
         "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},
     }
 

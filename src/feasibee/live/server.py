@@ -14,7 +14,7 @@ from concurrent.futures import Future
 from contextlib import closing, suppress
 from errno import EADDRINUSE
 from threading import Thread
-from typing import Any, Final
+from typing import Any, Final, TypeVar
 
 import uvicorn
 from starlette.applications import Starlette
@@ -36,6 +36,7 @@ from feasibee.live.messages import (
     Inspect,
     Look,
     Open,
+    Predict,
     Request,
     Seek,
     problems_of,
@@ -65,6 +66,7 @@ LOG.addFilter(Once())
 AnyCatalogue = Catalogue | FieldCatalogue
 AnySession = Session | FieldSession
 Waiting = asyncio.Queue[dict[str, Any] | None]
+T = TypeVar("T")
 
 
 def application(catalogue: AnyCatalogue, host: str = "127.0.0.1") -> ASGIApp:
@@ -96,6 +98,7 @@ async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) 
     """Answer the messages of a page in order, until it closes."""
     waiting: Waiting = asyncio.Queue(QUEUE)
     reading = asyncio.create_task(_read_all(page, waiting))
+    predicting: asyncio.Task[None] | None = None
     try:
         welcome = {"type": "welcome", "protocol": PROTOCOL, "form": form(), **catalogue.to_dict()}
         await page.send_json(welcome)
@@ -104,6 +107,9 @@ async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) 
             try:
                 message = read(event.get("text"))
                 request = message.request if isinstance(message, Open) else None
+                if isinstance(message, Predict) and isinstance(session, Session):
+                    predicting = asyncio.create_task(_predict(page, session, message.lane, predicting))
+                    continue
                 await _answer(page, session, message, waiting)
             except (WebSocketDisconnect, RuntimeError):
                 raise
@@ -117,6 +123,20 @@ async def _serve(page: WebSocket, session: AnySession, catalogue: AnyCatalogue) 
             raise  # the page is still open, so this is a bug
     finally:
         reading.cancel()
+        if predicting is not None:
+            predicting.cancel()
+
+
+async def _predict(page: WebSocket, session: Session, lane: int, before: asyncio.Task[None] | None) -> None:
+    """Send what the theory says of a swarm, after the prediction before; the run goes on meanwhile."""
+    if before is not None:
+        await before
+    try:
+        found = await _in_daemon_thread(lambda: session.prediction(lane))
+    except Exception as error:
+        found = problems_of(_reported(error))
+    with suppress(WebSocketDisconnect, RuntimeError):  # the page may have closed
+        await page.send_json(found)
 
 
 def _reported(error: Exception) -> FeasibeeError:
@@ -200,9 +220,9 @@ async def _begin(page: WebSocket, session: AnySession, asked: Open) -> int:
     return step
 
 
-async def _in_daemon_thread(work: Callable[[], int]) -> int:
-    """Return the result of work in a daemon thread, so that the program can end while it compiles."""
-    done: Future[int] = Future()
+async def _in_daemon_thread(work: Callable[[], T]) -> T:
+    """Return the result of work in a daemon thread, so that the program can end before it does."""
+    done: Future[T] = Future()
     done.set_running_or_notify_cancel()
 
     def run() -> None:

@@ -10,6 +10,7 @@ from feasibee.live.catalogue import Catalogue
 from feasibee.live.form import EVENTS, typed
 from feasibee.live.lane import ROOM, Lane, last_step
 from feasibee.live.messages import Look, Open, encode_tasks
+from feasibee.live.prediction import prediction_of
 from feasibee.live.timeline import advance_together
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.plugins import registered
@@ -220,6 +221,15 @@ class Session:
         except FeasibeeError as error:  # it needs too much memory, or the strategy fails later in the run
             found = asked.nothing(str(error))
         return self._marked({"lane": asked.lane, **found})
+
+    def prediction(self, number: int) -> dict[str, Any]:
+        """Return what the theory says of a swarm of the page.
+
+        Raise a FeasibeeError if the page shows no such swarm.
+        """
+        lane, generation = self.lane(number), self._generation  # another run may begin meanwhile
+        found = prediction_of(lane.swarm.scenario)
+        return {"type": "predicted", "lane": number, "generation": generation & 0xFFFF, **found}
 
     def _marked(self, message: dict[str, Any]) -> dict[str, Any]:
         return {**message, "generation": self._generation & 0xFFFF, "jump": self._jump}

@@ -31,6 +31,8 @@ class Chain:
     """Probability of each state at the start, shape (states,)."""
     decided: tuple[float, float]
     """Probabilities that the start is already a decision: for feasible and for infeasible."""
+    shares: Array
+    """Share of robots with the opinion feasible in each state, shape (states,)."""
 
     def moves(self) -> tuple[Array, Array]:
         """Return the rates between states, and to both decisions; shapes (states, states), (states, 2)."""
@@ -43,16 +45,22 @@ class Chain:
 
     def over_time(self, steps: int) -> Array:
         """Return the probabilities to have decided feasible and infeasible by each step: (steps + 1, 2)."""
+        return self.states_over_time(steps)[1]
+
+    def states_over_time(self, steps: int) -> tuple[Array, Array]:
+        """Return the probability of each state at each step, (steps + 1, states), and of both decisions."""
         among, exits = self.moves()
         onward = np.linalg.inv(np.diag(1 + self.up + self.down) - among)  # implicit steps: never negative
         states = np.zeros((steps + 1, len(self.up)))
         state = self.start
         for step in range(1, steps + 1):
             states[step] = state = state @ onward
-        return np.cumsum(states @ exits, axis=0) + self.decided
+        decided = np.cumsum(states @ exits, axis=0) + self.decided
+        states[0] = self.start
+        return states, decided
 
 
-def chain_of(swarm: Swarm, needed: int) -> tuple[Chain, Manifold]:
+def chain_of(swarm: Swarm, needed: int, along: Manifold | None = None) -> tuple[Chain, Manifold]:
     """Return the effective chain of a swarm, and the states that it was made of.
 
     Parameters
@@ -61,8 +69,10 @@ def chain_of(swarm: Swarm, needed: int) -> tuple[Chain, Manifold]:
         The numbers of a robot.
     needed : int
         Least number of robots of one opinion that is a decision.
+    along : Manifold, optional
+        These states, if they are known.
     """
-    along = manifold(swarm, SHARES)
+    along = along or manifold(swarm, SHARES)
     places, held = along.places, along.holders
     first, spread = _beginning(swarm, along, places)
     first -= swarm.begins * swarm.robots  # place of 0 robots for feasible
@@ -81,7 +91,41 @@ def chain_of(swarm: Swarm, needed: int) -> tuple[Chain, Manifold]:
         (1 - between) / (1 + between),
         start[inner],
         (float(start[-1]), float(start[0])),
+        np.interp(numbers[inner] + first, places, held[:, 0]) / swarm.robots,
     ), along
+
+
+def opinions_over_time(swarm: Swarm, along: Manifold, steps: int) -> Array:
+    """Return the share of robots for feasible by step, also of swarms that have decided: (steps + 1, 3).
+
+    The columns are the mean over swarms, and its 5 and 95 % quantiles to the next half robot.
+    """
+    chain, _ = chain_of(swarm, swarm.robots, along)  # it ends at a consensus, which stays
+    states, (yes, no) = (each.T for each in chain.states_over_time(steps))
+    shares = np.array([0.0, *chain.shares, 1.0])
+    law = np.cumsum([no, *states, yes], axis=0)
+    low, high = (shares[(law < part).sum(0)] for part in (0.05, 0.95))
+    half = 0.5 / swarm.robots  # a count is whole, and a state of the chain isn't
+    found = np.stack([shares @ np.diff(law, axis=0, prepend=0), low - half, high + half], axis=1)
+    early = _unmixed(swarm, along, steps)
+    found[: len(early)] += early[:, None]
+    return found.clip(0, 1)
+
+
+def _unmixed(swarm: Swarm, along: Manifold, steps: int) -> Array:
+    """Return by how much the mean share for feasible exceeds that of a mixed swarm, in the first steps.
+
+    Robots draw a coin first. They hold what their exploration favours, if they begin so, from its end on.
+    """
+    state, found = swarm.start()[None], []
+    for step in range(min(steps + 1, 5 * swarm.round_length())):
+        offsets = (along.value * (along.states - state)).sum(CLASS)
+        mixed = float(np.interp(0, offsets, along.holders[:, 0]))
+        counts = swarm.counts(state)
+        exploring = swarm.robots * (1 - swarm.explored) ** step
+        found.append(float(counts[0, 2]) - mixed + exploring * (0.5 - swarm.begins))
+        state = swarm.forward(state, swarm.hearing(counts))
+    return np.array(found) / swarm.robots
 
 
 def _beginning(swarm: Swarm, along: Manifold, places: Array) -> tuple[float, float]:

@@ -15,13 +15,14 @@ from feasibee.errors import FeasibeeError
 from feasibee.results.measures import least_quorum
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
-from feasibee.theory.chain import Chain, chain_of
-from feasibee.theory.classes import Array
+from feasibee.theory.chain import Chain, chain_of, opinions_over_time
+from feasibee.theory.classes import Array, Swarm
 from feasibee.theory.reach import check_fields, check_swarm, tested_error, warnings_for
 from feasibee.theory.rule import swarm_of
 from feasibee.theory.saddle import Manifold, Tipping, tipping
 
 QUARTERS = {"q25": 0.25, "median": 0.5, "q75": 0.75}
+CLEAR = 0.02  # share of the robots: rounding errors are smaller
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,13 @@ class Prediction:
     """The effective chain."""
     along: Manifold
     """States of the swarm from one consensus to the other."""
+    swarm: Swarm
+    """The numbers of one robot."""
+
+    @cached_property
+    def opinions(self) -> Array:
+        """Share of robots for feasible by step, over swarms: mean, 5 and 95 % quantile; (steps + 1, 3)."""
+        return opinions_over_time(self.swarm, self.along, len(self.by_step) - 1)
 
     @property
     def feasible(self) -> float:
@@ -115,7 +123,7 @@ def predict(scenario: Scenario) -> Prediction:
     chain, along = chain_of(swarm, least_quorum(scenario, swarm.robots))
     by_step = chain.over_time(scenario.run.steps)
     notes = tuple(warnings_for(scenario, tips))
-    return Prediction(scenario, by_step, tips, tested_error(scenario), notes, chain, along)
+    return Prediction(scenario, by_step, tips, tested_error(scenario), notes, chain, along, swarm)
 
 
 def sensitivities(scenario: Scenario, over: Sequence[str], by: float = 0.1) -> dict[str, dict[str, float]]:
@@ -179,3 +187,20 @@ def resolvable(scenario: Scenario, right: float = 0.95) -> tuple[int, int | None
     feasible = bisect_left(range(robots + 1), True, key=lambda tasks: not decides(tasks)) - 1
     infeasible = bisect_left(range(robots + 1, most + 1), True, key=decides) + robots + 1
     return feasible, infeasible if infeasible <= most else None
+
+
+def even_tasks(scenario: Scenario) -> int | None:
+    """Return the largest number of tasks at which most decided swarms decide feasible, by the formula.
+
+    None if it isn't between a quarter and four times the number of robots. That the theory covers the
+    scenario isn't checked.
+    """
+
+    def excess(tasks: int) -> float:
+        tips = tipping(swarm := swarm_of(scenario.replace({"tasks.count": tasks})))
+        return math.nan if tips is None else tips.point - swarm.begins
+
+    low, high = scenario.robots.count // 4, 4 * scenario.robots.count
+    if not (excess(low) < -CLEAR and excess(high) > CLEAR):
+        return None
+    return low + bisect_left(range(low, high), True, key=lambda tasks: excess(tasks) > 0) - 1

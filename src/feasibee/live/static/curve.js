@@ -15,9 +15,15 @@ import { contextOf } from "./crowd.js";
  * @property {ArrayLike<number>} [truths] In a world that changes.
  */
 /** @typedef {{left: number, top: number, width: number, height: number}} Box */
+/**
+ * What theory says, by prediction.py; opinions by step: mean share for feasible, and its 5 and 95 % quantiles.
+ * @typedef {{text: string, opinions?: number[][], tips?: number | null, tasks?: number | null}} Prediction
+ */
 
 const FIRST_SPAN = 100; // steps
 const POINTS = 10_000; // most points of a line: more take long to draw, and no screen is so wide
+const EXPECTED = [8, 3, 1.5, 3]; // dashes, as in the legend below
+const TIPPING = [10, 6];
 const BAND = 6; // height of the band of the truth
 const MARGIN = { left: 40, top: 8, right: 18, bottom: 20 };
 
@@ -69,14 +75,15 @@ export function drawSteps(pen, box, span, shades) {
 }
 
 /**
- * Draw the shares of robots with each opinion until a step, and the threshold.
+ * Draw the shares of robots with each opinion until a step, the threshold, and behind them what theory says.
  * @param {HTMLCanvasElement} canvas
  * @param {Course} course
  * @param {number} step
  * @param {number} threshold
  * @param {Shades} shades
+ * @param {Prediction | null} prediction
  */
-export function drawCurve(canvas, course, step, threshold, shades) {
+export function drawCurve(canvas, course, step, threshold, shades, prediction) {
   const { pen, box } = fitted(canvas),
     { last, decisionStep, counted, truths } = course,
     span = Math.max(1, Math.min(last, Math.max(FIRST_SPAN, Math.ceil(step / 50) * 50))),
@@ -102,6 +109,7 @@ export function drawCurve(canvas, course, step, threshold, shades) {
     pen.stroke();
   }
   pen.setLineDash([]);
+  if (prediction?.opinions) drawPrediction(pen, box, prediction, span, { x, y }, shades);
   pen.lineJoin = "round";
   for (const [counts, colour, dash] of /** @type {const} */ ([
     [course.infeasible, shades.infeasible, [5, 3]],
@@ -125,6 +133,59 @@ export function drawCurve(canvas, course, step, threshold, shades) {
   pen.moveTo(x(decisionStep), box.top);
   pen.lineTo(x(decisionStep), box.top + box.height);
   pen.stroke();
+}
+
+/**
+ * Draw the share for feasible that the theory expects: its mean, between what most swarms are, and where it tips.
+ * @param {CanvasRenderingContext2D} pen
+ * @param {Box} box
+ * @param {Prediction} prediction
+ * @param {number} span
+ * @param {{x: (at: number) => number, y: (share: number) => number}} at
+ * @param {Shades} shades
+ */
+function drawPrediction(pen, { left, width }, { opinions = [], tips }, span, { x, y }, shades) {
+  const gap = Math.ceil(span / POINTS),
+    steps = Array.from({ length: Math.floor(span / gap) + 1 }, (_, k) => k * gap);
+  const [mean, low, high] = [0, 1, 2].map((which) =>
+    steps.map((at) => [x(at), y(opinions[Math.min(at, opinions.length - 1)][which])]),
+  );
+  pen.fillStyle = pen.strokeStyle = shades.muted;
+  pen.beginPath();
+  for (const [across, down] of [...low, ...high.reverse()]) pen.lineTo(across, down);
+  pen.globalAlpha = 0.13;
+  pen.fill();
+  pen.globalAlpha = 1;
+  const level = [left, left + width].map((across) => [across, y(tips ?? 0)]);
+  for (const [line, dash, thick] of /** @type {const} */ ([
+    [mean, EXPECTED, 1.5],
+    [tips == null ? [] : level, TIPPING, 1],
+  ])) {
+    pen.lineWidth = thick;
+    pen.setLineDash(dash);
+    pen.beginPath();
+    for (const [across, down] of line) pen.lineTo(across, down);
+    pen.stroke();
+  }
+  pen.setLineDash([]);
+}
+
+/**
+ * Say what the theory says below a plot, explain its lines, and mark up to how many tasks most swarms decide feasible.
+ * @param {HTMLElement} place With the text, and the lines.
+ * @param {Prediction | null} prediction Null if it isn't known.
+ * @param {HTMLElement | null} marks Of the slider for tasks.
+ */
+export function sayPrediction(place, prediction, marks) {
+  place.style.visibility = prediction ? "" : "hidden"; // it keeps its room
+  if (!prediction) return;
+  const { text, opinions, tips, tasks } = prediction,
+    [said, lines] = /** @type {HTMLCollectionOf<HTMLElement>} */ (place.children);
+  place.hidden = false;
+  said.textContent = text;
+  lines.hidden = !opinions;
+  /** @type {HTMLElement} */ (lines.lastElementChild).hidden = tips == null;
+  marks?.replaceChildren(...(tasks == null ? [] : [new Option("half decide feasible", String(tasks))]));
 }
 
 /**

@@ -1,13 +1,14 @@
 // One of the swarms side by side: its arena, its plot, its caption, and what lies ahead in its run.
 
 import { Arena } from "./arena.js";
-import { drawCurve, truthsOf } from "./curve.js";
+import { drawCurve, sayPrediction, truthsOf } from "./curve.js";
 import { $, formatted } from "./elements.js";
 import { coloursOf } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
 import { OPINIONS } from "./words.js";
 
 /** @import { Opened, View } from "./arena.js" */
+/** @import { Prediction } from "./curve.js" */
 /** @import { Frame } from "./frames.js" */
 /** @import { Outlook } from "./seekbar.js" */
 
@@ -28,6 +29,9 @@ export class Lane {
     this.plotted = -1; // step of the curve
     /** @type {Opened | null} */
     this.world = null;
+    this.theory = id("theory");
+    /** @type {Prediction | null} */
+    this.prediction = null;
     this.outlook = nothing(null);
     this.there = { robots: 0, tasks: 0 }; // in the last frame
   }
@@ -38,8 +42,8 @@ export class Lane {
     this.title.textContent = world.strategy;
     this.arena.open(world);
     this.course = begun(world.last, world.changes);
-    this.plotted = -1;
     this.outlook = nothing(null);
+    this.foretell(null);
     this.there = { robots: world.robots, tasks: world.tasks };
   }
 
@@ -66,6 +70,13 @@ export class Lane {
     };
     this.outlook = { ...this.outlook, ...found, ...more };
     return true;
+  }
+
+  /** @param {Prediction | null} prediction */
+  foretell(prediction) {
+    this.prediction = prediction;
+    this.plotted = -1;
+    sayPrediction(this.theory, prediction, this.number ? null : $("tasks-marks"));
   }
 
   // Steps at which the inspected robot changes; without a robot, those at which the truth does.
@@ -98,7 +109,8 @@ export class Lane {
   plot({ step, decisionStep }) {
     this.plotted = step;
     this.course.decisionStep = decisionStep;
-    drawCurve(this.plotCanvas, this.course, step, this.world?.threshold ?? 1, this.shades);
+    const { plotCanvas, course, world, shades, prediction } = this;
+    drawCurve(plotCanvas, course, step, world?.threshold ?? 1, shades, prediction);
   }
 
   /**

@@ -211,6 +211,11 @@ const answers = {
     inspector.hear(message);
     player.wake();
   },
+  predicted(message) {
+    if (message.generation !== world?.generation) return;
+    lanes[message.lane].foretell(message);
+    player.wake();
+  },
   outlook(message) {
     if (message.generation === world?.generation && lanes[message.lane].foresee(message)) mark();
     lookSoon();
@@ -274,6 +279,7 @@ function receive(frame) {
   if (first.then) seek(first.then.to, first.then.lane);
   mark();
   look();
+  if (!world.field) for (const { number } of shownLanes()) connection.send({ type: "predict", lane: number });
 }
 
 const connection = new Connection(

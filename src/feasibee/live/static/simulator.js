@@ -5,13 +5,14 @@ import { $, announce, formatted } from "./elements.js";
 import { listenToKeys } from "./keys.js";
 import { Player } from "./player.js";
 import { coloursOf, startTheme } from "./theme.js";
-import { drawCurve } from "./curve.js";
+import { drawCurve, sayPrediction } from "./curve.js";
 import { Recording } from "./recording.js";
 import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
 import { decisionOf, questionOf } from "./words.js";
 import { compileWorld, neededOf, World } from "./world.js";
 
+/** @import { Prediction } from "./curve.js" */
 /** @import { Frame } from "./frames.js" */
 /** @import { Given, Settings } from "./world.js" */
 
@@ -23,6 +24,8 @@ const canvasOf = (id) => /** @type {HTMLCanvasElement} */ ($(id));
 class Page {
   /** @type {Recording} */
   recording; // from begin() on
+  /** @type {Prediction | null} */
+  prediction = null;
 
   /**
    * @param {Given} given
@@ -74,6 +77,10 @@ class Page {
     $("legend-declared").hidden = !declares;
     this.restart();
     player.play(playing);
+    const first = given.settings,
+      isFirst = robots === first.robots && tasks === first.tasks && strategy === first.strategy;
+    this.prediction = isFirst ? given.prediction : null; // computed for the scenario that the page was made of
+    sayPrediction($("theory"), this.prediction, $("tasks-marks"));
     const { question, answer } = questionOf(settings);
     $("question").textContent = question;
     $("truth").textContent = answer;
@@ -133,7 +140,7 @@ class Page {
     $("verdict").dataset.verdict = right === null ? "" : right ? "right" : "wrong";
     $("decision").textContent = text;
     if (right !== null && this.said !== text) announce((this.said = text));
-    drawCurve(canvasOf("curve"), recording, frame.step, this.threshold, this.shades);
+    drawCurve(canvasOf("curve"), recording, frame.step, this.threshold, this.shades, this.prediction);
     if (rests || frame.step % 50 === 0) this.describe(frame);
   }
 

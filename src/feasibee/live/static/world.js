@@ -13,6 +13,7 @@
  * @property {{robots: number, tasks: number}} most
  * @property {Settings} settings
  * @property {{size: [number, number], walls: boolean, diameter: number, sight: number, radio: number}} lengths
+ * @property {import("./curve.js").Prediction} prediction
  * @property {{steps: number, stops: boolean}} run
  */
 
