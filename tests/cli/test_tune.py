@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from feasibee.cli.tune import _print_tuned
+from feasibee.cli.tune import _as_dict, _print_tuned
 from feasibee.results.statistics import Interval
 from feasibee.studies.tuning import Tuned
 
@@ -29,3 +30,14 @@ def test_a_gain_whose_interval_includes_zero_is_told(capsys, gain, beginning, cl
     assert values == "--set decision.gain=4"
     assert told.startswith(beginning)
     assert tuned.gains is clear
+
+
+def test_theory_that_proposed_is_named(capsys):
+    same = Interval(0.6, 0.5, 0.7)
+    tuned = Tuned({"decision.gain": 4.0}, same, same, Interval(0.0, -0.1, 0.1), [], predicted=0.625)
+    _print_tuned(tuned, 500, 2000, Path("tune.png"))
+    assert (
+        "Theory proposed parameters, and simulation judged them: 62.5 % predicted." in capsys.readouterr().out
+    )
+    assert _as_dict(tuned)["predicted"] == 0.625
+    assert "predicted" not in _as_dict(replace(tuned, predicted=None))

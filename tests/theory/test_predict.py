@@ -18,6 +18,7 @@ from feasibee.theory.predict import even_tasks, predict, resolvable, sensitiviti
 from feasibee.theory.quality import GRID, durations
 from feasibee.theory.rule import swarm_of
 from feasibee.theory.saddle import manifold, tipping
+from feasibee.theory.screen import Screen
 
 ENGINE = json.loads(Path(__file__).with_name("engine.json").read_text("utf-8"))
 SPACE = Space((20.0, 20.0), 1.0, ending(10.0))
@@ -50,6 +51,20 @@ def test_the_mean_number_of_sightings_is_exact():
         assert law.sum() == pytest.approx(1)
         assert law @ np.arange(length + 1) == pytest.approx(length * np.pi * 4 / 400)
         assert law.min() >= 0
+
+
+def test_explorations_share_walks_that_are_longer():
+    space, lengths = Space((20.0, 20.0), 1.0, 0.1), (3, 30)
+    alone = sightings(space, 2.0, 2, lengths)
+    same = sightings(space._replace(walked=30), 2.0, 2, lengths)
+    shared = sightings(space._replace(walked=100), 2.0, 2, lengths)
+    assert [law.tobytes() for law in same] == [law.tobytes() for law in alone]
+    for length, law, other in zip(lengths, alone, shared, strict=True):
+        assert law @ np.arange(length + 1) == pytest.approx(other @ np.arange(length + 1))
+        assert np.abs(law - other).max() < 0.002
+    assert (
+        sightings.__wrapped__(space._replace(walked=100), 2.0, 2, lengths)[1].tobytes() == shared[1].tobytes()
+    )
 
 
 def test_robots_come_into_range_as_often_as_in_a_walk():
@@ -94,6 +109,21 @@ def test_the_formula_is_close_to_the_chain():
         assert found.tipping.share(20) == pytest.approx(found.feasible, abs=0.01)
 
 
+@pytest.mark.parametrize("tasks", [10, 40])
+def test_a_screen_is_close_to_the_prediction(tasks):
+    screen, scenario = Screen(30.0), paper(tasks, exploration=14.0, gain=28.0)
+    for steps in (120, 1_000):
+        timed = scenario.replace({"run.steps": steps})
+        assert screen.right(timed) == pytest.approx(predict(timed).right, abs=0.015)
+
+
+def test_a_screen_has_no_share_beyond_reach():
+    screen = Screen(10.0)
+    for change in ({"exploration": 4.0}, {"strategy": "dmvd"}, {"strategy": "census"}, {"gain": 1.0}):
+        assert screen.right(paper(10, **change)) is None
+    assert screen.right(paper(10)) is not None
+
+
 def test_the_value_grows_with_any_deviation():
     swarm = swarm_of(paper(10))
     tips = tipping(swarm)
@@ -131,6 +161,7 @@ def test_steps_in_time_lead_to_the_exact_shares_of_the_chain():
     assert shares.sum() == pytest.approx(1)
     assert by_step[-1] == pytest.approx(shares, abs=1e-9)
     assert (np.diff(by_step, axis=0) >= 0).all()
+    assert chain.decided_by(100) == pytest.approx(by_step[100], rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -77,8 +77,9 @@ def tune(
     In a world that changes, it may also follow changes as soon as possible, at few false alarms. The steps of
     a run are the time that it has.
 
-    The gain is judged on fresh runs, since the best of many trials was also lucky. Needs the extra 'tune',
-    except with --sensitivity.
+    The gain is judged on fresh runs, since the best of many trials was also lucky. Where the theory of
+    feasibee predict reaches, it scores the trials, and only the best two and the start are run. Needs the
+    extra 'tune', except with --sensitivity.
 
     \b
     Examples:
@@ -116,7 +117,8 @@ def _as_dict(tuned: Tuned) -> dict[str, Any]:
     intervals = {name: getattr(tuned, name)._asdict() for name in ("start", "best", "gain")}
     changing = tuned.objective.measure != "right_at_end"
     about = {"measure": tuned.objective.measure, "false_alarms": tuned.false_alarms} if changing else {}
-    return {"values": tuned.values, **intervals, "clear_gain": tuned.gains, **about}
+    theory = {} if tuned.predicted is None else {"proposed_by": "theory", "predicted": tuned.predicted}
+    return {"values": tuned.values, **intervals, "clear_gain": tuned.gains, **about, **theory}
 
 
 def _print_tuned(tuned: Tuned, steps: int, fresh: int, picture: Path) -> None:
@@ -127,6 +129,9 @@ def _print_tuned(tuned: Tuned, steps: int, fresh: int, picture: Path) -> None:
     if most is not None and tuned.false_alarms > most:
         found += "Too many false alarms. "
     click.echo(f"{found}{_result(tuned, steps)} on {fresh} fresh runs. The search: {picture}")
+    if tuned.predicted is not None:
+        share = 100 * tuned.predicted
+        click.echo(f"Theory proposed parameters, and simulation judged them: {share:.1f} % predicted.")
 
 
 def _result(tuned: Tuned, steps: int) -> str:

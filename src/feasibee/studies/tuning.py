@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final, NamedTuple
 
@@ -28,8 +28,11 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.studies.space import Dimension
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
+from feasibee.theory.screen import LONGEST, WALKED, Screen
 
 Values = NDArray[np.float64]
+Trial = tuple[dict[str, Any], float]
+"""Parameters by dotted path, and their score."""
 RIGHT_AT_END: Final = "right_at_end"
 TUNED: Final = tuple(each.name for each in MEASURES.values() if each.values is not None)
 """Names of the measures that a search may improve."""
@@ -122,6 +125,10 @@ WORST = -1e9
 """Score of parameters that must not be chosen, as Optuna takes it."""
 FINALISTS = 5
 """Number of best trials that are run again, more often, before one is chosen."""
+PROPOSED = 2
+"""Number of best trials by theory that are run."""
+MOST_SCORED = 200
+"""Most trials that the theory scores: without noise, more of them hardly find better ones."""
 FINAL_RUNS, FRESH_RUNS = 5, 10
 """Runs of a finalist, and of the start and the best at last, as multiples of those of a trial."""
 FINAL_SEED, FRESH_SEED = 2**62, 2**63
@@ -139,7 +146,7 @@ class Tuned:
     """The measure with the start's and with the best parameters, on fresh runs: the mean over runs."""
     gain: Interval
     """By how much it is better, over the same fresh runs."""
-    trials: list[tuple[dict[str, Any], float]]
+    trials: list[Trial]
     """Of each trial, in order, its parameters and its score: the mean of the measure, negative if less is
     better. With too many false alarms, the score is -inf. The largest of these scores is biased upwards,
     because it was selected as the largest."""
@@ -147,6 +154,8 @@ class Tuned:
     """What was improved."""
     false_alarms: float = 0.0
     """False alarms per 1,000 steps with the best parameters, on fresh runs."""
+    predicted: float | None = None
+    """The measure with the best parameters, by theory, if it scored the trials; None if all were run."""
 
     @property
     def gains(self) -> bool:
@@ -162,8 +171,11 @@ def tune(
     seed: int = 0,
     execution: Execution | None = None,
     objective: Objective | None = None,
+    theory: bool = True,
 ) -> Tuned:
     """Search by Optuna's tree-structured Parzen estimator.
+
+    The theory scores the trials if it covers the start and half of them: only two and the start are run.
 
     The search is a function of its arguments. With a journal in a folder, the same search goes on with the
     runs that are there, and a longer one begins with the trials of a shorter one.
@@ -184,6 +196,8 @@ def tune(
         Where to compute and keep the runs; by default on threads, and in memory.
     objective : Objective, optional
         What to improve; by default that of ``objectives.objective_for``.
+    theory : bool
+        Whether the theory may score trials.
 
     Raises
     ------
@@ -193,12 +207,41 @@ def tune(
     objective = objective or objective_for(scenario)
     scenario = scenario.replace({"run.stop_at_decision": False})
     search = _search(scenario, space, seed)
-    total = (trials + FINAL_RUNS * (FINALISTS + 1) + FRESH_RUNS * 2) * runs
-    with Rounds(execution, total) as rounds:
+    proposed = _proposed(scenario, space, trials, seed) if theory and objective == Objective() else None
+    with Rounds(execution, _total(trials, proposed is not None) * runs) as rounds:
         rounds.phase = "trying"
         swarms = _Swarms(rounds, scenario, seed, objective)
-        tried = [_try_one(search, space, swarms, runs) for _ in range(trials)]
-        return _judge(swarms, tried, runs)
+        tried = proposed or [_try_one(search, space, swarms.score_of(runs)) for _ in range(trials)]
+        return _judge(swarms, tried, runs, proposed is not None)
+
+
+def _total(trials: int, proposed: bool) -> int:
+    """Return the largest number of runs of a search, as a multiple of those of a trial."""
+    trying, finalists = (0, PROPOSED) if proposed else (trials, FINALISTS)
+    return trying + FINAL_RUNS * (finalists + 1) + FRESH_RUNS * 2
+
+
+def _proposed(scenario: Scenario, space: Sequence[Dimension], trials: int, seed: int) -> list[Trial] | None:
+    """Return the trials within the theory's reach, and their scores by it; None if it doesn't reach far."""
+    varied = [
+        value for each in space if each.path == "decision.exploration" for value in (each.high, *each.choices)
+    ]
+    longest = max([scenario.decision.exploration, *varied])
+    if longest > LONGEST or WALKED & {each.path for each in space}:
+        return None
+    screen = Screen(longest)
+
+    def score(values: Mapping[str, Any]) -> float:
+        share = screen.right(scenario.replace(values))
+        return -math.inf if share is None else share
+
+    choices = ({each.path: choice} for each in space for choice in each.choices)
+    if any(score(values) == -math.inf for values in ({}, *choices)):
+        return None
+    search = _search(scenario, space, seed)
+    tried = [_try_one(search, space, score) for _ in range(min(trials, MOST_SCORED))]
+    within = [trial for trial in tried if trial[1] > -math.inf]
+    return within if 2 * len(within) >= len(tried) else None
 
 
 @dataclass(frozen=True)
@@ -215,6 +258,10 @@ class _Swarms:
         designs = [DesignPoint(values, self.scenario.replace(values)) for values in changes]
         return scored(self.rounds, designs, runs, (self.seed + added) % 2**64, self.objective)
 
+    def score_of(self, runs: int) -> Callable[[Mapping[str, Any]], float]:
+        """Return a function that scores parameters by so many runs."""
+        return lambda values: self.objective.score(*self.scored([values], runs))
+
 
 def _search(scenario: Scenario, space: Sequence[Dimension], seed: int) -> Any:
     try:
@@ -230,13 +277,12 @@ def _search(scenario: Scenario, space: Sequence[Dimension], seed: int) -> Any:
 
 
 def _try_one(
-    search: Any, space: Sequence[Dimension], swarms: _Swarms, runs: int
-) -> tuple[dict[str, Any], float]:
-    """Run the next trial; return its parameters and its score."""
+    search: Any, space: Sequence[Dimension], score_of: Callable[[Mapping[str, Any]], float]
+) -> Trial:
+    """Score the next trial; return its parameters and its score."""
     trial = search.ask()
     values = {each.path: _suggested(trial, each) for each in space}
-    (found,) = swarms.scored([values], runs)
-    score = swarms.objective.score(found)
+    score = score_of(values)
     search.tell(trial, max(score, WORST))
     return dict(trial.params), score
 
@@ -249,31 +295,32 @@ def _suggested(trial: Any, each: Dimension) -> Any:
     return trial.suggest_float(each.path, each.low, each.high, log=each.by_ratio)
 
 
-def _finalists(tried: Sequence[tuple[dict[str, Any], float]]) -> list[dict[str, Any]]:
+def _finalists(tried: Sequence[Trial], best: int = FINALISTS) -> list[dict[str, Any]]:
     """Return the best trials, and the first one: the best of many trials was also lucky."""
     ranked = sorted(tried, key=lambda trial: -trial[1])
-    finalists = [values for values, _ in ranked[:FINALISTS]]
+    finalists = [values for values, _ in ranked[:best]]
     start, _ = tried[0]
     return finalists if start in finalists else [*finalists, start]
 
 
-def _judge(swarms: _Swarms, tried: list[tuple[dict[str, Any], float]], runs: int) -> Tuned:
+def _judge(swarms: _Swarms, tried: list[Trial], runs: int, proposed: bool = False) -> Tuned:
     """Choose the best of the finalists by more runs; compare it with the start on fresh runs."""
     swarms.rounds.phase = "judging the best"
-    finalists = _finalists(tried)
+    finalists = _finalists(tried, PROPOSED if proposed else FINALISTS)
     finals = swarms.scored(finalists, FINAL_RUNS * runs, FINAL_SEED)
     scores = [swarms.objective.score(found) for found in finals]
-    best = finalists[scores.index(max(scores))]
-    at_start, at_best = swarms.scored([{}, best], FRESH_RUNS * runs, FRESH_SEED)
+    chosen = finalists[scores.index(max(scores))]
+    at_start, at_best = swarms.scored([{}, chosen], FRESH_RUNS * runs, FRESH_SEED)
     objective = swarms.objective
     return Tuned(
-        values=best,
+        values=chosen,
         start=objective.interval(at_start.values),
         best=objective.interval(at_best.values),
         gain=objective.gain(at_best.values, at_start.values),
         trials=tried,
         objective=objective,
         false_alarms=at_best.false_alarms,
+        predicted=next(share for values, share in tried if values == chosen) if proposed else None,
     )
 
 
@@ -285,6 +332,8 @@ def draw_search(tuned: Tuned) -> Figure:
     """
     names, measure = list(tuned.values), tuned.objective.of
     label = f"mean {measure.label}" if measure.ends else measure.label
+    if tuned.predicted is not None:
+        label = f"predicted {label}"
     scores = np.array([score for _, score in tuned.trials])
     shares = np.where(
         np.isfinite(scores), (100 if measure.unit == "%" else tuned.objective.sign) * scores, np.nan

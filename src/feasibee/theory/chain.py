@@ -59,6 +59,14 @@ class Chain:
         states[0] = self.start
         return states, decided
 
+    def decided_by(self, steps: int) -> Array:
+        """Return the probabilities to have decided feasible and infeasible by a step, at once: (2,)."""
+        among, exits = self.moves()
+        onward = np.linalg.inv(np.diag(1 + self.up + self.down) - among)
+        moves = np.block([[onward, onward @ exits], [np.zeros((2, len(onward))), np.eye(2)]])
+        found: Array = self.start @ np.linalg.matrix_power(moves, steps)[:-2, -2:] + self.decided
+        return found
+
 
 def chain_of(swarm: Swarm, needed: int, along: Manifold | None = None) -> tuple[Chain, Manifold]:
     """Return the effective chain of a swarm, and the states that it was made of.
@@ -137,19 +145,17 @@ def _beginning(swarm: Swarm, along: Manifold, places: Array) -> tuple[float, flo
     offsets = (along.value * (along.states - swarm.start())).sum(CLASS)
     place = float(np.interp(0, offsets, places))
     value = along.value[int(np.abs(places - place).argmin())]
-    state, missing, grown, way = swarm.start()[None], 0.0, 1.0, [place]
+    states, way = [swarm.start()[None]], [place]
     for _ in range(swarm.round_length()):
-        hearing = swarm.hearing(swarm.counts(state))
-        growth = float(np.interp(way[-1], places, along.growth)) ** 2
-        grown *= growth
-        missing += (
-            float(np.interp(way[-1], places, along.noise)) - float(swarm.noise(state, value, hearing)[0])
-        ) / grown
-        state = swarm.forward(state, hearing)
+        states.append(swarm.forward(states[-1], swarm.hearing(swarm.counts(states[-1]))))
         way.append(way[-1] + float(np.interp(way[-1], places, along.drift)))
-    after = float(np.interp(0, (along.value * (along.states - state)).sum(CLASS), places))
-    place += (after - way[-1]) / np.sqrt(grown)
-    return place, max(0.1, 1 - missing / swarm.coins)
+    first = np.concatenate(states[:-1])
+    noise = swarm.noise(first, value, swarm.hearing(swarm.counts(first)))
+    grown = np.cumprod(np.interp(way[:-1], places, along.growth) ** 2)
+    missing = ((np.interp(way[:-1], places, along.noise) - noise) / grown).sum()
+    after = float(np.interp(0, (along.value * (along.states - states[-1])).sum(CLASS), places))
+    place += (after - way[-1]) / math.sqrt(grown[-1])
+    return place, max(0.1, 1 - float(missing) / swarm.coins)
 
 
 def _start(swarm: Swarm, spread: float, numbers: NDArray[np.int64]) -> Array:

@@ -12,7 +12,7 @@ import numpy as np
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Inbox, Mind, Strategy
 from feasibee.theory.classes import Array, Swarm
-from feasibee.theory.geometry import Space, ending
+from feasibee.theory.geometry import PAIRS, Space, ending
 from feasibee.theory.hearing import audible
 from feasibee.theory.quality import GRID, Sight, durations, qualities
 from feasibee.theory.saddle import changing
@@ -23,15 +23,18 @@ CHANCES = 60
 """Number of values that stand for a random number from 0 to 1."""
 
 
-def swarm_of(scenario: Scenario) -> Swarm:
-    """Return the numbers of one robot of a scenario; it isn't checked that the theory covers the scenario."""
+def swarm_of(scenario: Scenario, pairs: int = PAIRS, walked: int = 0) -> Swarm:
+    """Return the numbers of one robot of a scenario; it isn't checked that the theory covers the scenario.
+
+    ``pairs`` and ``walked`` are those of its `Space`.
+    """
     decision, strategy = scenario.decision, scenario.strategy
     parameters = tuple(float(decision.parameters[name]) for name in strategy.parameters)
 
     def rule(most: int) -> Array:
         return _adopting(strategy, parameters, decision.own_vote, most)
 
-    space = Space(scenario.arena.size, scenario.robots.speed, ending(scenario.walk.mean_run))
+    space = Space(scenario.arena.size, scenario.robots.speed, ending(scenario.walk.mean_run), pairs, walked)
     explored = ending(decision.exploration)
     feasible = qualities(_sight(scenario, space, explored))
     none = np.zeros_like(feasible)
@@ -81,12 +84,21 @@ def _adopting(strategy: Strategy, parameters: tuple[float, ...], own_vote: bool,
     The shape is (opinions, most + 1, most + 1, opinions): opinion before, votes for feasible and infeasible.
     """
     found = np.zeros((3, most + 1, most + 1, 3))
-    chances = (np.arange(CHANCES) + 0.5) / CHANCES
     for row, yes, no in np.ndindex(found.shape[:3]):
-        mind = Mind((1, 0, -1)[row], 0.5, 0.5, int(own_vote), (), parameters)
-        draws = {1: yes / (yes + no), 0: no / (yes + no)} if yes + no else {-1: 1.0}
-        for (heard, weight), chance in product(draws.items(), chances):
-            chosen = strategy.decide(mind, Inbox(yes, no, heard, 0.0, 0.0, chance))
-            found[row, yes, no, (1, 0, -1).index(chosen)] += weight / CHANCES
+        found[row, yes, no] = _chosen(strategy, parameters, own_vote, (1, 0, -1)[row], yes, no)
     opinions = 3 if found[:2, ..., 2].any() else 2
     return found[:opinions, ..., :opinions]
+
+
+@lru_cache(maxsize=2048)
+def _chosen(
+    strategy: Strategy, parameters: tuple[float, ...], own_vote: bool, opinion: int, yes: int, no: int
+) -> Array:
+    """Return the probabilities of feasible, infeasible and none after a decision with these votes."""
+    found = np.zeros(3)
+    mind = Mind(opinion, 0.5, 0.5, int(own_vote), (), parameters)
+    draws = {1: yes / (yes + no), 0: no / (yes + no)} if yes + no else {-1: 1.0}
+    for (heard, weight), chance in product(draws.items(), (np.arange(CHANCES) + 0.5) / CHANCES):
+        chosen = strategy.decide(mind, Inbox(yes, no, heard, 0.0, 0.0, chance))
+        found[(1, 0, -1).index(chosen)] += weight / CHANCES
+    return found
