@@ -70,8 +70,9 @@ def scenario(
     given: Given,
     form: str = option(
         "Form: a complete scenario; an experiment of ARGoS3 for examples/argos; the chain of feasibee "
-        "predict for the model checkers PRISM and Storm; or its drift as a differential equation.",
-        click.Choice(["toml", "argos", "prism", "ode"]),
+        "predict for the model checkers PRISM and Storm; the exact model of two or three robots for them; or "
+        "the chain's drift as a differential equation.",
+        click.Choice(["toml", "argos", "prism", "prism-exact", "ode"]),
         "toml",
         name="--to",
     ),
@@ -91,6 +92,8 @@ def scenario(
         from feasibee.scenario.argos import argos_text as text_of
     elif form == "prism":
         from feasibee.theory.export import to_prism as text_of
+    elif form == "prism-exact":
+        from feasibee.theory.export import to_exact_prism as text_of
     elif form == "ode":
         from feasibee.theory.export import to_ode as text_of
     else:

@@ -32,7 +32,7 @@ def swarm_of(scenario: Scenario, pairs: int = PAIRS, walked: int = 0) -> Swarm:
     parameters = tuple(float(decision.parameters[name]) for name in strategy.parameters)
 
     def rule(most: int) -> Array:
-        return _adopting(strategy, parameters, decision.own_vote, most)
+        return adopting(strategy, parameters, decision.own_vote, most)
 
     space = Space(scenario.arena.size, scenario.robots.speed, ending(scenario.walk.mean_run), pairs, walked)
     explored = ending(decision.exploration)
@@ -78,7 +78,7 @@ def _sight(scenario: Scenario, space: Space, explored: float) -> Sight:
 
 
 @lru_cache(maxsize=32)
-def _adopting(strategy: Strategy, parameters: tuple[float, ...], own_vote: bool, most: int) -> Array:
+def adopting(strategy: Strategy, parameters: tuple[float, ...], own_vote: bool, most: int) -> Array:
     """Return the probability of each opinion after a decision: feasible, infeasible, and none if it occurs.
 
     The shape is (opinions, most + 1, most + 1, opinions): opinion before, votes for feasible and infeasible.
