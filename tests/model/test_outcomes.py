@@ -74,7 +74,8 @@ def test_a_dataset_has_the_columns_of_the_table(record, tmp_path):
     for dataset, needs in ((by_votes, DECLARES), (sure, DECLARES), (without, None)):
         had = [each.name for each in OUTCOMES if each.needs in (None, needs)]
         assert list(dataset.data_vars) == [*had, *curves]
-    variables = {**calling.data_vars, **stopping.data_vars, **sure.data_vars}
+    saying = to_dataset(record, Scenario(decision={"strategy": "bayes"}), 1)
+    variables = {**calling.data_vars, **stopping.data_vars, **saying.data_vars, **sure.data_vars}
     assert set(variables) == {*NAMES, *curves}
     for each in (*OUTCOMES, *CURVES):
         assert variables[each.name].dtype == each.dtype

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario
-from feasibee.results.calibration import BINS, calibration, said_feasible
+from feasibee.results.calibration import BINS, calibration, held_feasible, said_feasible
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.swarm import Swarm
@@ -78,7 +78,7 @@ def test_a_share_on_an_edge_is_in_the_bin_above():
 
 
 @pytest.mark.parametrize("strategy", ["bayes", "dmmd"])
-def test_a_swarm_says_what_its_counted_robots_hold(strategy):
+def test_the_share_of_a_swarm_is_of_what_its_counted_robots_hold(strategy):
     scenario = Scenario(
         decision={"strategy": strategy}, faults={"byzantine": 0.2, "stopped": 0.1}, run={"steps": 120}
     )
@@ -88,7 +88,9 @@ def test_a_swarm_says_what_its_counted_robots_hold(strategy):
     share = np.where(held < 0, 0.5, held).mean()
     record = simulate_record(scenario.replace({"run.stop_at_decision": False}), Runs(1, 3))
     assert 0 < share < 1
-    assert said_feasible(record, scenario)[0] == pytest.approx(share, abs=1e-12)
+    assert held_feasible(record, scenario)[0] == pytest.approx(share, abs=1e-12)
+    by_share = strategy != "bayes"
+    assert (said_feasible(record, scenario)[0] == held_feasible(record, scenario)[0]) == by_share
 
 
 def test_swarms_in_a_world_that_changes_have_no_probability():

@@ -49,10 +49,11 @@ SUMS_CAPTION = (
     "decided; bits: per robot-step"
 )
 CALIBRATION_CAPTION = (
-    "brier: mean squared distance of the share of robots that hold feasible at the end from the truth, 1 or "
-    "0, with its interval; 0 is best, 0.25 says nothing. It is rel - res + {uncertainty:.3f}. rel: "
-    "reliability, 0 if tasks are feasible as often as said. res: resolution, the larger the better worlds "
-    "are told apart. sure: swarms that are right (%), of those with 90 % of the robots or more on one side"
+    "brier: mean squared distance of the probability of feasible from the truth, 1 or 0, with its interval; "
+    "0 is best, 0.25 says nothing. The probability is the {by} that hold feasible at the end{own}. brier is "
+    "rel - res + {uncertainty:.3f}. rel: reliability, 0 if tasks are feasible as often as said. res: "
+    "resolution, the larger the better worlds are told apart. sure: swarms that are right (%), of those with "
+    "90 % or more on one side"
 )
 TRACKING_CAPTION = (
     "right: share of steps at which the swarm held the truth (%), with its 95 % interval; delay: steps until "
@@ -277,6 +278,7 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
 
 def _print_calibration(outcomes: Sequence[Outcome]) -> None:
     """Print how far the agreement of robots can be trusted, the best first; nothing without both truths."""
+    from feasibee.results.calibration import OWN, SHARES
     from feasibee.studies.comparison import calibrations
 
     rows = []
@@ -285,9 +287,12 @@ def _print_calibration(outcomes: Sequence[Outcome]) -> None:
         parts = f"{found.reliability:.3f}", f"{found.resolution:.3f}"
         sure = percents(found.sure) if found.sure else ("", "")
         rows.append([name, score, f"{low} to {high}", *parts, *sure])
-        caption = CALIBRATION_CAPTION.format(uncertainty=found.uncertainty)
+        uncertainty = found.uncertainty
     heads = ["over all m", "brier", "interval", "rel", "res", "sure", "interval"]
     if rows:
+        own = dict.fromkeys(each.contender for each in outcomes if each.said_by == OWN)
+        instead = f"; of {', '.join(own)} it is the robots' {OWN}" if own else ""
+        caption = CALIBRATION_CAPTION.format(by=SHARES, own=instead, uncertainty=uncertainty)
         print_numbers("How sure the swarms are", heads, rows, caption)
 
 

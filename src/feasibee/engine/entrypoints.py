@@ -20,6 +20,7 @@ from feasibee.model.outcomes import (
     FEASIBLE_AT_END,
     INFEASIBLE_AT_END,
     LAST_STEP,
+    SAID_AT_END,
 )
 
 
@@ -99,6 +100,8 @@ def advance(params, state, outcome, row, until, control, functions, part):
         one_step(params, state, functions, part)
         end_step(params, state, outcome, row, int64(1), control, part)
     if part.thread == 0:
+        if params.strategy.gives_probability:
+            state.account[SAID_AT_END] = step.sum_probabilities(params, state, functions)
         for column in range(state.account.size):
             outcome.account[row, column] = state.account[column]
 

@@ -28,6 +28,10 @@ def _of_two(first, second):
     return checked(own(first, second))
 
 
+def _of_three(first, second, third):
+    return checked(own(first, second, third))
+
+
 def _number(result):
     if not least <= result <= most:
         raise ValueError(must)
@@ -50,6 +54,7 @@ GUARDS: Final = {
     "say": OPINION,
     "value": (_number, -LARGEST, LARGEST, "a number"),
     "lasting": STEPS,
+    "probability": (_number, 0.0, 1.0, "a number from 0 to 1"),
 }
 
 
@@ -57,5 +62,5 @@ def guarded(name: str, compiled: Any) -> Callable[..., Any]:
     """Return a function that calls a strategy's compiled function, and checks what it returns."""
     rule, low, high, words = GUARDS[name]
     check = careful(rebound(rule, least=low, most=high, must=f"{name} must return {words}"))
-    takes_two = compiled.py_func.__code__.co_argcount == 2
-    return rebound(_of_two if takes_two else _of_one, f"_{name}", own=compiled, checked=check)
+    caller = (_of_one, _of_two, _of_three)[compiled.py_func.__code__.co_argcount - 1]
+    return rebound(caller, f"_{name}", own=compiled, checked=check)

@@ -329,6 +329,7 @@ class Functions(NamedTuple):
     say: Any
     value: Any
     lasting: Any
+    probability: Any
     update: Any  # see `feasibee.engine.knowledge`
     change: Any  # see `feasibee.engine.dynamics`
 

@@ -251,6 +251,7 @@ class StrategyParams(NamedTuple):
     judges: bool  # whether opinions follow from knowledge in every step
     says: bool  # whether the strategy defines `say`; otherwise a robot sends its opinion
     lasts: bool  # whether it defines `lasting`; otherwise `dissemination` says for how long
+    gives_probability: bool  # whether robots are asked at the end how probable *feasible* is
     value_scale: float  # the largest value that a message can hold; 0.0: messages hold none
     knowledge: KnowledgeParams
 

@@ -15,7 +15,7 @@ from numba.np.numpy_support import as_dtype
 from feasibee.engine.layout import Control, Functions, Outcome, Part, State
 from feasibee.engine.params import PARAMS as RECORD
 from feasibee.engine.params import Axes, Struct, fields_of
-from feasibee.strategies.contract import Inbox, Me, Mind, Thing
+from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Thing
 
 AttributeTemplate: Any = templates.AttributeTemplate
 PrimitiveModel: Any = extending.models.PrimitiveModel
@@ -144,7 +144,9 @@ def tuple_of(cls: Any) -> Any:
     return of_types([FIELDS[kind] if kind in FIELDS else tuple_of(kind) for kind in kinds], cls)
 
 
-MIND, INBOX, ME, THING = (tuple_of(each) for each in (Mind, Inbox, Me, Thing))
+MIND, INBOX, ME, THING, SETTING = (tuple_of(each) for each in (Mind, Inbox, Me, Thing, Setting))
+ROW: Final = types.Array(int32, 1, "C")
+MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)
 UPDATE: Final = int64(PARAMS, STATE, int64, int64, int64)
 STRATEGY: Final = Functions(
     quality=float64(int64, int64),
@@ -153,13 +155,12 @@ STRATEGY: Final = Functions(
     say=int64(MIND),
     value=float64(MIND),
     lasting=float64(MIND, float64),
+    probability=float64(MIND, MESSAGE, SETTING),
     update=UPDATE,
     change=types.void(PARAMS, STATE, types.FunctionType(UPDATE), int64),
 )
 """Signatures of the functions that a scenario chooses."""
 FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)
-ROW: Final = types.Array(int32, 1, "C")
-MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)
 KNOWLEDGE: Final = {
     "start": none(ROW, ME),
     "observe": none(ROW, THING, ME),

@@ -349,6 +349,7 @@ def prepare_robot(params, state, i, k):
     clear_counts(params, state, i)
     state.robots[Robot.AGREED, i] = 0
     state.memory[i] = 0.0
+    state.memory[i, 0] = 0.5  # until it has rated
 
 
 @inlined

@@ -12,7 +12,7 @@ from feasibee.engine.draws import draw_phases, draw_words, list_members, phase_d
 from feasibee.engine.dynamics import draw_dynamics
 from feasibee.engine.few import move_few, sense_general_few, sense_together
 from feasibee.engine.intrinsics import contains, lowest_member, number_of, set_member, without_lowest
-from feasibee.engine.knowledge import defer, update_pending
+from feasibee.engine.knowledge import defer, known_by, setting_of, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
 from feasibee.engine.opinions import adopt, count_opinions, opinion_of, set_declared
@@ -31,7 +31,7 @@ from feasibee.engine.starting import (
     stop,
 )
 from feasibee.engine.team import wait_for_all
-from feasibee.model.codes import NO_OPINION
+from feasibee.model.codes import CERTAIN, NO_OPINION
 from feasibee.model.purposes import PHASE
 from feasibee.strategies.contract import Inbox, Mind
 
@@ -324,6 +324,23 @@ def mind_of(params, state, i):
         state.memory[i, 1:],
         state.tables.parameters,
     )
+
+
+@called
+def sum_probabilities(params, state, functions):
+    """Return the sum of what the counted robots say how probable *feasible* is (model.md 6.15.9)."""
+    said, setting = int64(0), setting_of(params, state)
+    for w in range(state.sets.shape[1]):
+        left = state.sets[Set.COUNTED, w]
+        while left:
+            i = lowest_member(w, left)
+            if contains(state.sets[Set.DECLARED], i):
+                said += CERTAIN * int64(contains(state.sets[Set.DECLARED_FEASIBLE], i))
+            else:
+                share = functions.probability(mind_of(params, state, i), known_by(params, state, i), setting)
+                said += int64(share * CERTAIN + 0.5)
+            left = without_lowest(left)
+    return said
 
 
 @inlined

@@ -153,7 +153,8 @@ def draw_calibration(
                 draw_intervals(ax, said, shares, **look.bars)
             ends[name] = (float(said[-1]), 100 * shares[-1].estimate)
         ax.set(
-            xlabel="robots that hold feasible at the end (%)", ylabel="swarms whose tasks are feasible (%)"
+            xlabel="probability that swarms give to feasible (%)",
+            ylabel="swarms whose tasks are feasible (%)",
         )
         ax.set(xlim=PERCENT, ylim=PERCENT)
         label_ends(ax, ends, chosen, scores)

@@ -14,6 +14,8 @@ FEASIBLE: Final = 1
 UNDECIDED: Final = -1
 NO_OPINION: Final = -1
 DECISIONS: Final = {FEASIBLE: "feasible", INFEASIBLE: "infeasible", UNDECIDED: "undecided"}
+CERTAIN: Final = 2**20
+"""What stands for probability 1 where probabilities are summed up, so that no order of robots matters."""
 
 # Phases of the controller (model.md 4.2, 4.4).
 DISSEMINATING: Final = 1

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Final, NamedTuple
 
-from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
+from feasibee.model.codes import CERTAIN, DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 
 
 class Need(NamedTuple):
@@ -52,6 +52,7 @@ class Outcome(NamedTuple):
 DECLARES: Final = Need("`decision.declare` or a strategy's own `declare`", lambda scenario: scenario.declares)
 CHANGES: Final = Need("a world that changes", lambda scenario: scenario.dynamic)
 STOPS: Final = Need("`run.stop_at_declarations`", lambda scenario: scenario.run.stop_at_declarations)
+SAYS: Final = Need("a strategy's own `probability`", lambda scenario: scenario.gives_probability)
 RESPONDS: Final = Need("`response.patience`", lambda scenario: scenario.response.patience is not None)
 OUTCOMES: Final = (
     Outcome(
@@ -90,6 +91,12 @@ OUTCOMES: Final = (
     Outcome("robots_called", "robots that the swarm has called", needs=RESPONDS),
     Outcome("robots_released", "robots that the swarm has released", needs=RESPONDS),
     Outcome("last_step", "last step of the run", *("step", "int64", 0), needs=STOPS),
+    Outcome(
+        "said_at_end",
+        "sum of the probabilities that the honest working robots give to feasible at the end of the run",
+        f"1/{CERTAIN}",
+        needs=SAYS,
+    ),
 )
 """Outcomes per run, in the order of a journal's columns: append only."""
 
@@ -154,5 +161,6 @@ ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
     ROBOTS_CALLED,
     ROBOTS_RELEASED,
     LAST_STEP,
+    SAID_AT_END,
 ) = range(len(ACCOUNT))
 """Numbers of the columns, by which the engine fills them in."""

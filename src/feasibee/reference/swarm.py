@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from feasibee.model import purposes
-from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
+from feasibee.model.codes import CERTAIN, FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.model.record import Record
 from feasibee.reference.draws import choose, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
@@ -49,6 +50,8 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
         record.declared_infeasible[row] = swarm.declared(INFEASIBLE)
         record.feasible_at_end[row] = swarm.feasible_count
         record.infeasible_at_end[row] = swarm.infeasible_count
+        if scenario.gives_probability:
+            record.said_at_end[row] = swarm.said
         if swarm.operator is not None:
             record.calls[row] = swarm.operator.calls
             record.robots_called[row] = swarm.operator.robots_called
@@ -209,6 +212,11 @@ class Swarm:
     def declared(self, opinion: int) -> int:
         """Return how many counted robots have declared an opinion."""
         return sum(robot.mind.declared == opinion for robot in self.counted)
+
+    @property
+    def said(self) -> int:
+        """Sum of the probabilities that the counted robots give to *feasible* (model.md 6.15.9)."""
+        return sum(math.floor(robot.mind.probability() * CERTAIN + 0.5) for robot in self.counted)
 
     @property
     def has_declared(self) -> bool:

@@ -1,7 +1,8 @@
 """Calibration: whether tasks are feasible as often as a swarm's robots say so.
 
-A swarm is read as an ensemble forecast: the share of its robots that hold *feasible* at the last step is the
-probability that it gives to *feasible*. Scores and curves compare these probabilities with the ground truth.
+The probability that a swarm gives to *feasible* is the mean of what its robots say at the last step, if their
+strategy has a probability of its own. Else a swarm is read as an ensemble forecast: it is the share of its
+robots that hold *feasible*. Scores and curves compare these probabilities with the ground truth.
 """
 
 from __future__ import annotations
@@ -11,14 +12,17 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from feasibee.model.codes import CERTAIN
 from feasibee.results.measures import column, counted_robots
 from feasibee.results.statistics import Interval, mean_share, wilson
 from feasibee.scenario.scenario import Scenario
 
+OWN, SHARES = "own probability", "share of robots"
+"""What the probability of a swarm is: that of its robots, or the share of them that hold *feasible*."""
 BINS: Final = 10
 """Number of bins of a calibration curve, of equal width."""
 SURE: Final = 0.9
-"""Share of robots that agree in a swarm that is called sure."""
+"""Probability of either truth from which on a swarm is called sure."""
 ROUNDING: Final = 1e-9
 """A share this close to the edge of a bin is taken to be on it."""
 
@@ -40,7 +44,7 @@ class Calibration(NamedTuple):
     brier: Interval
     """Mean squared distance of the probability from the truth, 1 or 0. 0 is best; always 1/2 gives 0.25."""
     sure: Interval | None
-    """Share of runs that are right, of those in which at least 90 % of the robots agree; None without any."""
+    """Share of runs that are right, of those with at least 90 % on one side; None without any."""
     reliability: float
     """Mean squared distance, in a bin, of what was said from the share of feasible tasks. 0 is best."""
     resolution: float
@@ -54,8 +58,20 @@ class Calibration(NamedTuple):
 def said_feasible(results: Any, scenario: Scenario) -> NDArray[np.float64]:
     """Return the probability that each swarm gives to *feasible* at its last step: shape (runs,).
 
-    It is the share of the counted robots that hold *feasible*; a robot without an opinion counts as half. In
-    a world that changes, no run has one. ``results`` has each outcome as an attribute.
+    It is the mean of what the counted robots say, or what `held_feasible` returns if their strategy has no
+    probability of its own. ``results`` has each outcome as an attribute.
+    """
+    if not scenario.gives_probability:
+        return held_feasible(results, scenario)
+    said = column(results, "said_at_end") / CERTAIN
+    mean: NDArray[np.float64] = said / np.maximum(1, counted_robots(results, scenario))
+    return mean
+
+
+def held_feasible(results: Any, scenario: Scenario) -> NDArray[np.float64]:
+    """Return the share of the counted robots that hold *feasible* at the last step: shape (runs,).
+
+    A robot without an opinion counts as half. In a world that changes, no run has a share.
     """
     if scenario.dynamic:
         return np.empty(0)

@@ -32,7 +32,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from feasibee.robot.knowledge import Knowledge
 from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Strategy, Thing, sent
@@ -179,6 +179,15 @@ class Controller:
     @property
     def _keeps_opinion(self) -> bool:
         return self._stubborn or self.declared != NONE
+
+    def probability(self) -> float:
+        """Return how probable it is that the tasks are feasible, as the robot believes (model.md 6.15.9)."""
+        if self.declared != NONE:
+            return float(self.declared)
+        functions: Any = self.strategy  # without knowledge it may need no setting
+        known = tuple(self.knowledge.words) if self.knowledge else ()
+        mind = self._mind()._replace(memory=tuple(self._memory))
+        return float(functions.probability(mind, known, self.settings.setting))
 
     def move_to(self, x: float, y: float) -> None:
         """Store the robot's position in the frame that all robots share, in units."""

@@ -163,7 +163,7 @@ def needs_double(strategy: Strategy) -> bool:
 
 def functions(strategy: Strategy, translation: Translation) -> dict[str, Signature]:
     """Translate a strategy's functions; return each by its name in Python."""
-    skipped = {"pack", "unpack"} if "layout" in strategy.functions else set()
+    skipped = {"probability"} | ({"pack", "unpack"} if "layout" in strategy.functions else set())
     try:
         return {
             each: translation.entry(

@@ -39,6 +39,7 @@ ARGUMENTS: Final[Mapping[str, tuple[Type, ...]]] = {
     "say": ("mind",),
     "value": ("mind",),
     "lasting": ("mind", REAL),
+    "probability": ("mind", ROW, "setting"),
     "words": ("setting",),
     "message_words": ("setting",),
     "start": (ROW, "me"),
@@ -57,7 +58,7 @@ ARGUMENTS: Final[Mapping[str, tuple[Type, ...]]] = {
 }
 """Types of the arguments of a strategy's functions."""
 RESULTS: Final[Mapping[str, Type]] = {
-    **dict.fromkeys(("quality", "dissemination", "value", "lasting"), REAL),
+    **dict.fromkeys(("quality", "dissemination", "value", "lasting", "probability"), REAL),
     **dict.fromkeys(("start", "observe", "encode", "lie", "merge", "count", "pack"), VOID),
 }
 """Types of their results; the others are whole."""

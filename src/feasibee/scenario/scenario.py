@@ -225,6 +225,12 @@ class Scenario(Sections):
         """Whether robots declare, by their strategy or by votes (model.md 6.14, 6.15)."""
         return self.manifest.declares or self.decision.declare is not None
 
+    @property
+    def gives_probability(self) -> bool:
+        """Whether robots are asked at the end how probable *feasible* is (model.md 6.15.9)."""
+        classes = self.robots.classes or self.tasks.classes
+        return self.manifest.gives_probability and not (classes or self.dynamic)
+
     def counted(self, step: int) -> int:
         """Return the number of robots that count in the decision: honest and working (model.md 6.6)."""
         stopped, byzantine, _ = self.faulty

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from hashlib import sha256
 from itertools import product
@@ -45,7 +45,10 @@ STEPS: Final = f"must be a number of steps from 0 to {LONGEST}"
 OPINIONS: Final = "must be 1, 0, or -1 for none"
 ROWS: Final = "must return nothing: it writes into"
 RULES: Final[Mapping[str, Rule]] = {
-    "quality": ("must be a number from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
+    **dict.fromkeys(
+        ("quality", "probability"),
+        ("must be a number from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
+    ),
     **dict.fromkeys(
         ("dissemination", "lasting"), (STEPS, lambda value: _is_number(value) and 0 <= value <= LONGEST)
     ),
@@ -164,6 +167,15 @@ def _try(strategy: Strategy) -> None:
             strategy.value(mind)
             strategy.lasting(mind, 10.0)
             strategy.decide(mind, inbox)
+            if not strategy.knowledge:
+                _try_probability(
+                    strategy, mind, (), setting_from((3, 4), (0, 0), False, None, mind.parameters)
+                )
+
+
+def _try_probability(strategy: Strategy, mind: Mind, known: Sequence[int], setting: Setting) -> None:
+    """Ask a robot how probable *feasible* is: to write to its memory or its knowledge is an error."""
+    strategy.probability(mind._replace(memory=tuple(mind.memory)), tuple(known), setting)
 
 
 def _try_knowledge(strategy: Strategy, file: str) -> None:
@@ -185,6 +197,8 @@ def _try_knowledge(strategy: Strategy, file: str) -> None:
             robots, tasks = robot.counted()
             for each in filter(None, (functions.gap, functions.describe)):
                 each(tuple(robot.words), me)
+            if not any(classes):
+                _try_probability(strategy, _mind(strategy, 1, 0.5, 0.5, 1), robot.words, setting)
             strategy.quality(sum(robots), sum(tasks))
 
 

@@ -20,7 +20,7 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
 from feasibee.scenario.supported import takes_fast_path
 from feasibee.strategies import contract
-from feasibee.strategies.contract import Setting, Strategy
+from feasibee.strategies.contract import Setting
 
 Numbers = TypeVar("Numbers")
 TURN = 2**32
@@ -59,7 +59,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
         walk=_filled(numbers.WalkParams, scenario.walk),
         sensing=_sensing(scenario, sight),
         radio=_radio(scenario, setting.id_bits, radio),
-        strategy=_strategy(scenario.strategy, setting),
+        strategy=_strategy(scenario, setting),
         decision=_decision(scenario, most.robots),
         faults=_faults(scenario),
         run=_filled(numbers.RunParams, scenario.run),
@@ -148,13 +148,15 @@ def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> numbers.Radi
     )
 
 
-def _strategy(strategy: Strategy, setting: Setting) -> numbers.StrategyParams:
+def _strategy(scenario: Scenario, setting: Setting) -> numbers.StrategyParams:
+    strategy = scenario.strategy
     words, message_words = knowledge_words(strategy, setting) if strategy.knowledge else (0, 0)
     return _filled(
         numbers.StrategyParams,
         strategy,
         says=strategy.say is not contract.say,
         lasts="lasting" in strategy.functions,
+        gives_probability=scenario.gives_probability,
         value_scale=float(2**strategy.value_bits - 1),
         knowledge=_filled(
             numbers.KnowledgeParams,

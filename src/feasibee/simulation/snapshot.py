@@ -147,7 +147,7 @@ def state_of(
         broadcasts=int(inside[Set.SAYS_FEASIBLE]) if inside[Set.SPEAKING] else -1,
         robots_seen=tuple(map(int, seen[:first])),
         tasks_seen=tuple(map(int, seen[first:])),
-        feasible_quality=float(state.memory[i, 0]) if rows[Robot.PHASES] > 1 else 0.5,
+        feasible_quality=float(state.memory[i, 0]),
         votes=(feasible, votes - feasible),
         heard=heard,
         first_sight=params.decision.first_sight and inside[Set.JOINING],

@@ -10,6 +10,9 @@ The belief that robots are the more frequent kind follows Beta(alpha, beta). Onc
 complement exceeds the credence, the robot has an opinion, for good; until then it has none. With positive
 feedback it broadcasts that opinion from then on instead of what it observes.
 
+Its probability that the tasks are feasible is P(p > 1/2), from the uniform prior of p that alpha and beta
+begin with, as if no observation depended on another.
+
 Message: id and observation. Memory: two counts of things, two of observations, and one observation for each
 robot heard.
 
@@ -40,6 +43,13 @@ def decide(mind, inbox):
     mind.memory[0] += inbox.feasible_votes + (1.0 if mind.feasible_quality > 0.5 else 0.0)
     mind.memory[1] += inbox.infeasible_votes + (1.0 if mind.feasible_quality < 0.5 else 0.0)
     alpha, beta = mind.memory[0] + 1.0, mind.memory[1] + 1.0
+    if alpha != beta and tail_of(alpha, beta) < 1.0 - mind.parameters[0]:
+        return 1 if alpha > beta else 0
+    return -1
+
+
+def tail_of(alpha, beta):
+    """Return the lesser of P(p < 1/2) and P(p > 1/2), but 1/2 or more for equal counts."""
     # The lesser of P(p < 1/2) and P(p > 1/2) is the chance that alpha + beta - 1 fair coins show at least
     # max(alpha, beta) heads: a sum that starts at its largest term, kept near 1 while it is multiplied out.
     coins = alpha + beta - 1.0
@@ -57,6 +67,13 @@ def decide(mind, inbox):
         tail += term
         heads += 1.0
         term *= (coins - heads + 1.0) / heads
-    if alpha != beta and tail < 1.0 - mind.parameters[0]:
-        return 1 if alpha > beta else 0
-    return -1
+    return tail
+
+
+def probability(mind, known, setting):
+    """Return P(p > 1/2)."""
+    alpha, beta = mind.memory[0] + 1.0, mind.memory[1] + 1.0
+    if alpha == beta:
+        return 0.5
+    tail = min(0.5, tail_of(alpha, beta))
+    return 1.0 - tail if alpha > beta else tail

@@ -1,8 +1,8 @@
 """The contract of a strategy: plain functions, the same file in the engine, in the reference and on a robot.
 
 A strategy's file must define ``decide``. It may define ``quality``, ``dissemination``, ``say``, ``value`` and
-``lasting``, and the constants of `CONSTANTS`: see `Strategy`. The functions use only numbers and ``math``,
-since the engine compiles them.
+``lasting``, ``probability``, and the constants of `CONSTANTS`: see `Strategy`. The functions use only numbers
+and ``math``, since the engine compiles them.
 
 Knowledge
 ---------
@@ -39,6 +39,7 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "say": ("mind",),
     "value": ("mind",),
     "lasting": ("mind", "gain"),
+    "probability": ("mind", "known", "setting"),
     "words": ("setting",),
     "message_words": ("setting",),
     "start": ("known", "me"),
@@ -61,7 +62,7 @@ REQUIRED: Final = ("decide",)
 """The functions that every strategy's file defines."""
 KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
-KNOWLEDGE_OPTIONS: Final = tuple(name for name in list(ARGUMENTS)[6:] if name not in KNOWLEDGE)
+KNOWLEDGE_OPTIONS: Final = tuple(name for name in list(ARGUMENTS)[7:] if name not in KNOWLEDGE)
 """The functions that such a file may define."""
 
 
@@ -211,6 +212,11 @@ def lasting(mind: Mind, gain: float) -> float:
     return gain
 
 
+def probability(mind: Mind, known: Any, setting: Setting) -> float:
+    """Return what an opinion says: 1 for *feasible*, 0 for *infeasible*, 1/2 for none."""
+    return 0.5 if mind.opinion < 0 else float(mind.opinion)
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Manifest:
     """What the file of a strategy declares: all that can be known without running it."""
@@ -286,6 +292,11 @@ class Manifest:
         """Whether opinions follow from knowledge in every step."""
         return "judge" in self.functions
 
+    @property
+    def gives_probability(self) -> bool:
+        """Whether robots have a probability of their own that the tasks are feasible."""
+        return "probability" in self.functions
+
 
 CONSTANTS: Final = {each.name.upper(): each.name for each in fields(Manifest)[1:-3]}
 """The constants of a strategy's file, and the fields of `Manifest` that hold them."""
@@ -312,6 +323,10 @@ class Strategy(Manifest):
     """``value(mind)``: a number from 0 to 1 to broadcast with it, near 1 if it speaks for *feasible*."""
     lasting: Callable[[Mind, float], float] = lasting
     """``lasting(mind, gain)``: for how long to broadcast, as ``dissemination``, which it replaces."""
+    probability: Callable[[Mind, Any, Setting], float] = probability
+    """``probability(mind, known, setting)``: how probable it is that the tasks are feasible, 0 to 1, by what
+    the robot knows; ``known`` has no words without knowledge. It may change nothing. A robot is asked at the
+    end of a run, unless it has declared."""
     words: Callable[[Setting], int] | None = None
     """``words(setting)``: number of words of a robot's knowledge. Called before a run, never in it."""
     message_words: Callable[[Setting], int] | None = None

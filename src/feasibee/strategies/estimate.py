@@ -9,11 +9,18 @@ and the tasks are feasible if this is less than k + 1/2, halfway to the first nu
 infeasible if it is more; at k + 1/2 exactly, a tie, a robot keeps its opinion. So the swarm is about as often
 right with one task too many as with just enough robots; a tally is neutral at m = n - 1.
 
+Its probability that the tasks are feasible takes the rows for k independent samples. Each leans by
+
+    d_j = (2k - 2) m_j - (2k + 1) n_j,
+
+which is below 0 on average if the tasks are feasible: see `feasibee.strategies.evidence`.
+
 References
 ----------
 Our own.
 """
 
+from feasibee.strategies.evidence import below_zero
 from feasibee.strategies.tally import bits, decide, describe, layout, lie, merge, observe, rows_of, words
 from feasibee.strategies.tally import count as sum_up
 
@@ -40,3 +47,14 @@ def gap(known, me):
             tasks += known[k]
     rows, _ = rows_of(known, classes)
     return (2 * (rows - 1) * tasks + robots) // (2 * robots) - rows if robots > 0 else 0
+
+
+def probability(mind, known, setting):
+    """Return the probability that the rows lean to *feasible* on average."""
+    rows, _ = rows_of(known, 2)
+    total, squares = 0.0, 0.0
+    for row in range(len(known) // 2):  # one without sightings doesn't lean
+        leans = float((2 * rows - 2) * known[2 * row + 1] - (2 * rows + 1) * known[2 * row])
+        total += leans
+        squares += leans * leans
+    return below_zero(total, squares, rows)

@@ -31,7 +31,15 @@ from feasibee.figures.style import looks, save_both
 from feasibee.files import write_table
 from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
 from feasibee.model.record import Record
-from feasibee.results.calibration import Bin, Calibration, calibration, said_feasible
+from feasibee.results.calibration import (
+    OWN,
+    SHARES,
+    Bin,
+    Calibration,
+    calibration,
+    held_feasible,
+    said_feasible,
+)
 from feasibee.results.measures import (
     Declarations,
     Measured,
@@ -96,8 +104,12 @@ class Outcome:
     right_at: NDArray[np.int64]
     """Number of runs that were right at each step; shape (steps + 1,)."""
     said: NDArray[np.float64]
-    """Probability that each swarm gave to feasible at the last step, by the share of its robots; shape
-    (runs,), or (0,) in a world that changes."""
+    """Probability that each swarm gave to feasible at the last step; shape (runs,), or (0,) in a world that
+    changes."""
+    held: NDArray[np.float64]
+    """Share of its robots that held feasible, likewise."""
+    said_by: str
+    """What the probability is: `OWN` or `SHARES`."""
     bits: NDArray[np.float64]
     """Bits sent per robot-step; shape (runs,). If robots declare, those of the first 100 runs."""
     found: Measured
@@ -164,6 +176,7 @@ class Outcome:
             "right_at_end": self.accuracy._asdict(),
             "first_decision_right": self.first._asdict(),
             "brier": plain(self.brier),
+            "brier_of": self.said_by,
             "decision_step": self.found.times._asdict(),
             "bits_per_robot_and_step": float(self.bits.mean()),
             **self.found.to_dict(),
@@ -342,6 +355,8 @@ def outcome_of(contender: str, scenario: Scenario, first: Record, *later: Record
         agreed=ended_agreed(record, scenario),
         right_at=_right_at(record, scenario, feasible),
         said=said_feasible(record, scenario),
+        held=held_feasible(record, scenario),
+        said_by=OWN if scenario.gives_probability else SHARES,
         bits=whole.bits_sent / np.maximum(1, robot_steps(whole, scenario)),
         found=found,
         judgement=judgement(record, scenario),
@@ -366,8 +381,14 @@ def _right_at(record: Record, scenario: Scenario, feasible: bool) -> NDArray[np.
 
 def as_dict(outcomes: Sequence[Outcome], runs: int, seed: int) -> dict[str, Any]:
     """Return a comparison as plain tables, for programs."""
-    found = [each.to_dict() for each in outcomes]
-    return {"runs": runs, **origin(seed), "outcomes": found, "calibration": plain(calibrations(outcomes))}
+    shares = [replace(each, said=each.held, said_by=SHARES) for each in outcomes if each.said_by == OWN]
+    return {
+        "runs": runs,
+        **origin(seed),
+        "outcomes": [each.to_dict() for each in outcomes],
+        "calibration": plain(calibrations(outcomes)),
+        "calibration_of_shares": plain(calibrations(shares)),
+    }
 
 
 def origin(seed: int, scenario: Scenario | None = None) -> dict[str, Any]:
@@ -587,6 +608,7 @@ def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
         **columns("accuracy", each.accuracy),
         **columns("first_decision", each.first),
         **columns("brier", each.brier),
+        "brier_of": each.said_by,
         **columns(f"difference_from_{baseline.contender}", difference(each, baseline)),
         **columns("step", each.found.times),
         "bits_per_robot_and_step": f"{each.bits.mean():.6g}",

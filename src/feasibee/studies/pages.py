@@ -186,8 +186,8 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
             if trial.opposite and (each := calibration_of([trial.outcome, trial.opposite]))
         }
         yield Shown(
-            "Share of feasible tasks against the share of robots that hold feasible, in both worlds",
-            " ".join(agreement(assessment.calibration)),
+            "Share of feasible tasks against the probability that swarms give to feasible, in both worlds",
+            " ".join(agreement(assessment)),
             draw_calibration(found, keep=keep),
         )
 

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from typing import Any, Final, NamedTuple
 
 from feasibee.model.codes import MODEL_VERSION
-from feasibee.results.calibration import Calibration
+from feasibee.results.calibration import SHARES, Calibration
 from feasibee.results.statistics import CONFIDENCE, Interval, pareto, plain, wilson
 from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.html import folded, framed
@@ -304,18 +304,20 @@ def _cheap_changes(assessment: Assessment) -> Iterator[tuple[int, str]]:
             yield trial.price, f"Change this: {trial.outcome.contender}. {then}"
 
 
-def agreement(found: Calibration | None) -> list[str]:
-    """Return how far the agreement of the robots can be trusted; nothing without worlds of both truths."""
+def agreement(assessment: Assessment) -> list[str]:
+    """Return how far the robots' confidence can be trusted; nothing without worlds of both truths."""
+    found, by = assessment.calibration, assessment.outcome.said_by
     if found is None:
         return []
     score, sure = found.brier, found.sure
-    agreed = "In no run do 90 % of the robots agree."
+    agreed = "In no run are 90 % on one side."
     if sure is not None:
-        agreed = f"Where at least 90 % of the robots agree, {percent(sure)} of the swarms are right."
+        where = "of the robots agree" if by == SHARES else "is the probability of one side"
+        agreed = f"Where at least 90 % {where}, {percent(sure)} of the swarms are right."
     interval = f"{score.estimate:.3f} ({score.low:.3f} to {score.high:.3f})"
     parts = f"{found.reliability:.3f} - {found.resolution:.3f} + {found.uncertainty:.3f}"
     return [
-        f"{agreed} Brier score of the robots' shares: {interval}; 0 is best, always 1/2 has 0.25. It is "
+        f"{agreed} Brier score of the {by}: {interval}; 0 is best, always 1/2 has 0.25. It is "
         f"reliability - resolution + uncertainty: {parts}."
     ]
 
@@ -385,7 +387,7 @@ def _expected(assessment: Assessment) -> list[str]:
         lines.append(
             f"With {other.tasks} tasks, where the truth is the opposite, {percent(other.accuracy)} are right."
         )
-    return lines + agreement(assessment.calibration)
+    return lines + agreement(assessment)
 
 
 def _truth(assessment: Assessment) -> str:
