@@ -14,6 +14,7 @@ from scipy import stats
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
+from feasibee.results.calibration import OWN
 from feasibee.results.measures import declarations
 from feasibee.results.statistics import Interval, paired_difference, plain
 from feasibee.scenario.runs import Runs
@@ -330,6 +331,20 @@ def judged(assessment, here, there, target):
 def test_the_verdict_is_on_the_worse_of_two_worlds(assessment, here, there, level, tasks):
     verdict = judged(assessment, here, there, 0.95)
     assert (verdict.level, verdict.tasks) == (level, tasks)
+
+
+def test_an_assessment_says_what_its_probability_is(assessment):
+    """Of the share of robots, or their own; and Murphy's parts of its score."""
+    assert assessment.to_dict()["brier_of"] == "share of robots"
+    assert "Brier score of the share of robots: " in text_of(assessment)
+    parts = assessment.calibration
+    assert f"{parts.reliability:.3f} - {parts.resolution:.3f} + {parts.uncertainty:.3f}." in text_of(
+        assessment
+    )
+    outcome, opposite = (replace(each, said_by=OWN) for each in (assessment.outcome, assessment.opposite))
+    own = replace(assessment, outcome=outcome, opposite=opposite)
+    assert own.to_dict()["brier_of"] == "robots' own probability"
+    assert "Brier score of the robots' own probability: " in text_of(own)
 
 
 def test_robots_are_among_the_changes(assessment):

@@ -10,6 +10,7 @@ from commands import invoke, rows_of
 from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario
+from feasibee.cli import studies
 from feasibee.model.record import Record
 from feasibee.results import statistics
 from feasibee.results.calibration import calibration
@@ -183,6 +184,25 @@ def test_calibration_is_of_all_runs_of_a_contender_and_needs_both_truths(outcome
         each.brier.estimate for each in outcomes
     }
     assert calibrations([each for each in outcomes if each.feasible]) == {}
+
+
+def test_a_comparison_says_what_its_probabilities_are(outcomes, capsys):
+    """The robots' own where the strategy has one: then the score of their shares is told in addition."""
+    plain = as_dict(outcomes, 20, 3)
+    own = ["share of robots"] * 4 + ["robots' own probability"] * 2
+    assert [each["brier_of"] for each in plain["outcomes"]] == own
+    assert list(plain["calibration_of_shares"]) == ["bayes"]
+    held = np.concatenate([each.held for each in by_contender(outcomes)["bayes"]])
+    shares = calibration(held, [True] * 20 + [False] * 20).brier.estimate
+    assert plain["calibration_of_shares"]["bayes"]["brier"]["estimate"] == pytest.approx(shares)
+    assert plain["calibration"]["bayes"]["brier"]["estimate"] != pytest.approx(shares)
+    studies._print_calibration(outcomes)
+    text = " ".join(capsys.readouterr().out.split())
+    assert (
+        "share of robots that hold feasible at the end; of bayes it is the robots' own probability." in text
+    )
+    studies._print_calibration([each for each in outcomes if each.contender != "bayes"])
+    assert "own probability" not in capsys.readouterr().out
 
 
 @pytest.mark.slow

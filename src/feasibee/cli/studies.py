@@ -291,7 +291,7 @@ def _print_calibration(outcomes: Sequence[Outcome]) -> None:
     heads = ["over all m", "brier", "interval", "rel", "res", "sure", "interval"]
     if rows:
         own = dict.fromkeys(each.contender for each in outcomes if each.said_by == OWN)
-        instead = f"; of {', '.join(own)} it is the robots' {OWN}" if own else ""
+        instead = f"; of {', '.join(own)} it is the {OWN}" if own else ""
         caption = CALIBRATION_CAPTION.format(by=SHARES, own=instead, uncertainty=uncertainty)
         print_numbers("How sure the swarms are", heads, rows, caption)
 

@@ -17,7 +17,7 @@ from feasibee.results.measures import column, counted_robots
 from feasibee.results.statistics import Interval, mean_share, wilson
 from feasibee.scenario.scenario import Scenario
 
-OWN, SHARES = "own probability", "share of robots"
+OWN, SHARES = "robots' own probability", "share of robots"
 """What the probability of a swarm is: that of its robots, or the share of them that hold *feasible*."""
 BINS: Final = 10
 """Number of bins of a calibration curve, of equal width."""

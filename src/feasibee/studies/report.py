@@ -170,6 +170,7 @@ class Assessment:
             **self.outcome.found.to_dict(),
             "opposite": _opposite_as_dict(self.opposite),
             "calibration": plain(self.calibration),
+            "brier_of": self.outcome.said_by,
             "size": None if self.sizing is None else self.sizing.to_dict(),
             "recommended": self._recommended_as_dict(),
             "excluded": dict(self.recommendation.excluded),
@@ -312,8 +313,8 @@ def agreement(assessment: Assessment) -> list[str]:
     score, sure = found.brier, found.sure
     agreed = "In no run are 90 % on one side."
     if sure is not None:
-        where = "of the robots agree" if by == SHARES else "is the probability of one side"
-        agreed = f"Where at least 90 % {where}, {percent(sure)} of the swarms are right."
+        where = "the robots agree" if by == SHARES else "the probability goes to one truth"
+        agreed = f"Where at least 90 % of {where}, {percent(sure)} of the swarms are right."
     interval = f"{score.estimate:.3f} ({score.low:.3f} to {score.high:.3f})"
     parts = f"{found.reliability:.3f} - {found.resolution:.3f} + {found.uncertainty:.3f}"
     return [
