@@ -13,7 +13,7 @@ Its probability that the tasks are feasible takes the rows for k independent sam
 
     d_j = (2k - 2) m_j - (2k + 1) n_j,
 
-which is below 0 on average if the tasks are feasible: see `feasibee.strategies.evidence`.
+which is below 0 on average if the tasks are feasible: see ``feasibee.strategies.evidence``.
 
 References
 ----------

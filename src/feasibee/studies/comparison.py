@@ -109,7 +109,7 @@ class Outcome:
     held: NDArray[np.float64]
     """Share of its robots that held feasible, likewise."""
     said_by: str
-    """What the probability is: `OWN` or `SHARES`."""
+    """What the probability is: ``OWN`` or ``SHARES`` of ``feasibee.results.calibration``."""
     bits: NDArray[np.float64]
     """Bits sent per robot-step; shape (runs,). If robots declare, those of the first 100 runs."""
     found: Measured
