@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -19,18 +19,38 @@ from feasibee.studies.paper import TASKS
 from feasibee.theory.against import compare
 from feasibee.theory.predict import predict
 
-CONTROLLERS, CONTROLLER_RUNS, SEED = 40, 10_000, 6173
+CONTROLLERS, CONTROLLER_RUNS, SEED = 40, 10_000, 9241
+UNRELIABLE, UNRELIABLE_RUNS = 20, 2_000
 PAPER_RUNS = 10_000
 
 
 def main() -> None:
     """Print the largest errors of shares and of median steps, as JSON."""
     paper = [errors(Scenario(tasks={"count": tasks}), PAPER_RUNS, SEED + tasks) for tasks in TASKS]
+    voters = [
+        errors(
+            Scenario(tasks={"count": tasks}, decision={"strategy": "dmvd"}), PAPER_RUNS, SEED + 500 + tasks
+        )
+        for tasks in TASKS
+    ]
     random = [
         {**errors(scenario, CONTROLLER_RUNS, SEED + 1_000 + number), **about(scenario)}
         for number, scenario in enumerate(controllers(CONTROLLERS))
     ]
-    print(json.dumps({"paper": summary(paper), "random": summary(random), "controllers": random}))
+    unreliable = [
+        {**errors(scenario, UNRELIABLE_RUNS, SEED + 2_000 + number), **about(scenario, FAILING)}
+        for number, scenario in enumerate(controllers(UNRELIABLE, FAILING))
+    ]
+    sets = {"paper": paper, "dmvd": voters, "random": random, "unreliable": unreliable}
+    print(
+        json.dumps(
+            {
+                **{name: summary(found) for name, found in sets.items()},
+                "controllers": random,
+                "unreliable_controllers": unreliable,
+            }
+        )
+    )
 
 
 def errors(scenario: Scenario, runs: int, seed: int) -> dict[str, float]:
@@ -44,9 +64,9 @@ def errors(scenario: Scenario, runs: int, seed: int) -> dict[str, float]:
     return {"share": share, "time": abs(math.log(theory / engine)) if theory and engine else float("nan")}
 
 
-def about(scenario: Scenario) -> dict[str, Any]:
+def about(scenario: Scenario, failing: Mapping[str, tuple[float, float]] = {}) -> dict[str, Any]:
     """Return the fields that were drawn."""
-    return {path: scenario.get(path) for path in DRAWN}
+    return {path: scenario.get(path) for path in (*DRAWN, *failing)}
 
 
 def summary(found: list[dict[str, Any]]) -> dict[str, float]:
@@ -58,6 +78,7 @@ def summary(found: list[dict[str, Any]]) -> dict[str, float]:
     }
 
 
+LONG = {"run.steps": 3_000, "run.stop_at_decision": True}
 DRAWN = {
     "robots.count": (10, 40),
     "robots.speed": (0.5, 2.0),
@@ -71,18 +92,23 @@ DRAWN = {
 """Fields and their ranges; numbers are drawn evenly by ratio, that of tasks relative to robots."""
 
 
-def controllers(count: int) -> Iterator[Scenario]:
+FAILING = {"radio.range": (1.3, 3.5), "sensing.miss": (0.05, 0.7), "radio.loss": (0.05, 0.7)}
+"""Further fields of controllers that miss things and messages, and hear as far as drawn."""
+
+
+def controllers(count: int, failing: Mapping[str, tuple[float, float]] = {}) -> Iterator[Scenario]:
     """Yield random controllers within the theory's reach."""
-    random = np.random.default_rng(SEED)
+    random = np.random.default_rng(SEED + len(failing))
+    ends_of = {**DRAWN, **failing}
     while count:
-        drawn = {path: float(np.exp(random.uniform(*np.log(ends)))) for path, ends in DRAWN.items()}
+        drawn = {path: float(np.exp(random.uniform(*np.log(ends)))) for path, ends in ends_of.items()}
         drawn["tasks.count"] *= drawn["robots.count"]
         fields = {
             path: round(value) if path.endswith("count") else float(f"{value:.3g}")
             for path, value in drawn.items()
         }
         listen = ("always", "dissemination")[int(random.integers(2))]
-        scenario = Scenario().replace({**fields, "decision.listen": listen, "run.steps": 3_000})
+        scenario = Scenario().replace({**fields, "decision.listen": listen, **LONG})
         try:
             warned = predict(scenario).warnings
         except ScenarioError:

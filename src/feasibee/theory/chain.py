@@ -129,10 +129,9 @@ def _unmixed(swarm: Swarm, along: Manifold, steps: int) -> Array:
     for step in range(min(steps + 1, 5 * swarm.round_length())):
         offsets = (along.value * (along.states - state)).sum(CLASS)
         mixed = float(np.interp(0, offsets, along.holders[:, 0]))
-        counts = swarm.counts(state)
         exploring = swarm.robots * (1 - swarm.explored) ** step
-        found.append(float(counts[0, 2]) - mixed + exploring * (0.5 - swarm.begins))
-        state = swarm.forward(state, swarm.hearing(counts))
+        found.append(float(swarm.counts(state)[0, 2]) - mixed + exploring * (0.5 - swarm.begins))
+        state = swarm.forward(state, swarm.hearing_at(state))
     return np.array(found) / swarm.robots
 
 
@@ -147,10 +146,10 @@ def _beginning(swarm: Swarm, along: Manifold, places: Array) -> tuple[float, flo
     value = along.value[int(np.abs(places - place).argmin())]
     states, way = [swarm.start()[None]], [place]
     for _ in range(swarm.round_length()):
-        states.append(swarm.forward(states[-1], swarm.hearing(swarm.counts(states[-1]))))
+        states.append(swarm.forward(states[-1], swarm.hearing_at(states[-1])))
         way.append(way[-1] + float(np.interp(way[-1], places, along.drift)))
     first = np.concatenate(states[:-1])
-    noise = swarm.noise(first, value, swarm.hearing(swarm.counts(first)))
+    noise = swarm.noise(first, value, swarm.hearing_at(first))
     grown = np.cumprod(np.interp(way[:-1], places, along.growth) ** 2)
     missing = ((np.interp(way[:-1], places, along.noise) - noise) / grown).sum()
     after = float(np.interp(0, (along.value * (along.states - states[-1])).sum(CLASS), places))

@@ -19,6 +19,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 EXPLORING, SENDING = 0, 1
 """Phases; one of dissemination for each duration, from `SENDING` on."""
+FITTING = 5
+"""Number of iterations that keep the probabilities of the durations."""
 CLASS = (-4, -3, -2, -1)
 """The axes of a state other than points."""
 
@@ -28,6 +30,8 @@ class Hearing(NamedTuple):
 
     feasible: Array
     infeasible: Array
+    sends: Array
+    """Probability of each duration after an exploration: (points, opinions, durations, n, n)."""
 
     def after(self, state: Array) -> Array:
         """Return a state after this step's votes."""
@@ -69,6 +73,8 @@ class Swarm:
     """Probability that a sender is heard in a step, for the last time before the hearer decides.
 
     By opinion and phase of the hearer, and by opinion of the sender; shape (opinions, phases, 2)."""
+    company: Array
+    """How many votes robots of each duration heard while exploring, relative to the mean: as ``weights``."""
     kept: float = 1.0
     """Probability that a robot still holds the opinion with which it was heard, on average over a round."""
 
@@ -110,8 +116,31 @@ class Swarm:
         )
         return coming, held
 
-    def hearing(self, counts: Array) -> Hearing:
-        """Return how votes add up in one step: a robot that is counted already adds none."""
+    def _sends(self, mean: Array) -> Array:
+        """Return the probability of each duration by the votes that explorers hold, ``mean`` on average.
+
+        Explorations are geometric, and so are these votes. Who saw robots has heard more of them. The
+        durations keep their probabilities.
+        """
+        most = self.adopting.shape[1]
+        mean, votes = mean[..., None, None], np.arange(2 * most - 1)
+        law = (mean / (1 + mean)) ** votes
+        law = law / law.sum(-1, keepdims=True)
+        ratio = (1 + mean) / (1 + mean * self.company[..., None])
+        found = self.weights[..., None] * ratio * (self.company[..., None] * ratio) ** votes
+        wanted = np.maximum(self.weights, 1e-12)[..., None]
+        for _ in range(FITTING):
+            found = found / found.sum(-2, keepdims=True)
+            found *= wanted / np.maximum((found * law).sum(-1, keepdims=True), 1e-12)
+        found = found / found.sum(-2, keepdims=True)
+        chances: Array = found[..., np.add.outer(np.arange(most), np.arange(most))]
+        return chances
+
+    def hearing(self, counts: Array, explorers: Array | None = None) -> Hearing:
+        """Return how votes add up in one step: a robot that is counted already adds none.
+
+        ``explorers`` are the mean votes that explorers hold, if the state isn't at rest: (points, opinions).
+        """
         coming, held = self.arrivals(counts)
         holders = np.maximum(counts[..., None, 2:] - np.eye(len(self.ends), 2), 1e-9)[..., None, :]
         most = self.adopting.shape[1]
@@ -128,7 +157,9 @@ class Swarm:
             0.0,
         )
         moves[..., -1] += 1 - moves.sum(-1)
-        return Hearing(moves[..., 0, :, :], moves[..., 1, :, :])
+        if explorers is None:
+            explorers = coming[..., EXPLORING, :].sum(-1) / self.explored
+        return Hearing(moves[..., 0, :, :], moves[..., 1, :, :], self._sends(explorers))
 
     def forward(self, state: Array, hearing: Hearing) -> Array:
         """Return the state one step later, on average."""
@@ -136,9 +167,7 @@ class Swarm:
         explorers, senders = heard[..., EXPLORING, :, :], heard[..., SENDING:, :, :]
         after = np.empty_like(heard)
         after[..., EXPLORING, :, :] = (1 - self.explored) * explorers
-        after[..., SENDING:, :, :] = (
-            self.explored * self.weights[..., None, None] * explorers[..., None, :, :]
-        )
+        after[..., SENDING:, :, :] = self.explored * hearing.sends * explorers[..., None, :, :]
         after[..., SENDING:, :, :] += (1 - self.ends)[..., None, None] * senders
         after[..., EXPLORING, 0, 0] += self.decided(senders).sum(-2)
         return after
@@ -152,10 +181,11 @@ class Swarm:
     def backward(self, value: Array, hearing: Hearing) -> Array:
         """Return the mean value of the classes that a robot of each class moves to in one step."""
         decided = np.einsum("ofhp,...p->...ofh", self.adopting, value[..., EXPLORING, 0, 0])
-        sending, after = value[..., SENDING:, :, :], np.empty_like(value)
+        sending = value[..., SENDING:, :, :]
+        after = np.empty(np.broadcast_shapes(value.shape, hearing.feasible.shape))
         after[..., EXPLORING, :, :] = (1 - self.explored) * value[
             ..., EXPLORING, :, :
-        ] + self.explored * np.einsum("od,...odfh->...ofh", self.weights, sending)
+        ] + self.explored * np.einsum("...odfh,...odfh->...ofh", hearing.sends, sending)
         after[..., SENDING:, :, :] = self.ends[..., None, None] * decided[..., None, :, :]
         after[..., SENDING:, :, :] += (1 - self.ends)[..., None, None] * sending
         return hearing.before(after)
@@ -165,6 +195,13 @@ class Swarm:
         spread = self.backward(value**2, hearing) - self.backward(value, hearing) ** 2
         total: Array = (state * spread).sum(CLASS)
         return total
+
+    def hearing_at(self, state: Array) -> Hearing:
+        """Return how votes add up at a state that isn't at rest, by the votes that explorers hold."""
+        explorers, most = state[..., EXPLORING, :, :], self.adopting.shape[1]
+        votes = np.add.outer(np.arange(most), np.arange(most))
+        mean = (explorers * votes).sum((-1, -2)) / np.maximum(explorers.sum((-1, -2)), 1e-12)
+        return self.hearing(self.counts(state), mean)
 
     def activity(self) -> tuple[float, float]:
         """Return how many robots broadcast at a time, and how many one hears per round, at half and half."""

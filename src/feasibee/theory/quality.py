@@ -25,6 +25,8 @@ class Sight(NamedTuple):
     """The arena and the walk."""
     reach: float
     """Range of sight, in units."""
+    hearing: float
+    """Range of the radio, in units."""
     seen: float
     """Probability that a thing in range is seen, per step."""
     robots: int
@@ -41,20 +43,44 @@ class Sight(NamedTuple):
 
 @lru_cache(maxsize=256)
 def qualities(sight: Sight) -> NDArray[np.float64]:
-    """Return the probabilities of the qualities of *feasible* 0, 1 / `GRID`, ... 1 after exploration."""
+    """Return the probabilities of the qualities of *feasible* 0, 1 / `GRID`, ... 1 after exploration.
+
+    The second row is of the robots that have heard a given other one, for robots that see others hear them,
+    too. Each counts as often as it met that robot.
+    """
     lengths, weights = _lengths(sight.ending)
     robots, tasks = (sightings(sight.space, sight.reach, walkers, lengths) for walkers in (2, 1))
-    found = np.zeros(GRID + 1)
+    apart = sight.space.in_range(sight.hearing) / sight.space.coming(sight.hearing) - 1
+    found = np.zeros((2, GRID + 1))
     for length, weight, by_robot, by_task in zip(lengths, weights, robots, tasks, strict=True):
-        first, chances = _total(by_robot, sight.robots, sight.seen)
-        other, chances_of_tasks = _total(by_task, sight.tasks, sight.seen)
-        counts = np.maximum(first + np.arange(len(chances)) + sight.itself * length, sight.floor)[:, None]
-        every = counts + np.maximum(other + np.arange(len(chances_of_tasks)), sight.floor)
-        rho = np.where(every > 0, counts / np.maximum(every, 1), 0.5)
-        nearest = np.rint(GRID * rho).astype(np.int64).ravel()
-        found += weight * np.bincount(nearest, np.outer(chances, chances_of_tasks).ravel(), GRID + 1)
-    together: NDArray[np.float64] = found / found.sum()
+        by_step = by_robot * np.arange(length + 1)
+        others, tasks_seen = (
+            _total(law, count, sight.seen)
+            for law, count in ((by_robot, sight.robots - 1), (by_task, sight.tasks))
+        )
+        found[0] += weight * _rated(sight, length, by_robot, others, tasks_seen)
+        heard = length + apart  # as many as come into range of the radio
+        found[1] += weight * heard * _rated(sight, length, by_step / by_step.sum(), others, tasks_seen)
+    together: NDArray[np.float64] = found / found.sum(1, keepdims=True)
     return together
+
+
+def _rated(
+    sight: Sight,
+    length: int,
+    law: NDArray[np.float64],
+    others: tuple[int, NDArray[np.float64]],
+    tasks: tuple[int, NDArray[np.float64]],
+) -> NDArray[np.float64]:
+    """Return the probabilities of the qualities, by the laws of one robot, of all others and of the tasks."""
+    least, chances = _total(law, 1, sight.seen)
+    chances = np.convolve(others[1], chances)
+    counts = others[0] + least + np.arange(len(chances)) + sight.itself * length
+    counts = np.maximum(counts, sight.floor)[:, None]
+    every = counts + np.maximum(tasks[0] + np.arange(len(tasks[1])), sight.floor)
+    rho = np.where(every > 0, counts / np.maximum(every, 1), 0.5)
+    nearest = np.rint(GRID * rho).astype(np.int64).ravel()
+    return np.bincount(nearest, np.outer(chances, tasks[1]).ravel(), GRID + 1).astype(np.float64)
 
 
 def longest_exploration(ending: float) -> int:
@@ -122,3 +148,29 @@ def durations(
     ends = np.ones(DURATIONS)
     weights[:several], ends[:several] = vectors[0] ** 2, 1 / np.maximum(nodes, 1)
     return ends, weights
+
+
+def company(
+    rated: NDArray[np.float64],
+    steps: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    weights: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return how often robots of each duration met another one before, relative to the mean: (durations,).
+
+    Parameters
+    ----------
+    rated : float64 array, shape (2, GRID + 1)
+        Probability of each quality: the rows of `qualities`.
+    steps : float64 array, shape (GRID + 1,)
+        Mean number of steps of a dissemination of each quality.
+    ends, weights : float64 array, shape (durations,)
+        The geometric durations that stand for ``steps``; means of quadratic functions of them are kept.
+    """
+    found = np.ones(len(ends))
+    used = np.flatnonzero(weights)
+    for each in used:
+        others = 1 / ends[used[used != each]]
+        polynomial = np.prod((steps[:, None] - others) / (1 / ends[each] - others), axis=1)
+        found[each] += (rated[1] - rated[0]) @ polynomial / weights[each]
+    return found

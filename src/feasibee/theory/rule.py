@@ -14,11 +14,13 @@ from feasibee.strategies.contract import Inbox, Mind, Strategy
 from feasibee.theory.classes import Array, Swarm
 from feasibee.theory.geometry import PAIRS, Space, ending
 from feasibee.theory.hearing import audible
-from feasibee.theory.quality import GRID, Sight, durations, qualities
+from feasibee.theory.quality import GRID, Sight, company, durations, qualities
 from feasibee.theory.saddle import changing
 
 MOST_VOTES = 13
 """Largest number of votes for each opinion that an inbox keeps; fewer if robots hear few."""
+LEAST = 0.05
+"""Least relative number of votes heard before a dissemination; fitted durations may give less."""
 CHANCES = 60
 """Number of values that stand for a random number from 0 to 1."""
 
@@ -38,14 +40,18 @@ def swarm_of(scenario: Scenario, pairs: int = PAIRS, walked: int = 0) -> Swarm:
     explored = ending(decision.exploration)
     feasible = qualities(_sight(scenario, space, explored))
     none = np.zeros_like(feasible)
-    none[len(none) // 2] = 1
-    rated = (feasible, feasible[::-1], none)[: len(rule(1))]
+    none[:, GRID // 2] = 1
+    rated = (feasible, feasible[:, ::-1], none)[: len(rule(1))]
     steps = np.array(
         [1 / ending(strategy.dissemination(each / GRID, decision.gain)) for each in range(GRID + 1)]
     )
-    ends, weights = map(np.array, zip(*(durations(each, steps) for each in rated), strict=True))
+    ends, weights = map(np.array, zip(*(durations(each[0], steps) for each in rated), strict=True))
+    heard_by = [
+        company(each, steps, end, weight) for each, end, weight in zip(rated, ends, weights, strict=True)
+    ]
     delivered, hear = 1 - scenario.radio.loss, decision.listen == "always"
     heard = audible(space, scenario.radio.range, delivered, explored, ends, weights, hear)
+    in_sight = min(1.0, (scenario.sensing.range / scenario.radio.range) ** 2)
     swarm = Swarm(
         scenario.robots.count,
         rule(1),
@@ -53,7 +59,8 @@ def swarm_of(scenario: Scenario, pairs: int = PAIRS, walked: int = 0) -> Swarm:
         ends,
         weights,
         heard,
-        begins=_begins(decision.start, feasible),
+        np.maximum(LEAST, 1 + (np.array(heard_by) - 1) * in_sight * hear),
+        begins=_begins(decision.start, feasible[0]),
     )
     _, votes = swarm.activity()
     most = min(MOST_VOTES, math.ceil(1 + votes + 2.5 * math.sqrt(votes)))
@@ -74,7 +81,8 @@ def _sight(scenario: Scenario, space: Space, explored: float) -> Sight:
     sensing = scenario.sensing
     others = scenario.robots.count - 1
     tasks, floor = scenario.tasks.count, scenario.decision.quality_floor
-    return Sight(space, sensing.range, 1 - sensing.miss, others, tasks, sensing.count_self, floor, explored)
+    seen, itself = 1 - sensing.miss, sensing.count_self
+    return Sight(space, sensing.range, scenario.radio.range, seen, others, tasks, itself, floor, explored)
 
 
 @lru_cache(maxsize=32)

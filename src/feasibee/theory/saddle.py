@@ -59,12 +59,12 @@ def _rounds(swarm: Swarm, hearing: Hearing) -> tuple[Array, Array]:
     visits = np.zeros((*hearing.feasible.shape[:-2], *swarm.adopting.shape[1:3]))
     visits[..., EXPLORING, 0, 0] = 1
     exploring, sending = (
-        Hearing(hearing.feasible[..., phases, :, :], hearing.infeasible[..., phases, :, :])
+        Hearing(hearing.feasible[..., phases, :, :], hearing.infeasible[..., phases, :, :], hearing.sends)
         for phases in (slice(SENDING), slice(SENDING, None))
     )
     explorers = exploring.steps_until(visits[..., :SENDING, :, :], np.array([1 - swarm.explored]))
     visits[..., :SENDING, :, :] += (1 - swarm.explored) * explorers
-    first = swarm.explored * swarm.weights[..., None, None] * explorers
+    first = swarm.explored * hearing.sends * explorers
     senders = sending.steps_until(first, 1 - swarm.ends)
     visits[..., SENDING:, :, :] = first + (1 - swarm.ends)[..., None, None] * senders
     return visits, swarm.decided(senders)
@@ -167,7 +167,10 @@ def tipping(swarm: Swarm) -> Tipping | None:
     growth = float(along.growth[0])
     if growth <= 1:
         return None
-    moved = float((along.value[0] * (swarm.start() - along.states[0])).sum())
+    state = swarm.start()[None]
+    for _ in range(steps := swarm.round_length()):  # until what explorers heard tells what they saw
+        state = swarm.forward(state, swarm.hearing_at(state))
+    moved = float((along.value * (state - along.states)).sum()) / growth**steps
     later = float(along.noise[0]) / (growth**2 - 1)
     return Tipping(swarm.begins - moved / swarm.robots, growth, swarm.coins, later)
 
