@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from feasibee.theory.predict import predict
 CONTROLLERS, CONTROLLER_RUNS, SEED = 40, 10_000, 9241
 UNRELIABLE, UNRELIABLE_RUNS = 20, 2_000
 PAPER_RUNS = 10_000
+FAULTS, FAULTY_RUNS = ("stubborn", "opposite", "feasible", "infeasible", "random"), 2_000
 
 
 def main() -> None:
@@ -41,7 +43,20 @@ def main() -> None:
         {**errors(scenario, UNRELIABLE_RUNS, SEED + 2_000 + number), **about(scenario, FAILING)}
         for number, scenario in enumerate(controllers(UNRELIABLE, FAILING))
     ]
-    sets = {"paper": paper, "dmvd": voters, "random": random, "unreliable": unreliable}
+    faulty = {
+        name: [
+            errors(scenario, FAULTY_RUNS, SEED + 10_000 + 1_000 * kind + number)
+            for number, scenario in enumerate(with_faults(name))
+        ]
+        for kind, name in enumerate(FAULTS)
+    }
+    sets = {
+        **{f"says_{name}": found for name, found in faulty.items()},
+        "paper": paper,
+        "dmvd": voters,
+        "random": random,
+        "unreliable": unreliable,
+    }
     print(
         json.dumps(
             {
@@ -51,6 +66,14 @@ def main() -> None:
             }
         )
     )
+
+
+def with_faults(name: str) -> Iterator[Scenario]:
+    """Yield swarms of 20 with one to three stubborn robots, or Byzantine ones that say ``name``."""
+    for count, tasks in product((1, 2, 3), (5, 10, 16, 20, 25, 40, 80)):
+        robots = {"count": count}
+        faults = {name: robots} if name == "stubborn" else {"byzantine": robots, "byzantine_says": name}
+        yield Scenario(tasks={"count": tasks}, faults=faults, run={"stop_at_decision": True})
 
 
 def errors(scenario: Scenario, runs: int, seed: int) -> dict[str, float]:

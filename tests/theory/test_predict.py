@@ -44,6 +44,36 @@ def test_robots_that_see_others_hear_them(tasks, engine):
     assert predict(paper(tasks, strategy="dmvd")).feasible == pytest.approx(engine, abs=0.03)
 
 
+@pytest.mark.parametrize(
+    ("faults", "tasks", "feasible", "infeasible", "error"),
+    [
+        ({"stubborn": {"count": 1}}, 10, 0.752, 0.248, 0.045),
+        ({"stubborn": {"count": 2}}, 10, 0.614, 0.231, 0.045),
+        ({"stubborn": {"count": 3}}, 40, 0.178, 0.470, 0.045),
+        ({"byzantine": {"count": 3}}, 10, 0.723, 0.276, 0.045),
+        ({"byzantine": {"count": 2}, "byzantine_says": "random"}, 16, 0.588, 0.412, 0.045),
+        ({"byzantine": {"count": 2}, "byzantine_says": "infeasible"}, 10, 0.499, 0.501, 0.07),
+        ({"byzantine": {"count": 2}, "byzantine_says": "feasible"}, 10, 0.917, 0.083, 0.07),
+    ],
+)
+def test_faulty_robots_are_predicted(faults, tasks, feasible, infeasible, error):
+    """The engine's shares are those of 1,000 runs; half of the error is left for their noise."""
+    found = predict(Scenario(tasks={"count": tasks}, faults=faults))
+    assert found.error == error
+    assert (found.feasible, found.infeasible) == pytest.approx((feasible, infeasible), abs=0.03)
+
+
+def test_two_stubborn_robots_prevent_the_other_decision():
+    scenario = Scenario(tasks={"count": 10}, faults={"stubborn": {"count": 2}})
+    both = [swarm_of(scenario, feasible_ones=held) for held in (0, 2)]
+    feasible, infeasible = chain_of(both[0], (19, 17))[0].over_time(2_000)[-1]
+    assert feasible == 0
+    assert infeasible > 0.4
+    feasible, infeasible = chain_of(both[1], (17, 19))[0].over_time(2_000)[-1]
+    assert infeasible == 0
+    assert feasible > 0.9
+
+
 def test_what_explorers_heard_leaves_the_durations_as_likely():
     swarm = swarm_of(paper(20))
     sends = swarm._sends(np.full((1, 2), 1.0))[0]
@@ -177,7 +207,7 @@ def test_the_mean_steps_of_a_round_are_those_of_all_its_steps():
 
 
 def test_steps_in_time_lead_to_the_exact_shares_of_the_chain():
-    chain, _ = chain_of(swarm_of(paper(10)), 19)
+    chain, _ = chain_of(swarm_of(paper(10)), (19, 19))
     among, exits = chain.moves()
     shares = chain.start @ np.linalg.solve(np.diag(chain.up + chain.down) - among, exits) + chain.decided
     by_step = chain.over_time(3_000)
@@ -200,7 +230,11 @@ def test_steps_in_time_lead_to_the_exact_shares_of_the_chain():
         ({"robots.speed": 0.1}, "robots.speed"),
         ({"arena.boundary": "walls"}, "arena.boundary"),
         ({"sensing.range": 0.5}, "radio.range"),
-        ({"faults.byzantine": 0.1}, "faults.byzantine"),
+        ({"faults.byzantine": 0.2}, "faults.byzantine"),
+        ({"faults.stubborn": {"count": 4}}, "faults.stubborn"),
+        ({"faults.byzantine": 0.1, "faults.byzantine_says": "colluding"}, "faults.byzantine_says"),
+        ({"faults.byzantine": 0.1, "decision.strategy": "voter"}, "decision.strategy"),
+        ({"faults.stopped": 0.1}, "faults.stopped"),
         ({"events": [{"step": 5, "tasks": 1}]}, "events"),
     ],
 )

@@ -26,6 +26,9 @@ def prediction_of(scenario: Scenario) -> dict[str, Any]:
         if robots > ROBOTS_LIMIT:
             rule = f"pages predict up to {ROBOTS_LIMIT} robots"
             raise ScenarioError([Problem("robots.count", robots, rule, "use feasibee predict for more")])
+        if any(scenario.faulty):
+            rule = "pages draw no prediction of swarms with faulty robots"
+            raise ScenarioError([Problem("faults", "set", rule, "use feasibee predict")])
         found = predict(scenario.replace({"run.steps": steps}))
     except ScenarioError as error:
         return {"text": f"No predicted curve: {error.problems[0]}."}

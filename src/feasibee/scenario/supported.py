@@ -37,7 +37,8 @@ PAGE: Final = IN_C | {"radio.id_bits", "robots.know_count", "units.metres", "uni
 ARGOS: Final = IN_C | {"robots.avoid_collisions"}
 """Fields that an experiment of ARGoS expresses."""
 THEORY: Final = (COMMON - {"decision.dissemination_floor"}) | {
-    *("sensing.miss", "radio.loss", "robots.know_count", "units.metres", "units.seconds")
+    *("faults.byzantine", "faults.byzantine_says", "faults.stubborn"),
+    *("sensing.miss", "radio.loss", "robots.know_count", "units.metres", "units.seconds"),
 }
 """Fields that the theory takes into account."""
 EXACT: Final = (COMMON - {"decision.dissemination_floor", "decision.quality_floor", "decision.start"}) | {

@@ -68,15 +68,16 @@ class Chain:
         return found
 
 
-def chain_of(swarm: Swarm, needed: int, along: Manifold | None = None) -> tuple[Chain, Manifold]:
+def chain_of(swarm: Swarm, needed: tuple[int, int], along: Manifold | None = None) -> tuple[Chain, Manifold]:
     """Return the effective chain of a swarm, and the states that it was made of.
 
     Parameters
     ----------
     swarm : Swarm
         The numbers of a robot.
-    needed : int
-        Least number of robots of one opinion that is a decision.
+    needed : tuple of int
+        Least number of robots that change their opinion, for feasible and for infeasible, that is a decision.
+        With more than there are, there is no such decision.
     along : Manifold, optional
         These states, if they are known.
     """
@@ -84,8 +85,9 @@ def chain_of(swarm: Swarm, needed: int, along: Manifold | None = None) -> tuple[
     places, held = along.places, along.holders
     first, spread = _beginning(swarm, along, places)
     first -= swarm.begins * swarm.robots  # place of 0 robots for feasible
-    high = float(np.interp(needed, held[:, 0], places)) - first
-    low = float(np.interp(-needed, -held[:, 1], places)) - first
+    able = np.array(needed) <= swarm.robots
+    high = float(np.interp(needed[0], held[:, 0], places)) - first + (not able[0])
+    low = float(np.interp(-needed[1], -held[:, 1], places)) - first - (not able[1])
     numbers = np.arange(math.floor(low), math.ceil(high) + 1)
     between = np.array([high - numbers[-1] + 1, numbers[0] + 1 - low])  # parts of the last moves, 0 to 1
     drift, noise = (np.interp(numbers + first, places, each) for each in (along.drift, along.noise))
@@ -93,12 +95,14 @@ def chain_of(swarm: Swarm, needed: int, along: Manifold | None = None) -> tuple[
     down = np.maximum((noise - drift) / 2, np.maximum(-drift, 0) + 1e-12)
     start = _start(swarm, spread, numbers)
     inner = slice(1, -1)
+    up[-2] *= able[0]
+    down[1] *= able[1]
     return Chain(
         up[inner],
         down[inner],
-        (1 - between) / (1 + between),
+        (1 - between) / (1 + between) * able,
         start[inner],
-        (float(start[-1]), float(start[0])),
+        (float(start[-1] * able[0]), float(start[0] * able[1])),
         np.interp(numbers[inner] + first, places, held[:, 0]) / swarm.robots,
     ), along
 
@@ -108,7 +112,7 @@ def opinions_over_time(swarm: Swarm, along: Manifold, steps: int) -> Array:
 
     The columns are the mean over swarms, and its 5 and 95 % quantiles to the next half robot.
     """
-    chain, _ = chain_of(swarm, swarm.robots, along)  # it ends at a consensus, which stays
+    chain, _ = chain_of(swarm, (swarm.robots, swarm.robots), along)  # it ends at a consensus, which stays
     states, (yes, no) = (each.T for each in chain.states_over_time(steps))
     shares = np.array([0.0, *chain.shares, 1.0])
     law = np.cumsum([no, *states, yes], axis=0)

@@ -60,7 +60,7 @@ class Swarm:
     """The numbers that one robot's moves between classes depend on."""
 
     robots: int
-    """Number of robots, n."""
+    """Number of robots that are honest and may change their opinion."""
     adopting: Array
     """Probability of each opinion after a decision, shape (opinions, votes, votes, opinions)."""
     explored: float
@@ -75,6 +75,12 @@ class Swarm:
     By opinion and phase of the hearer, and by opinion of the sender; shape (opinions, phases, 2)."""
     company: Array
     """How many votes robots of each duration heard while exploring, relative to the mean: as ``weights``."""
+    speaking: Array
+    """What others hear of each robot that broadcasts, by its opinion: shape (2, 2).
+
+    Above the identity, it is what Byzantine robots say, as parts of the honest ones."""
+    stubborn: Array
+    """Robots that broadcast feasible and infeasible for good, and all that hold them: shape (4,)."""
     kept: float = 1.0
     """Probability that a robot still holds the opinion with which it was heard, on average over a round."""
 
@@ -100,6 +106,11 @@ class Swarm:
         """Return the robots that broadcast feasible and infeasible, and all that hold them: (..., 4)."""
         phases = state[..., :2, :, :, :].sum((-1, -2))
         return np.concatenate([phases[..., SENDING:].sum(-1), phases.sum(-1)], axis=-1)
+
+    def field(self, counts: Array) -> Array:
+        """Return the robots that are heard for feasible and infeasible, and all that speak for them."""
+        heard: Array = counts @ np.kron(np.eye(2), self.speaking) + self.stubborn
+        return heard
 
     def arrivals(self, counts: Array) -> tuple[Array, Array]:
         """Return the mean votes per step that stay, and the mean votes held: (points, opinions, phases, 2).
@@ -141,6 +152,7 @@ class Swarm:
 
         ``explorers`` are the mean votes that explorers hold, if the state isn't at rest: (points, opinions).
         """
+        counts = self.field(counts)
         coming, held = self.arrivals(counts)
         holders = np.maximum(counts[..., None, 2:] - np.eye(len(self.ends), 2), 1e-9)[..., None, :]
         most = self.adopting.shape[1]
@@ -210,5 +222,5 @@ class Swarm:
         steps = np.concatenate(
             [np.full((len(self.ends), 1), 1 / self.explored), self.weights / self.ends], axis=1
         )
-        coming, _ = self.arrivals(np.concatenate([shares, np.full(2, self.robots / 2)]))
+        coming, _ = self.arrivals(self.field(np.concatenate([shares, np.full(2, self.robots / 2)])))
         return float(shares.sum()), float((coming.sum(-1) * steps)[:2].sum() / 2)

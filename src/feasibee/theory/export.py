@@ -14,7 +14,7 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import EXACT, unsupported
 from feasibee.theory.classes import Array
 from feasibee.theory.geometry import ending
-from feasibee.theory.predict import predict
+from feasibee.theory.predict import Prediction, predict
 from feasibee.theory.reach import ERRORS
 from feasibee.theory.rule import adopting
 
@@ -22,6 +22,15 @@ FASTEST = 0.9
 """Largest probability to leave a state in one tick."""
 DEGREE = 3
 """Degree of the polynomial that the drift is fitted with, besides its zeros at both consensus states."""
+
+
+def _predicted(scenario: Scenario) -> Prediction:
+    """Return the prediction of a scenario without faulty robots, with which there are several chains."""
+    if any(scenario.faulty):
+        raise ScenarioError(
+            [Problem("faults", "set", "a model has robots without faults", "leave out faults")]
+        )
+    return predict(scenario)
 
 
 def to_prism(scenario: Scenario) -> str:
@@ -36,7 +45,7 @@ def to_prism(scenario: Scenario) -> str:
     scenario : Scenario
         A scenario within the theory's reach.
     """
-    chain = predict(scenario).chain
+    chain = _predicted(scenario).chain
     among, exits = chain.moves()
     last = len(among) + 1
     ticks = max(1, math.ceil((among.sum(1) + exits.sum(1)).max() / FASTEST))
@@ -175,7 +184,7 @@ def to_ode(scenario: Scenario) -> str:
     scenario : Scenario
         A scenario within the theory's reach.
     """
-    along = predict(scenario).along
+    along = _predicted(scenario).along
     share = along.holders[:, 0] / scenario.robots.count
     drift = along.drift * np.gradient(share, along.places)
     ends = share * (1 - share)

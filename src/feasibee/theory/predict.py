@@ -40,7 +40,7 @@ class Prediction:
     warnings: tuple[str, ...]
     """Why the error may be larger than elsewhere."""
     chain: Chain
-    """The effective chain."""
+    """The effective chain; if there are stubborn robots, with half of them for each opinion."""
     along: Manifold
     """States of the swarm from one consensus to the other."""
     swarm: Swarm
@@ -120,8 +120,12 @@ def predict(scenario: Scenario) -> Prediction:
     swarm = swarm_of(scenario)
     check_swarm(scenario, swarm)
     tips = tipping(swarm)
-    chain, along = chain_of(swarm, least_quorum(scenario, swarm.robots))
-    by_step = chain.over_time(scenario.run.steps)
+    stubborn = scenario.faulty[2]
+    quorum, by_step = least_quorum(scenario, scenario.counted(0)), np.zeros((scenario.run.steps + 1, 2))
+    for first in sorted(range(stubborn + 1), key=lambda held: held == stubborn // 2):  # an even split last
+        here = swarm_of(scenario, feasible_ones=first) if stubborn else swarm
+        chain, along = chain_of(here, (quorum - first, quorum - stubborn + first))
+        by_step = by_step + math.comb(stubborn, first) / 2**stubborn * chain.over_time(scenario.run.steps)
     notes = tuple(warnings_for(scenario, tips))
     return Prediction(scenario, by_step, tips, tested_error(scenario), notes, chain, along, swarm)
 

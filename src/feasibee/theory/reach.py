@@ -9,6 +9,7 @@ from feasibee.errors import Problem, ScenarioError
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import THEORY, unsupported
 from feasibee.theory.classes import Swarm
+from feasibee.theory.rule import SAYS
 from feasibee.theory.saddle import Tipping
 
 RULE: Final = "the theory doesn't cover it"
@@ -24,7 +25,11 @@ _TESTED: Final = (
 ERRORS: Final = dict(_TESTED)
 """By strategy: largest error of a share of swarms that was measured within reach, against the engine."""
 UNRELIABLE: Final = 0.045
-"""Largest error with lost messages, missed sightings, or a radio of another range than sight."""
+"""Largest error with lost messages, missed sightings, unequal ranges, or faulty robots."""
+WITH_FAULTS: Final = "dmmd", "majority", "k-unanimity", "cross-inhibition"
+"""Strategies whose error was measured with faulty robots, too. It is up to 0.15 with the other ones."""
+FAULTY: Final = 0.15
+"""Largest share of faulty robots in the test."""
 SMALL_ERROR: Final = 0.04
 """Largest error that needs no warning."""
 LONG: Final = 3.0
@@ -61,6 +66,21 @@ def _wrong_fields(scenario: Scenario) -> Iterator[Problem]:
         yield Problem("decision.inbox", decision.inbox, RULE, f'use "latest-per-robot"{OTHERWISE}')
     if decision.listen not in ("always", "dissemination"):
         yield Problem("decision.listen", decision.listen, RULE, f'use "always" or "dissemination"{OTHERWISE}')
+    _, lying, stubborn = scenario.faulty
+    if lying and scenario.faults.byzantine_says not in SAYS:
+        says = ", ".join(f'"{each}"' for each in SAYS)
+        yield Problem(
+            "faults.byzantine_says", scenario.faults.byzantine_says, RULE, f"use one of {says}{OTHERWISE}"
+        )
+    if lying + stubborn and decision.strategy not in WITH_FAULTS:
+        remedy = f"use one of {', '.join(WITH_FAULTS)} with faulty robots{OTHERWISE}"
+        yield Problem(
+            "decision.strategy", decision.strategy, "with faulty robots its error is larger", remedy
+        )
+    if lying + stubborn > (most := int(FAULTY * scenario.robots.count)):
+        path = "faults.byzantine" if lying else "faults.stubborn"
+        rule = f"the theory was tested with up to {FAULTY:.0%} of faulty robots"
+        yield Problem(path, lying + stubborn, rule, f"use {{count = {most}}} or less{OTHERWISE}")
     for path, least, rule in (
         ("robots.count", TESTED_ROBOTS[0], "the theory takes a swarm's noise as nearly normal"),
         ("decision.exploration", 6.0, "the theory needs new neighbours in each round"),
@@ -117,6 +137,8 @@ def edges(scenario: Scenario) -> Iterator[Edge]:
         yield Edge("robots.speed", why, 0.04)
     if decision.exploration < SHORT:
         yield Edge("decision.exploration", f"below {SHORT:g}, robots stay among the same ones", 0.045)
+    if scenario.faulty[1] and scenario.faults.byzantine_says in ("feasible", "infeasible"):
+        yield Edge("faults.byzantine_says", "they broadcast as long as their opinion's quality says", 0.07)
     if decision.start != "coin":
         why = "robots that meet begin alike; it matters if m is slightly above n"
         yield Edge("decision.start", why, 0.06)
@@ -135,6 +157,6 @@ def warnings_for(scenario: Scenario, tips: Tipping | None) -> Iterator[str]:
 def tested_error(scenario: Scenario) -> float:
     """Return the largest error of a share of swarms that was measured in such scenarios."""
     radio, sensing = scenario.radio, scenario.sensing
-    unreliable = radio.loss or sensing.miss or radio.range != sensing.range
+    unreliable = any((radio.loss, sensing.miss, radio.range != sensing.range, *scenario.faulty))
     errors = [ERRORS[scenario.decision.strategy], UNRELIABLE if unreliable else 0.0]
     return max([*errors, *(edge.error for edge in edges(scenario))])

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from itertools import product
+from itertools import product, repeat
+from typing import Final
 
 import numpy as np
 
@@ -25,10 +27,22 @@ CHANCES = 60
 """Number of values that stand for a random number from 0 to 1."""
 
 
-def swarm_of(scenario: Scenario, pairs: int = PAIRS, walked: int = 0) -> Swarm:
+SAYS: Final = {
+    "opposite": ((0, 1), (1, 0)),
+    "feasible": ((1, 0), (1, 0)),
+    "infeasible": ((0, 1), (0, 1)),
+    "random": ((0.5, 0.5), (0.5, 0.5)),
+}
+"""What Byzantine robots broadcast, feasible and infeasible, by the opinion that they hold."""
+
+
+def swarm_of(
+    scenario: Scenario, pairs: int = PAIRS, walked: int = 0, feasible_ones: int | None = None
+) -> Swarm:
     """Return the numbers of one robot of a scenario; it isn't checked that the theory covers the scenario.
 
-    ``pairs`` and ``walked`` are those of its `Space`.
+    ``pairs`` and ``walked`` are those of its `Space`. Of the stubborn robots, ``feasible_ones`` hold
+    feasible; half of them by default.
     """
     decision, strategy = scenario.decision, scenario.strategy
     parameters = tuple(float(decision.parameters[name]) for name in strategy.parameters)
@@ -42,30 +56,50 @@ def swarm_of(scenario: Scenario, pairs: int = PAIRS, walked: int = 0) -> Swarm:
     none = np.zeros_like(feasible)
     none[:, GRID // 2] = 1
     rated = (feasible, feasible[:, ::-1], none)[: len(rule(1))]
-    steps = np.array(
-        [1 / ending(strategy.dissemination(each / GRID, decision.gain)) for each in range(GRID + 1)]
-    )
+    means = [strategy.dissemination(each / GRID, decision.gain) for each in range(GRID + 1)]
+    steps = np.array([1 / ending(mean) for mean in means])
     ends, weights = map(np.array, zip(*(durations(each[0], steps) for each in rated), strict=True))
-    heard_by = [
-        company(each, steps, end, weight) for each, end, weight in zip(rated, ends, weights, strict=True)
-    ]
     delivered, hear = 1 - scenario.radio.loss, decision.listen == "always"
     heard = audible(space, scenario.radio.range, delivered, explored, ends, weights, hear)
-    in_sight = min(1.0, (scenario.sensing.range / scenario.radio.range) ** 2)
+    sending = (weights / ends).sum(1)[:2]
+    free, speaking, stubborn = _others(scenario, feasible_ones, sending / (1 / explored + sending))
     swarm = Swarm(
-        scenario.robots.count,
+        free,
         rule(1),
         explored,
         ends,
         weights,
         heard,
-        np.maximum(LEAST, 1 + (np.array(heard_by) - 1) * in_sight * hear),
+        _heard(scenario, rated, steps, ends, weights) if hear else np.ones_like(ends),
+        speaking,
+        stubborn,
         begins=_begins(decision.start, feasible[0]),
     )
     _, votes = swarm.activity()
     most = min(MOST_VOTES, math.ceil(1 + votes + 2.5 * math.sqrt(votes)))
     swarm = replace(swarm, adopting=rule(most))
     return replace(swarm, kept=1 - changing(swarm) / 2)  # a vote is half a round old on average
+
+
+def _heard(scenario: Scenario, rated: Sequence[Array], steps: Array, ends: Array, weights: Array) -> Array:
+    """Return how many votes robots of each duration heard while exploring, relative to the mean."""
+    met = np.array([company(*each) for each in zip(rated, repeat(steps), ends, weights)])
+    in_sight = min(1.0, (scenario.sensing.range / scenario.radio.range) ** 2)  # of those that are heard
+    heard: Array = np.maximum(LEAST, 1 + (met - 1) * in_sight)
+    return heard
+
+
+def _others(scenario: Scenario, feasible_ones: int | None, sending: Array) -> tuple[int, Array, Array]:
+    """Return the number of robots without a fault, and what Byzantine and stubborn ones broadcast.
+
+    ``sending`` is the part of the time in which a robot of each opinion broadcasts.
+    """
+    _, lying, stubborn = scenario.faulty
+    free = scenario.robots.count - lying - stubborn
+    says = np.array(SAYS[scenario.faults.byzantine_says]) if lying else np.zeros((2, 2))
+    first = stubborn // 2 if feasible_ones is None else feasible_ones
+    held = np.array([first, stubborn - first])
+    return free, np.eye(2) + lying / free * says, np.concatenate([held * sending, held])
 
 
 def _begins(start: str, feasible: Array) -> float:

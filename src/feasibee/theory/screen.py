@@ -45,16 +45,16 @@ class Screen:
         self._walked = longest_exploration(ending(exploration))
 
     def right(self, scenario: Scenario) -> float | None:
-        """Return the share; None if the scenario is beyond reach, or the tested error there is above 0.06."""
+        """Return the share; None beyond reach, with faulty robots, or with a tested error above 0.06."""
         try:
             check_fields(scenario)
-            if tested_error(scenario) > LARGEST_ERROR:
+            if tested_error(scenario) > LARGEST_ERROR or any(scenario.faulty):
                 return None
             swarm = swarm_of(scenario, PAIRS, self._walked)
             check_swarm(scenario, swarm)
         except ScenarioError:
             return None
-        along = manifold(swarm, FEW, ITERATIONS)
-        chain, _ = chain_of(swarm, least_quorum(scenario, swarm.robots), along)
+        along, quorum = manifold(swarm, FEW, ITERATIONS), least_quorum(scenario, swarm.robots)
+        chain, _ = chain_of(swarm, (quorum, quorum), along)
         feasible, infeasible = chain.decided_by(scenario.run.steps)
         return float(feasible if truth(scenario) else infeasible)
