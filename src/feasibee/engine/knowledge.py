@@ -23,6 +23,8 @@ from feasibee.engine.intrinsics import (
     popcount,
     row_of,
     says_feasible,
+    sure_row_of,
+    tuple_of,
     without_lowest,
 )
 from feasibee.engine.layout import (
@@ -96,6 +98,12 @@ def thing_seen(params, state, number, column, mark):
 
 
 @inlined
+def passed(parameters):
+    """Return the strategy's parameters as its functions get them; a built-in one has `constants`."""
+    return parameters
+
+
+@inlined
 def setting_of(params, state):
     """Return the numbers of the scenario that a function of the strategy is given.
 
@@ -111,7 +119,7 @@ def setting_of(params, state):
         params.robots.classes,
         knowledge.task_classes,
         params.radio.id_bits,
-        state.tables.parameters,
+        passed(state.tables.parameters),
         params.robots.knows_count,
         params.faults.colluding,
         params.arena.sides.width,
@@ -343,15 +351,43 @@ QUESTIONS: Final = {"declare": declare_all, "judge": judge_all, "gap": gap_all}
 """Parts for functions that have no default."""
 
 
-def updating(functions: Mapping[str, Callable[..., Any]], steady: bool) -> Callable[..., Any]:
+how_many: int = 0
+"""Number of the strategy's parameters, in whose place `built_in` puts it."""
+
+
+def constants(parameters):
+    """Return the strategy's parameters as numbers that no store can change, so that loops read them once."""
+    return tuple_of(parameters, how_many)
+
+
+def built_in(number: int) -> dict[str, Callable[..., Any]]:
+    """Return by name what passes knowledge and so many parameters to the functions of a built-in strategy.
+
+    They use no index below 0. A user's get arrays, whose bounds are checked.
+    """
+    helpers: list[Any] = [setting_of, known_by, told_by]
+    setting, known, told = (each.py_func for each in helpers)
+    given = inlined(rebound(constants, how_many=number))
+    return {
+        "setting_of": inlined(rebound(setting, passed=given)),
+        "known_by": spliced(rebound(known, row_of=sure_row_of)),
+        "told_by": spliced(rebound(told, row_of=sure_row_of)),
+    }
+
+
+def updating(
+    functions: Mapping[str, Callable[..., Any]], steady: bool, passing: Mapping[str, Callable[..., Any]]
+) -> Callable[..., Any]:
     """Return a copy of `update` that calls a strategy's compiled functions.
 
-    ``steady`` is whether the length of a message depends on the message only.
+    ``steady`` is whether the length of a message depends on the message only. ``passing`` has what is not as
+    for a user's strategy: see `built_in`.
     """
     own = {
         "start": inlined(start_empty),
         "encode": inlined(copy_known),
         "repeats": steady and "encode" not in functions,
+        **passing,
         **functions,
     }
     own["falsify"] = inlined(rebound(lie_own_way if "lie" in functions else invent, **own))

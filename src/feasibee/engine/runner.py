@@ -18,7 +18,7 @@ from numba.core.errors import NumbaError
 from feasibee.engine import dynamics, entrypoints
 from feasibee.engine.compile import careful, entry, helpers_of, inlined, reads_only, with_helpers
 from feasibee.engine.guards import GUARDS, guarded
-from feasibee.engine.knowledge import update_nothing, updating
+from feasibee.engine.knowledge import built_in, update_nothing, updating
 from feasibee.engine.layout import (
     Clock,
     Control,
@@ -94,7 +94,8 @@ def _update_of(strategy: Strategy) -> Callable[..., Any]:
     if not strategy.knowledge:
         return entry(STRATEGY.update, in_python=False)(update_nothing)
     functions = {name: _for_update(strategy, name) for name in KNOWLEDGE.keys() & strategy.functions}
-    function = updating(functions, _is_steady(strategy))
+    passing = {} if strategy.source else built_in(len(strategy.parameters))
+    function = updating(functions, _is_steady(strategy), passing)
     return entry(STRATEGY.update, _text_of(strategy), in_python=False)(function)
 
 

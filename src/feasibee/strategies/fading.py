@@ -90,10 +90,9 @@ def message_words(setting):
 
 
 def start(known, me):
-    """Write the share of its counts that a robot keeps in a step."""
-    for first in range(0, len(me.memory), OF_FAST):
-        tau = tau_of(me.setting) if first == 0 else max(me.setting.parameters[FAST], 1.0)
-        me.memory[first + FADE] = 1.0 - 1.0 / tau
+    """Write the share of its counts that a robot keeps in a step, of the slow and the fast ones."""
+    me.memory[FADE] = 1.0 - 1.0 / tau_of(me.setting)
+    me.memory[OF_FAST + FADE] = 1.0 - 1.0 / max(me.setting.parameters[FAST], 1.0)
 
 
 def uses_ratio(setting):

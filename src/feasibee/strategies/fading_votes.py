@@ -20,6 +20,7 @@ Our own.
 
 from feasibee.strategies.clock import stamp_of
 from feasibee.strategies.fading import (
+    FADE,
     HEARD,
     LOOKS,
     ROWS,
@@ -32,8 +33,8 @@ from feasibee.strategies.fading import (
     observe,
     robots_of,
     share_in_sight,
-    start,
     taken,
+    tau_of,
     uses_ratio,
 )
 from feasibee.strategies.quiet_census import decide
@@ -49,6 +50,11 @@ WEIGHTS = 3
 def words(setting):
     """Return the size: for each robot its vote, and the step in which it came."""
     return ROWS + 2 * setting.robots
+
+
+def start(known, me):
+    """Write the share of its counts that a robot keeps in a step."""
+    me.memory[FADE] = 1.0 - 1.0 / tau_of(me.setting)
 
 
 def vote_of(known, me):

@@ -95,12 +95,12 @@ def rows_of(setting):
 
 def is_near(name, me):
     """Return whether a cell is so near that a task anywhere in it must be seen."""
-    setting = me.setting
-    columns, rows = columns_of(setting), rows_of(setting)
-    x = (name // rows + 0.5) * setting.width / columns
-    y = (name % rows + 0.5) * setting.height / rows
-    dx = distance(x, me.x, setting.width, setting.walled) + 0.5 * setting.width / columns
-    dy = distance(y, me.y, setting.height, setting.walled) + 0.5 * setting.height / rows
+    setting, row_bits = me.setting, name_bits(me.setting) // 2
+    across, along = setting.width / columns_of(setting), setting.height / rows_of(setting)
+    x = ((name >> row_bits) + 0.5) * across
+    y = ((name & ((1 << row_bits) - 1)) + 0.5) * along
+    dx = distance(x, me.x, setting.width, setting.walled) + 0.5 * across
+    dy = distance(y, me.y, setting.height, setting.walled) + 0.5 * along
     reach = CERTAIN * setting.sight
     return dx * dx + dy * dy < reach * reach
 
