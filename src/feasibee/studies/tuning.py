@@ -31,8 +31,6 @@ from feasibee.sweeps.sweep import Execution, Rounds
 from feasibee.theory.screen import LONGEST, WALKED, Screen
 
 Values = NDArray[np.float64]
-Trial = tuple[dict[str, Any], float]
-"""Parameters by dotted path, and their score."""
 RIGHT_AT_END: Final = "right_at_end"
 TUNED: Final = tuple(each.name for each in MEASURES.values() if each.values is not None)
 """Names of the measures that a search may improve."""
@@ -133,6 +131,15 @@ FINAL_RUNS, FRESH_RUNS = 5, 10
 """Runs of a finalist, and of the start and the best at last, as multiples of those of a trial."""
 FINAL_SEED, FRESH_SEED = 2**62, 2**63
 """What is added to the seed, modulo 2**64, for these runs."""
+
+
+class Trial(NamedTuple):
+    """Parameters that a search tried."""
+
+    values: dict[str, Any]
+    """The parameters, by dotted path."""
+    score: float
+    """Their score: the mean of the measure, negative if less is better."""
 
 
 @dataclass(frozen=True)
@@ -284,7 +291,7 @@ def _try_one(
     values = {each.path: _suggested(trial, each) for each in space}
     score = score_of(values)
     search.tell(trial, max(score, WORST))
-    return dict(trial.params), score
+    return Trial(dict(trial.params), score)
 
 
 def _suggested(trial: Any, each: Dimension) -> Any:
