@@ -177,7 +177,7 @@ def _lines(prediction: Prediction, agreement: Agreement | None) -> list[str]:
     """Return what the table doesn't hold: times, why, warnings, whether the engine agrees."""
     q25, median, q75 = (_step(each) for each in prediction.steps.values())
     lines = [
-        f"Tested error of a share: {100 * prediction.error:.0f} percentage points.",
+        f"Tested error of a share: {100 * prediction.error:.2g} percentage points.",
         f"Decided: a quarter of the swarms {q25}, half {median}, three quarters {q75}.",
     ]
     if (tips := prediction.tipping) is not None:

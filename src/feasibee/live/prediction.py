@@ -45,10 +45,10 @@ def prediction_of(scenario: Scenario) -> dict[str, Any]:
 
 def _sentences(found: Prediction, tasks: int | None) -> Iterator[str]:
     """Yield what a page says of a prediction."""
-    yes, no, error = (f"{100 * each:.0f}" for each in (found.feasible, found.infeasible, found.error))
+    yes, no = (f"{100 * each:.0f}" for each in (found.feasible, found.infeasible))
     yield (
         f"Theory: by step {len(found.by_step) - 1:,}, {yes} % of such swarms decide feasible and {no} % "
-        f"infeasible (tested error: {error} percentage points)."
+        f"infeasible (tested error: {100 * found.error:.2g} percentage points)."
     )
     if found.tipping is not None:
         yield f"Opinions tip where {100 * found.tipping.point:.0f} % are feasible."
