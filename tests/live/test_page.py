@@ -81,9 +81,9 @@ def test_the_page_says_what_simulate_says(visit, port):
 def test_the_theory_is_drawn_behind_the_swarms_curve(visit, port):
     page = visit(port, "#tasks.count=10")
     theory, marks = page.locator("#theory"), page.locator("#tasks-marks option")
-    expect(theory).to_contain_text("74 % of such swarms decide feasible")
+    expect(theory).to_contain_text("75 % of such swarms decide feasible")
     expect(theory.get_by_role("listitem")).to_have_text([re.compile("^theory: "), "tipping point"])
-    expect(marks).to_have_attribute("value", "19")
+    expect(marks).to_have_attribute("value", "20")
     expect_shade(page, "#plot", True)
     control_of(page, "decision.strategy").select_option("majority")
     expect(theory).to_contain_text("50 % of such swarms decide feasible")

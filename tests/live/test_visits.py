@@ -47,7 +47,7 @@ def visit(new_page):
 def test_the_theory_is_drawn_for_the_scenario_that_the_page_was_made_of(visit, file):
     page = visit(file)
     theory = page.locator("#theory")
-    expect(theory).to_contain_text("Up to 19 tasks, most swarms decide feasible.")
+    expect(theory).to_contain_text("Up to 20 tasks, most swarms decide feasible.")
     expect_shade(page, "#curve", True)
     page.locator("#run").fill("7")
     expect(theory).to_be_visible()
