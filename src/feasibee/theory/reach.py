@@ -140,8 +140,8 @@ def edges(scenario: Scenario) -> Iterator[Edge]:
     if scenario.faulty[1] and scenario.faults.byzantine_says in ("feasible", "infeasible"):
         yield Edge("faults.byzantine_says", "they broadcast as long as their opinion's quality says", 0.07)
     if decision.start != "coin":
-        why = "robots that meet begin alike; it matters if m is slightly above n"
-        yield Edge("decision.start", why, 0.06)
+        why = "robots that meet begin alike; it matters near ratio one"
+        yield Edge("decision.start", why, 0.06 if decision.own_vote else 0.08)
 
 
 def warnings_for(scenario: Scenario, tips: Tipping | None) -> Iterator[str]:
