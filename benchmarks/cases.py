@@ -39,7 +39,8 @@ from worlds import (
 import feasibee
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.assess import assess
-from feasibee.studies.limits import speakers, tasks_near, words_of
+from feasibee.studies.comparison import compare
+from feasibee.studies.limits import speakers, tasks_near
 from feasibee.studies.report import Assessment
 from feasibee.sweeps.sweep import Execution, Rounds
 
@@ -312,7 +313,7 @@ def answers(plan: Plan) -> list[Row]:
     swarm, done = feasibee.Scenario(), []
     contenders = speakers(swarm, ["turns", "quiet-census", "map"])
     with Rounds(Execution(progress=done.append), most=None) as rounds:
-        words_of(contenders, tasks_near(swarm), LEAST_WORDS, 0, rounds)
+        compare(contenders, tasks_near(swarm), LEAST_WORDS, 0, rounds, curves=False)
     row = Row.of("compare --limits, three strategies", "million robot-steps", [done[-1].work_new / 1e6])
     points = len(contenders) * len(tasks_near(swarm))
     grid = points * LEAST_WORDS * swarm.robots.count * swarm.run.steps / 1e6

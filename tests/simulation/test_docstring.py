@@ -22,10 +22,12 @@ def named(text):
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Results of a swarm that declares by votes and of one that declares by a user's file, with curves."""
+    """Results, with curves: of robots that declare, by votes or a user's file, and that give a probability."""
     small = {"robots": {"count": 4}, "run": {"steps": 3}}
-    declares = declaring(tmp_path_factory.mktemp("declaring")).replace({"run.steps": 3})
-    return [simulate(each, 2, curves=True) for each in (Scenario(**small, decision=BY_VOTES), declares)]
+    declares = declaring(tmp_path_factory.mktemp("declaring"))
+    declares = declares.replace({"run.steps": 3, "run.stop_at_declarations": True})
+    by_votes, sure = (Scenario(**small, decision=each) for each in (BY_VOTES, {"strategy": "bayes"}))
+    return [simulate(each, 2, curves=True) for each in (by_votes, declares, sure)]
 
 
 def test_the_docstring_names_all_variables_and_dimensions(results):

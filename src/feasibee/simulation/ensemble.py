@@ -59,10 +59,10 @@ def simulate(
     xarray.Dataset
         Over ``run``: ``decision``, ``decision_step``, ``bits_sent``, ``feasible_at_end``,
         ``infeasible_at_end``; if robots declare ``declare_step``, ``declared_feasible``,
-        ``declared_infeasible``; if they give a probability ``said_at_end``. With curves, over ``run`` and
-        ``step``: ``feasible_count``, ``infeasible_count``. In a world that changes also ``truth``, ``held``,
-        ``robots_present``, ``tasks_present``. Attributes: ``title``, ``recipe``; of variables
-        ``long_name``, ``units`` and ``flag_values``, ``flag_meanings``.
+        ``declared_infeasible``, and ``last_step`` if runs end then; if they give a probability
+        ``said_at_end``. With curves, over ``run`` and ``step``: ``feasible_count``, ``infeasible_count``. In
+        a world that changes also ``truth``, ``held``, ``robots_present``, ``tasks_present``. Attributes:
+        ``title``, ``recipe``; of variables ``long_name``, ``units`` and ``flag_values``, ``flag_meanings``.
 
     Examples
     --------

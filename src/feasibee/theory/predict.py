@@ -114,7 +114,7 @@ def predict(scenario: Scenario) -> Prediction:
     --------
     >>> from feasibee import Scenario
     >>> round(predict(Scenario(tasks={"count": 10})).right, 2)
-    0.74
+    0.75
     """
     check_fields(scenario)
     swarm = swarm_of(scenario)
