@@ -22,7 +22,7 @@ def named(text):
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Results, with curves: of robots that declare, by votes or a user's file, and that give a probability."""
+    """Results of robots that declare, by votes or a file, and that give a probability, with curves."""
     small = {"robots": {"count": 4}, "run": {"steps": 3}}
     declares = declaring(tmp_path_factory.mktemp("declaring"))
     declares = declares.replace({"run.steps": 3, "run.stop_at_declarations": True})
