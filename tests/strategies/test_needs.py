@@ -13,7 +13,7 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
 from feasibee.studies.comparison import compare
-from feasibee.studies.needs import COUNT, IDS, NAMES, asked_of, needs_of
+from feasibee.studies.needs import COUNT, IDS, NAMES, Asked, needs_of
 
 KNOWING = [name for name, each in STRATEGIES.items() if each.knowledge]
 FEW_IDS = {"radio.id_bits": 3}
@@ -116,12 +116,12 @@ def test_needs_of_a_file_are_read_without_running_it(tmp_path):
     ],
 )
 def test_messages_of_constant_length(name, bits):
-    assert asked_of(scenario_of(name), 1).message_bits == bits
+    assert Asked(scenario_of(name), 1).message_bits == bits
 
 
 def test_the_longest_message_of_a_census_has_all_names():
     """20 robots of 5 bits and 30 tasks of 32 bits, a bit more for each, and one at the end of either list."""
-    assert asked_of(scenario_of("census", **{"tasks.count": 30}), 1).message_bits == 20 * 6 + 30 * 33 + 2
+    assert Asked(scenario_of("census", **{"tasks.count": 30}), 1).message_bits == 20 * 6 + 30 * 33 + 2
 
 
 @pytest.mark.parametrize("name", KNOWING)
@@ -129,10 +129,10 @@ def test_no_message_is_longer_than_the_longest(name):
     scenario = scenario_of(name, **{"run.steps": 200})
     record = simulate_record(scenario, Runs(20, 1))
     sent = record.bits_sent.max() / (scenario.robots.count * scenario.run.steps)
-    assert sent < asked_of(scenario, 1).message_bits < 2000
+    assert sent < Asked(scenario, 1).message_bits < 2000
 
 
 def test_memory_grows_with_what_is_known():
-    few, many = (asked_of(scenario_of("census", **{"tasks.count": tasks})).memory_bits for tasks in (5, 50))
+    few, many = (Asked(scenario_of("census", **{"tasks.count": tasks})).memory_bits for tasks in (5, 50))
     assert many > 5 * few / 2
-    assert asked_of(scenario_of("dmmd")).memory_bits == 19 * 6
+    assert Asked(scenario_of("dmmd")).memory_bits == 19 * 6

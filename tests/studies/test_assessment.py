@@ -21,7 +21,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare, percent, wait_for
-from feasibee.studies.needs import asked_of, suitable
+from feasibee.studies.needs import Asked, suitable
 from feasibee.studies.pages import write_report
 from feasibee.studies.report import Trial, _declared, bias_in_words, sections
 from feasibee.studies.size import Rule, band_of
@@ -376,7 +376,7 @@ def test_a_strategy_that_can_tolerate_a_liar_is_also_tried_with_that():
 
 
 def test_what_is_asked_of_robots_is_said(assessment):
-    asked = asked_of(Scenario(decision={"strategy": "census"}))
+    asked = Asked(Scenario(decision={"strategy": "census"}))
     text = text_of(replace(assessment, recommended=None, asked=asked))
     assert "dmmd: all robots must have the same name for a task" in text
     assert "every robot must have an id that is never mistaken" in text

@@ -177,10 +177,11 @@ def test_an_answer_after_ctrl_c_has_its_exit_status():
 def test_progress_says_how_many_strategies_are_tested_and_what_is_known():
     told = []
     execution = Execution(pool=threads(1), progress=told.append)
-    recommend(SMALL, Constraints(0.9), ["average", "census"], 100, 1, execution, relax=False)
+    names = ["dmmd", "dmvd", "dc", "average", "census"]
+    recommend(SMALL, Constraints(0.9), names, 100, 1, execution, relax=False)
     assert [*dict.fromkeys(each.phase for each in told)] == [
-        "testing strategies, 1 of 2",
-        "testing strategies, 2 of 2",
+        "testing strategies, 4 of 5",
+        "testing strategies, 5 of 5",
     ]
     assert told[0].so_far == ""
     assert told[-1].so_far.startswith("average is ")

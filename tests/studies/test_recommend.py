@@ -142,13 +142,13 @@ def candidate(*shares, steps=(3, 5), bits=10.0, answer="enough"):
     ]
     tests = [Finding(0, 0, 100, Interval(share, 0, 1), answer) for share in shares]
     worlds = [Measured(*each, 0.95) for each in zip(tests, outcomes, strict=False)]
-    return Candidate("", ROOM, worlds, Asked((), 8, 0, 2.0, 2.0), 0.95)
+    return Candidate("", ROOM, worlds, Asked(ROOM), 0.95)
 
 
 def test_a_candidate_may_reach_its_limits_and_is_judged_in_the_worse_world():
     found = candidate(0.99, 0.96)
-    assert found.reasons(Constraints(message_bits=8, bits=10.0)) == {}
-    assert list(found.reasons(Constraints(message_bits=7, bits=9.9))) == ["--message-bits", "--bits"]
+    assert found.reasons(Constraints(message_bits=5, bits=10.0)) == {}
+    assert list(found.reasons(Constraints(message_bits=4, bits=9.9))) == ["--message-bits", "--bits"]
     assert list(candidate(0.99, 0.96, answer="open").reasons(Constraints())) == ["--right"]
     assert (found.worst.outcome.tasks, found.step) == (21, 5)
     assert candidate(0.99, 0.96, steps=(3, 9)).step is None

@@ -13,7 +13,7 @@ from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
 from feasibee.studies.comparison import SURE, Outcome, difference, percent
-from feasibee.studies.needs import all_strategies, asked_of, suitable
+from feasibee.studies.needs import Asked, all_strategies, suitable
 from feasibee.studies.race import AS_IT_IS, FIRST, Race
 from feasibee.studies.recommend import (
     TOLERATES,
@@ -114,7 +114,7 @@ class _Assessing:
             truth=explain(scenario),
             target=self.right,
             outcome=base,
-            asked=asked_of(scenario, self.seed),
+            asked=Asked(scenario, self.seed),
             limits=_best_first(changed),
             strategies=_best_first(strategies),
             opposite=opposite,

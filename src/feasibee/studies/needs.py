@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Final
 
 from feasibee.errors import ScenarioError
 from feasibee.scenario.messages import bare_bits, knowledge_bits
@@ -59,31 +61,53 @@ def all_strategies(scenario: Scenario) -> list[str]:
     return list(dict.fromkeys([*STRATEGIES, *registered(), scenario.decision.strategy]))
 
 
-class Asked(NamedTuple):
-    """What a scenario asks of its robots."""
+@dataclass(frozen=True)
+class Asked:
+    """What a scenario asks of its robots. Messages are measured when their length is first needed."""
 
-    needs: tuple[str, ...]
-    """What they must know or recognise, in words."""
-    message_bits: int
-    """Length of the longest message, in bits."""
-    memory_bits: int
-    """Memory of a robot for what it knows, for what its strategy keeps, and for one message of each other."""
-    sight: float
-    """Range of sight, in units."""
-    radio: float
-    """Range of the radio, in units."""
+    scenario: Scenario
+    seed: int = 0
 
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What they must know or recognise, in words."""
+        return tuple(needs_of(self.scenario))
 
-def asked_of(scenario: Scenario, seed: int = 0) -> Asked:
-    """Return what a scenario asks of its robots."""
-    plain, longest = _longest_parts(scenario, seed)
-    strategy = scenario.strategy
-    words = strategy.row_lengths(scenario.setting)[0] if strategy.knowledge else 0
-    known = max(WORD_BITS * words, longest)  # names of tasks take more room in a message than here
-    senders = min(scenario.decision.inbox_size or scenario.robots.count, scenario.robots.count - 1)
-    memory = known + FLOAT_BITS * strategy.memory + senders * plain
-    sight, radio = scenario.sensing.range, scenario.radio.range
-    return Asked(tuple(needs_of(scenario)), plain + longest, memory, sight, sight if radio is None else radio)
+    @property
+    def message_bits(self) -> int:
+        """Length of the longest message, in bits."""
+        return sum(self._longest_parts)
+
+    @property
+    def memory_bits(self) -> int:
+        """Memory of a robot: for what it knows, for what its strategy keeps, for a message of each other."""
+        scenario, (plain, longest) = self.scenario, self._longest_parts
+        strategy, others = scenario.strategy, scenario.robots.count - 1
+        words = strategy.row_lengths(scenario.setting)[0] if strategy.knowledge else 0
+        known = max(WORD_BITS * words, longest)  # names of tasks take more room in a message than here
+        return (
+            known + FLOAT_BITS * strategy.memory + min(scenario.decision.inbox_size or others, others) * plain
+        )
+
+    @property
+    def sight(self) -> float:
+        """Range of sight, in units."""
+        return self.scenario.sensing.range
+
+    @property
+    def radio(self) -> float:
+        """Range of the radio, in units."""
+        return self.scenario.radio.range
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of this as a plain table, for programs."""
+        return {
+            name: getattr(self, name) for name in ("needs", "message_bits", "memory_bits", "sight", "radio")
+        }
+
+    @cached_property
+    def _longest_parts(self) -> tuple[int, int]:
+        return _longest_parts(self.scenario, self.seed)
 
 
 def needs_of(scenario: Scenario) -> list[str]:

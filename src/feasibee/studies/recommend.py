@@ -25,7 +25,7 @@ from feasibee.studies.comparison import (
     studies_of,
     wait_for,
 )
-from feasibee.studies.needs import IDS, NAMES, Asked, all_strategies, asked_of, strategy_change
+from feasibee.studies.needs import IDS, NAMES, Asked, all_strategies, strategy_change
 from feasibee.studies.size import Finding, Rule, finding_at
 from feasibee.sweeps.plan import DesignPoint
 from feasibee.sweeps.schedule import run_work
@@ -279,6 +279,8 @@ def described(candidate: Candidate) -> str:
     )
 
 
+A_WORKER: Final = 4
+"""Number of strategies whose first runs a worker has at a time."""
 WITHOUT: Final = "testing without constraints"
 TOLERATES: Final = "tolerates"
 """The parameter that says how many Byzantine robots a strategy bears."""
@@ -441,16 +443,16 @@ class Trials:
                     raise  # there is no such strategy
                 entered.problems[name] = error.problems[0].rule.removeprefix(f"{name} ")
                 continue
-            asked = asked_of(scenario, self.seed)
+            asked = Asked(scenario, self.seed)
             why = entered.barred[scenario.decision.strategy] = barred(asked, constraints)
             entered.groups.setdefault(len(why), []).append((scenario, asked))
         return entered
 
     def tested(self, group: Sequence[tuple[Scenario, Asked]]) -> list[Candidate]:
-        """Return what some strategies do in their world: as many at a time as there are workers."""
-        found, workers = [], self.rounds.execution.pool.workers
-        for place in range(0, len(group), workers):
-            some = group[place : place + workers]
+        """Return what some strategies do in their world: several a worker at a time, so that none idles."""
+        found, number = [], A_WORKER * self.rounds.execution.pool.workers
+        for place in range(0, len(group), number):
+            some = group[place : place + number]
             self.rounds.place = f"{place + len(some)} of {len(group)}"
             designs = [_design(scenario) for scenario, _ in some]
             with suppress(Enough):

@@ -166,7 +166,7 @@ class Assessment:
             "first_decision_right": self.outcome.first._asdict(),
             "right_from_step": self.wait,
             "bits_per_robot_and_step": float(self.outcome.bits.mean()),
-            "asked": self.asked._asdict(),
+            "asked": self.asked.to_dict(),
             **self.outcome.found.to_dict(),
             "opposite": _opposite_as_dict(self.opposite),
             "calibration": plain(self.calibration),
@@ -191,7 +191,7 @@ class Assessment:
         if self.recommended is None:
             return None
         band = None if self.recommended_band is None else self.recommended_band.to_dict()
-        asked = self.recommended.asked._asdict()
+        asked = self.recommended.asked.to_dict()
         return {**self.recommended.to_dict(), "asked": asked, "blind_band": band}
 
     def _as_dict(self, trial: Trial) -> dict[str, Any]:
