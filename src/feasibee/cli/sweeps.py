@@ -282,9 +282,9 @@ def _inches(context: click.Context, parameter: click.Parameter, text: str | None
     """Parse a length with its unit."""
     if text is None:
         return None
-    found = re.fullmatch(r"([0-9]{1,4}(?:\.[0-9]{1,4})?) *(mm|cm|in)", text)
     from feasibee.studies.sweep_figure import WIDTHS
 
+    found = re.fullmatch(r"([0-9]{1,4}(?:\.[0-9]{1,4})?) *(mm|cm|in)", text)
     inches = float(found[1]) * INCHES[found[2]] if found else 0.0
     if not WIDTHS[0] <= inches <= WIDTHS[1]:
         low, high = (f"{width:g}in" for width in WIDTHS)

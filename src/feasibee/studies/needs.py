@@ -85,9 +85,8 @@ class Asked:
         strategy, others = scenario.strategy, scenario.robots.count - 1
         words = strategy.row_lengths(scenario.setting)[0] if strategy.knowledge else 0
         known = max(WORD_BITS * words, longest)  # names of tasks take more room in a message than here
-        return (
-            known + FLOAT_BITS * strategy.memory + min(scenario.decision.inbox_size or others, others) * plain
-        )
+        senders = min(scenario.decision.inbox_size or others, others)
+        return known + FLOAT_BITS * strategy.memory + senders * plain
 
     @property
     def sight(self) -> float:

@@ -19,7 +19,7 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.dataset import open_results, recipe_of, scenario_of, to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.sweep_figure import view_in
+from feasibee.studies.sweep_figure import View, view_in
 from feasibee.sweeps.content import name_of
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import Kind, difference, encode
@@ -110,7 +110,7 @@ def reproduce_journal(
     folder: Path, figures: Sequence[Path], trust: bool, workers: int | None, progress: Advance
 ) -> Reproduction:
     """Simulate all runs of a journal again, and draw its figures again; by default those in its folder."""
-    differences, done = [], 0
+    views, differences, done = _views_in(folder, figures), [], 0
     with Journal(folder) as journal:
         points = journal.points
         for number, point in enumerate(points, start=1):
@@ -129,22 +129,25 @@ def reproduce_journal(
                 done += runs.count
             progress(number / len(points))
         now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
-        alike = _redrawn_alike(summaries(journal), folder, figures)
+        alike = _redrawn_alike(summaries(journal), folder, views) if views else {}
         return Reproduction(done, _versions(journal.about, now), differences, alike)
 
 
-def _redrawn_alike(found: Sequence[Summary], folder: Path, figures: Sequence[Path]) -> dict[str, bool]:
-    """Return whether each figure of a sweep has the bytes of its file, which says what it shows."""
+def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, View]:
+    """Return what the figures show, or those in the folder; a given one that isn't a sweep's is an error."""
     there = sorted(each for each in folder.iterdir() if each.suffix.lower() in FIGURES)
     views = {each: view_in(each) for each in figures or there}
-    alike = {}
     for path, view in views.items():
-        if view is not None:
-            points = view.drawable(found, folder)
-            over = view.over(points, varied([each.row for each in found]))
-            alike[str(path)] = _same_bytes(path, partial(view.save, points, over))
-        elif figures:
-            raise FeasibeeError(
-                f"{path}: isn't a figure of feasibee results plot; leave it out, or draw it again"
-            )
+        if figures and view is None:
+            remedy = "leave it out, or draw it again"
+            raise FeasibeeError(f"{path}: isn't a figure of feasibee results plot; {remedy}")
+    return {path: view for path, view in views.items() if view is not None}
+
+
+def _redrawn_alike(found: Sequence[Summary], folder: Path, views: Mapping[Path, View]) -> dict[str, bool]:
+    """Return whether each figure of a sweep has the bytes of its file, which says what it shows."""
+    alike, varying = {}, varied([each.row for each in found])
+    for path, view in views.items():
+        points = view.drawable(found, folder)
+        alike[str(path)] = _same_bytes(path, partial(view.save, points, view.over(points, varying)))
     return alike
