@@ -219,6 +219,15 @@ def test_two_strategies_are_compared_on_one_clock(visit, port):
     expect(page.locator("#arena-1")).to_be_hidden()
 
 
+def test_the_theory_is_said_of_both_strategies(visit, port):
+    page = visit(port, "#tasks.count=10")
+    page.get_by_label("Compare with").select_option("majority")
+    lines = page.locator("#theory").get_by_role("listitem"), page.locator("#theory-1").get_by_role("listitem")
+    expect(page.locator("#theory")).to_contain_text("75 % of such swarms decide feasible")
+    expect(page.locator("#theory-1")).to_contain_text("50 % of such swarms decide feasible")
+    expect(lines[1]).to_have_text(lines[0].all_text_contents())
+
+
 @pytest.mark.slow
 def test_every_field_is_under_more(visit, port):
     page = visit(port)

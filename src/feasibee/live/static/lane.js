@@ -30,6 +30,7 @@ export class Lane {
     /** @type {Opened | null} */
     this.world = null;
     this.theory = id("theory");
+    if (number) this.theory.append(...$("theory").cloneNode(true).childNodes); // the same words and lines
     /** @type {Prediction | null} */
     this.prediction = null;
     this.outlook = nothing(null);
