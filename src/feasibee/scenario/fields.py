@@ -9,6 +9,7 @@ from unicodedata import category
 from pydantic import (
     AfterValidator,
     BaseModel,
+    BeforeValidator,
     ConfigDict,
     Field,
     Strict,
@@ -106,6 +107,12 @@ def _one_rule(kind: LiteralString, rule: LiteralString) -> WrapValidator:
     return WrapValidator(validate)
 
 
+def _polygons(value: Any) -> Any:
+    """Return a zone of one polygon as a list of polygons."""
+    is_one = isinstance(value, list | tuple) and value and isinstance(value[0], list | tuple) and value[0]
+    return [value] if is_one and isinstance(value[0][0], int | float) else value
+
+
 def without_default(schema: dict[str, Any]) -> None:
     """Remove a default that depends on another field from the JSON Schema."""
     schema.pop("default", None)
@@ -158,6 +165,18 @@ Points = Annotated[
 """Pairs of numbers; `Scenario` has already replaced the name of a file by its points."""
 
 
+Polygon = Annotated[tuple[Annotated[Point, Strict(False)], ...], Strict(False), Field(min_length=3)]
+Polygons = Annotated[
+    tuple[Polygon, ...],
+    Strict(False),
+    _one_rule("polygons", "must be a list of polygons, each a list of 3 or more points [x, y]"),
+]
+Zone = Annotated[
+    Polygons, BeforeValidator(_polygons), WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array"}]})
+]
+"""Polygons, or one of them; `Scenario` has already replaced the name of a file by its polygons."""
+
+
 class NewSensing(Section):
     """What an event changes of `Sensing`."""
 
@@ -207,6 +226,45 @@ class Arena(Section):
         return self.side if isinstance(self.side, tuple) else (self.side, self.side)
 
 
+class Bitmap(Section):
+    """A map of square cells, as an image (model.md 6.20)."""
+
+    cell: Length = Field(description="Side of a cell, in units.")
+    image: str = Field(
+        min_length=1,
+        description="PNG in base64, a pixel per cell: black cells are closed; the top row has the highest y.",
+    )
+
+
+Map = Annotated[Bitmap, WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "object"}]})]
+"""A map; `Scenario` has already replaced the name of a file by its cells."""
+
+
+class Place(Section):
+    """The obstacles in the arena (model.md 6.20)."""
+
+    map: Map | None = Field(
+        None,
+        description="Map with the walls: the YAML file of a ROS map, or a GeoJSON file of polygons in metres. "
+        "It sets the size of the arena.",
+    )
+    walls: Polygons = Field((), description="Walls in addition: polygons of points [x, y], in units.")
+    keepout: Map | None = Field(
+        None, description="Map of cells that robots must not enter but see across, in the same formats."
+    )
+    cell: Length = Field(0.1, description="Side of a cell, in units, if place.map doesn't set it.")
+    zones: dict[Word, Zone] = Field(
+        default_factory=dict,
+        description="Zones by name for robots.zone and tasks.zone: polygons in units, or GeoJSON files.",
+        examples=[{"dock": [[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]}],
+    )
+
+    @property
+    def exists(self) -> bool:
+        """Whether the arena has cells."""
+        return bool(self.map or self.walls or self.keepout or self.zones)
+
+
 class Placed(Section):
     """The initial positions of robots or tasks (model.md 6.4)."""
 
@@ -219,6 +277,11 @@ class Placed(Section):
         3, ge=1, le=1000, description='Number of random centres, with placement "clusters".'
     )
     spread: Length = Field(1.5, description="Standard deviation around a centre, in units, per axis.")
+    zone: Word | None = Field(
+        None,
+        description="Name of the zone of place.zones for initial positions; by default all passable cells.",
+        examples=["dock"],
+    )
     points: Points = Field(
         (),
         description='Initial positions in units, with placement "points": a CSV file of x and y, or a list '
@@ -348,6 +411,9 @@ class Radio(Section):
         json_schema_extra=without_default,
     )
     loss: Share = Field(0.0, description="Probability that a robot in range misses a message.")
+    walls: Share = Field(
+        0.0, description="Factor by which each wall on the way shortens the range: 0 blocks, 1 lets pass."
+    )
     id_bits: Bits | None = Field(
         None,
         description="Length in bits of robots' random ids, which may collide; by default each id is unique.",
@@ -491,6 +557,7 @@ class Units(Section):
 
 SECTIONS: Final[Mapping[str, type[Section]]] = {
     "arena": Arena,
+    "place": Place,
     "robots": Robots,
     "tasks": Tasks,
     "walk": Walk,

@@ -33,6 +33,7 @@ from feasibee.scenario.fields import (
     Decision,
     Event,
     Faults,
+    Place,
     Radio,
     Response,
     Robots,
@@ -135,7 +136,7 @@ class Scenario(Sections):
 
     Parameters
     ----------
-    arena, robots, tasks, walk, sensing, radio, decision, faults, run, response, units : mapping, optional
+    arena, place, robots, tasks, walk, sensing, radio, decision, faults, run, response, units : mapping, optional
         Fields that differ from the paper, such as ``tasks={"count": 50}``.
     preset : str, optional
         Name of a published controller, whose values replace the paper's: ``"valentini-2016"``,
@@ -160,6 +161,7 @@ class Scenario(Sections):
             *,
             preset: str | None = ...,
             arena: Arena | Mapping[str, Any] = ...,
+            place: Place | Mapping[str, Any] = ...,
             robots: Robots | Mapping[str, Any] = ...,
             tasks: Tasks | Mapping[str, Any] = ...,
             walk: Walk | Mapping[str, Any] = ...,

@@ -17,6 +17,7 @@ from feasibee.scenario.fields import (
     Decision,
     Event,
     Faults,
+    Place,
     Radio,
     Response,
     Robots,
@@ -26,6 +27,7 @@ from feasibee.scenario.fields import (
     Units,
     Walk,
 )
+from feasibee.scenario.plan import Plan, plan_of
 from feasibee.scenario.setting import setting_from
 from feasibee.scenario.tables import PRESETS
 from feasibee.strategies.contract import Manifest, Setting
@@ -56,6 +58,7 @@ class Sections(BaseModel):
         description="Name of a published controller, whose values replace the paper's defaults.",
     )
     arena: Arena = Arena()
+    place: Place = Place()
     robots: Robots = Robots()
     tasks: Tasks = Tasks()
     walk: Walk = Walk()
@@ -110,6 +113,11 @@ class Sections(BaseModel):
     def manifest(self) -> Manifest:
         """Declarations of the strategy; of a user's file, as it was when the scenario was made."""
         return self._manifest
+
+    @property
+    def plan(self) -> Plan | None:
+        """The cells of its place, if it has one (model.md 6.20)."""
+        return plan_of(self.place, self.arena.size)
 
     @property
     def faulty(self) -> tuple[int, int, int]:
