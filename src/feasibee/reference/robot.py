@@ -11,6 +11,7 @@ from feasibee.model.codes import COS_EIGHTH, exact
 from feasibee.model.purposes import FAILURE, WALK
 from feasibee.reference.draws import cos_sin, duration, happens
 from feasibee.reference.mind import STOPPED, Mind, Settings
+from feasibee.reference.place import Ground
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot import controller
 from feasibee.robot.controller import Declare, Message
@@ -186,6 +187,7 @@ def _hall_sets(scenario: Scenario) -> list[tuple[list[int], list[int]]]:
 # --- Bodies: discs never overlap (model.md 6.1, 6.2) ---
 
 STAND = (0, 0)
+QUARTERS = 4
 Steps = Mapping[Robot, Collection[Place]]
 """The steps that each robot may make, one of which it will."""
 
@@ -213,7 +215,10 @@ def steps_of(section: Robots, world: World, robots: list[Robot], working: list[R
 
 def obstacles(world: World, robot: Robot, step: Place, others: Steps) -> Iterator[Place]:
     """Yield the way to each robot, and the direction of each wall, that blocks a step of a robot."""
-    if not world.is_torus:
+    if world.ground:
+        if world.ground.ends(robot.place, step) < QUARTERS:
+            yield way_to_place(world.ground, robot.place, step)
+    elif not world.is_torus:
         for axis, (place, side) in enumerate(zip(world.moved(robot.place, step), world.size, strict=True)):
             for wall, beyond in ((-1, place < world.radius), (1, place > side - world.radius)):
                 if beyond:
@@ -223,6 +228,15 @@ def obstacles(world: World, robot: Robot, step: Place, others: Steps) -> Iterato
             way = world.way(robot.place, other.place)
             if any(world.meet(way, (dx - step[0], dy - step[1])) for dx, dy in steps):
                 yield way
+
+
+def way_to_place(ground: Ground, place: Place, step: Place) -> Place:
+    """Return the way to what blocks a step in a place: to the left or right of it, or ahead (model.md 6.20.5)."""
+    u, v = step
+    left, right = (ground.ends(place, eighth(step, is_left)) for is_left in (True, False))
+    if left == right:
+        return step
+    return (-v, u) if right > left else (v, -u)
 
 
 def turns_left(world: World, robot: Robot, possible: Steps) -> bool:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from feasibee.model import purposes
-from feasibee.model.codes import CERTAIN, FEASIBLE, INFEASIBLE, UNDECIDED, exact
+from feasibee.model.codes import CERTAIN, FEASIBLE, INFEASIBLE, MOST_WALLS, UNDECIDED, exact
 from feasibee.model.record import Record
 from feasibee.reference.draws import choose, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
@@ -87,8 +87,9 @@ class Swarm:
         self.robots = [
             self.new_robot(i, place, faults[i]) for i, place in enumerate(self.world.robot_places())
         ]
-        self._sight = self.world.squared(scenario.sensing.range)
-        self._radio = self.world.squared(scenario.radio.range)
+        radio, walls = exact(scenario.radio.range), exact(scenario.radio.walls)
+        self._sight = [self.world.squared(exact(scenario.sensing.range)), -1]
+        self._radio = [self.world.squared(radio * walls**k) if walls or not k else -1 for k in range(MOST_WALLS + 1)]
         self._dynamics = Dynamics(self) if scenario.dynamic else None
         self._look_up_truth()
 
@@ -104,10 +105,24 @@ class Swarm:
 
     def _look_up_truth(self) -> None:
         """Store the truth of this step (model.md 6.17.3); Byzantine robots know it."""
-        robots = (self.robot_kinds[robot.number] for robot in self.robots)
-        tasks = (self.task_kinds[number] for number in self.tasks)
-        self.truth = int(explain_kinds(self.scenario, robots, tasks).feasible)
+        self.truth = int(all(self._is_feasible(piece) for piece in self._pieces()))
         self.names.inform(self.truth, len(self.robots), len(self.tasks))
+
+    def _pieces(self) -> set[int]:
+        """Return the pieces that have robots or tasks; without a place, one."""
+        ground = self.world.ground
+        return {*ground.robot_pieces, *ground.task_pieces} if ground else {0}
+
+    def _is_feasible(self, piece: int) -> bool:
+        """Return whether the tasks in a piece are feasible for its robots; all things beyond the start are in it."""
+        ground = self.world.ground
+        robot_pieces, task_pieces = (ground.robot_pieces, ground.task_pieces) if ground else ([], [])
+
+        def kinds(kinds: list[int], there: Iterable[int], pieces: list[int]) -> list[int]:
+            return [kinds[i] for i in there if i >= len(pieces) or pieces[i] == piece]
+
+        robots = kinds(self.robot_kinds, (robot.number for robot in self.robots), robot_pieces)
+        return explain_kinds(self.scenario, robots, kinds(self.task_kinds, self.tasks, task_pieces)).feasible
 
     def step(self) -> None:
         """Simulate one step: move, observe and receive, end the step (model.md 3)."""
@@ -175,16 +190,23 @@ class Swarm:
 
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
         """Return whether a place is within range (inclusive) and not missed (model.md 1.4, 6.3)."""
-        return self.world.squared_distance(robot.place, place) <= self._sight and not robot.happens(
+        return self._reaches(robot.place, place, self._sight) and not robot.happens(
             self.time, purpose + purposes.PAIR * number, self.miss
         )
 
     def hears(self, robot: Robot, sender: Robot) -> bool:
         """Return whether a sender's message arrives (model.md 6.5)."""
-        distance = self.world.squared_distance(robot.place, sender.place)
-        return distance <= self._radio and not robot.happens(
+        return self._reaches(robot.place, sender.place, self._radio) and not robot.happens(
             self.time, purposes.LOSS + purposes.PAIR * sender.number, self.loss
         )
+
+    def _reaches(self, place: Place, other: Place, limits: list[int]) -> bool:
+        """Return whether two places are in range; the limit depends on the number of walls between them."""
+        distance = self.world.squared_distance(place, other)
+        if self.world.ground is None or distance > limits[0]:
+            return distance <= limits[0]
+        walls = self.world.ground.walls_between(place, other)
+        return distance <= limits[min(walls, len(limits) - 1)]
 
     def _bits(self, sender: Robot, message: Message) -> int:
         """Return the length of a message in bits: id, opinion, value and declaration, or knowledge."""

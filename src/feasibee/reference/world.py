@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from fractions import Fraction
 from functools import cache
 
 from feasibee.model import purposes
 from feasibee.model.codes import ATTEMPTS, exact
 from feasibee.reference.draws import TURN, choose, normal, philox, shuffle
+from feasibee.reference.place import ground_of
 from feasibee.scenario.fields import Placed
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Thing
@@ -27,7 +29,10 @@ class World:
     def __init__(self, scenario: Scenario, seed: int, run: int) -> None:
         width, height = (exact(side) for side in scenario.arena.size)
         self.is_torus = scenario.arena.boundary == "torus"
+        self.ground = ground_of(scenario)
         self.unit = max(width, height) / (TURN if self.is_torus else TURN // 2)
+        if self.ground:
+            self.unit = self.ground.unit
         self.size = (math.floor(width / self.unit), math.floor(height / self.unit))
         self.radius = math.ceil(exact(scenario.robots.diameter) / self.unit / 2)
         self.scenario = scenario
@@ -42,9 +47,9 @@ class World:
         x, y = place
         return x * float(self.unit), y * float(self.unit)
 
-    def squared(self, length: float) -> int:
+    def squared(self, length: Fraction) -> int:
         """Return the square of a length, rounded down."""
-        return math.floor((exact(length) / self.unit) ** 2)
+        return math.floor((length / self.unit) ** 2)
 
     def way(self, a: Place, b: Place) -> Place:
         """Return the difference of two places, the short way round on the torus."""
@@ -128,6 +133,9 @@ class World:
                 word = self.draw(i, first + attempt, uniform)[0]
                 yield self._held(self._given(section.points[choose(word, len(section.points))]), margin)
                 continue
+            if self.ground:
+                yield self._on_ground(section, i, first + attempt, uniform)
+                continue
             if section.placement == "uniform":
                 yield self._uniform(i, first + attempt, margin, uniform)
                 continue
@@ -147,6 +155,17 @@ class World:
         width, height = (side - 2 * low for side in self.size)
         return low + choose(x, width), low + choose(y, height)
 
+    def _on_ground(self, section: Placed, i: int, attempt: int, purpose: int) -> Place:
+        """Return a place in a cell of the robot's or task's piece and zone (model.md 6.20.7)."""
+        ground = self.ground
+        assert ground is not None
+        pieces = ground.robot_pieces if section is self.scenario.robots else ground.task_pieces
+        cells = ground.stands(section.zone)[pieces[i] if i < len(pieces) else ground.robot_pieces[0]]
+        cell, x, y, _ = self.draw(i, attempt, purpose)
+        column, row = cells[choose(cell, len(cells))]
+        width = 2**ground.bits
+        return column * width + choose(x, width), row * width + choose(y, width)
+
     def _given(self, point: tuple[float, float]) -> Place:
         x, y = (math.floor(exact(coordinate) / self.unit) for coordinate in point)
         return x, y
@@ -154,11 +173,14 @@ class World:
     def _held(self, place: Place, margin: int) -> Place:
         if self.is_torus:
             return place[0] % self.size[0], place[1] % self.size[1]
-        x, y = (min(max(p, margin), side - margin) for p, side in zip(place, self.size, strict=True))
+        edge = max(margin, 1) if self.ground else margin  # what stands on the far wall is in no cell
+        x, y = (min(max(p, margin), side - edge) for p, side in zip(place, self.size, strict=True))
         return x, y
 
     def _lattice(self, count: int) -> list[Place]:
-        """Return places on a square lattice over the whole arena, in random order."""
+        """Return places on a square lattice over the whole arena, in random order, or over the ground."""
+        if self.ground:
+            return self.ground.lattice
         step = 2 * self.radius
         columns, rows = self.size[0] // step, self.size[1] // step
         order = shuffle(count, lambda k: self.draw(0, k, purposes.SITE)[0])

@@ -10,8 +10,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations, pairwise
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.scenario.fields import RobotClass, Robots, TaskClass, Tasks
+from feasibee.scenario.ground import Ground, ground_of
 from feasibee.scenario.sections import Sections
 
 ANY = "any"
@@ -42,6 +45,8 @@ class Verdict(NamedTuple):
     """Number of robots by class of robots, class of tasks and skill; empty if the tasks are infeasible."""
     violator: Violator | None
     """The set of skills whose demand exceeds its robots most; None if the tasks are feasible."""
+    piece: int | None = None
+    """The piece of a place that lacks robots; 0 for tasks that no robot reaches (model.md 6.20.10)."""
 
     @property
     def feasible(self) -> bool:
@@ -51,7 +56,8 @@ class Verdict(NamedTuple):
     def to_dict(self) -> dict[str, Any]:
         """Return the verdict and its proof as nested dicts."""
         if self.violator is not None:
-            return {"feasible": False, "violator": self.violator._asdict()}
+            where = {} if self.piece is None else {"piece": self.piece}
+            return {"feasible": False, "violator": self.violator._asdict(), **where}
         rows = [
             {"robots": robots, "tasks": tasks, "skill": skill, "count": count}
             for (robots, tasks, skill), count in self.assignment.items()
@@ -111,7 +117,29 @@ def explain(scenario: Sections) -> Verdict:
     """
     if not isinstance(scenario, Sections):
         raise FeasibeeError(f"scenario = {quoted(scenario)}: must be a Scenario; write Scenario(...)")
-    return _verdict(scenario.robots, scenario.tasks)
+    ground = ground_of(scenario)
+    if ground is None or ground.is_one:
+        return _verdict(scenario.robots, scenario.tasks)
+    return _verdict_by_piece(scenario, ground)
+
+
+def _verdict_by_piece(scenario: Sections, ground: Ground) -> Verdict:
+    """Return the verdict about the first piece whose tasks are infeasible, or that all are feasible."""
+    total: Counter[tuple[str, str, str]] = Counter()
+    kinds = [kinds_of(section) for section in (scenario.robots, scenario.tasks)]
+    for piece in range(int(ground.pieces.max()) + 1):
+        there = (np.flatnonzero(each.piece == piece) for each in (ground.robots, ground.tasks))
+        found = explain_kinds(scenario, *([own[i] for i in some] for own, some in zip(kinds, there, strict=True)))
+        if not found.feasible:
+            return found._replace(piece=piece)
+        total.update(found.assignment)
+    return Verdict(total, None)
+
+
+def kinds_of(section: Robots | Tasks) -> list[int]:
+    """Return the class of each robot or task of the start."""
+    counts = [each.count for each in section.classes] or [section.count]
+    return [kind for kind, count in enumerate(counts) for _ in range(count)]
 
 
 def _verdict(some_robots: Robots, some_tasks: Tasks) -> Verdict:

@@ -1,0 +1,258 @@
+"""Where robots can be in a place: passable cells, pieces, and who stands in which (model.md 6.20.3 to 6.20.9)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.model.codes import exact
+from feasibee.scenario.fields import Place, Placed, Point
+from feasibee.scenario.plan import Cells, Plan, plan_of
+
+if TYPE_CHECKING:
+    from feasibee.scenario.sections import Sections
+
+Numbers = NDArray[np.int64]
+SLACK: Final = 16
+"""Units by which a step may be longer than its speed, because its parts are rounded."""
+
+
+class Stands(NamedTuple):
+    """The cells in which robots or tasks are placed."""
+
+    cells: Numbers
+    """Numbers of cells, row by row, piece after piece."""
+    first: Numbers
+    """For each piece, from number 0 on (no piece), where its cells begin, and where the last one's end."""
+    piece: Numbers
+    """The piece of each robot or task of the start; 0 if no robot reaches it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ground:
+    """The passable cells of a place for robots of a size and speed."""
+
+    plan: Plan
+    radius: int
+    """In units of fixed point."""
+    passable: Cells
+    pieces: NDArray[np.int32]
+    """Number of each cell's piece, from 1 on, in the order of their first cells; 0 where no robot can be."""
+    robots: Stands
+    tasks: Stands
+
+    @property
+    def is_one(self) -> bool:
+        """Whether all robots and tasks are in one piece."""
+        return bool(np.all(self.robots.piece == self.robots.piece[0]) and np.all(self.tasks.piece == self.robots.piece[0]))
+
+    @property
+    def lattice(self) -> list[tuple[Numbers, Numbers]]:
+        """The x and y of the sites of each piece, from piece 1 on, in fixed point (model.md 6.20.8)."""
+        cells = self.robots.cells
+        allowed = np.zeros(self.pieces.shape, np.int32)
+        allowed.flat[cells] = self.pieces.flat[cells]
+        ys, xs = (
+            np.arange(self.radius, side << self.plan.bits, 2 * self.radius) for side in self.pieces.shape
+        )
+        found = allowed[np.ix_(ys >> self.plan.bits, xs >> self.plan.bits)]
+        sites = [(found == piece).nonzero() for piece in range(1, len(self.robots.first) - 1)]
+        return [(xs[columns], ys[rows]) for rows, columns in sites]
+
+
+def ground_of(scenario: Sections) -> Ground | None:
+    """Return where robots can be in a scenario's place; None if it has none."""
+    if not scenario.place.exists:
+        return None
+    robots, tasks = scenario.robots, scenario.tasks
+    bodies = robots.diameter, robots.speed
+    key = scenario.place.model_dump_json(), scenario.arena.size, bodies
+    return _ground(*key, *((each.count, each.zone, _points(each)) for each in (robots, tasks)))
+
+
+def _points(section: Placed) -> tuple[Point, ...] | None:
+    return section.points if section.placement == "points" else None
+
+
+@lru_cache(maxsize=16)
+def _ground(
+    text: str, size: tuple[float, float], bodies: tuple[float, float], robots: Any, tasks: Any
+) -> Ground:
+    plan, radius, passable, pieces = _surface(text, size, bodies)
+    (count, zone, points), (tasks_count, tasks_zone, tasks_points) = robots, tasks
+    own = _stands(pieces, plan.zones.get(zone), np.ones(int(pieces.max()) + 1, bool))
+    if points is None:
+        own = own._replace(piece=shares(np.diff(own.first), count))
+    else:
+        own = own._replace(piece=np.array([pieces.flat[cell] for cell in _cells(plan, points)], np.int64))
+    held = np.isin(np.arange(pieces.max() + 1), own.piece)
+    others = _stands(pieces, plan.zones.get(tasks_zone), held)
+    if tasks_points is None:
+        others = others._replace(piece=shares(np.diff(others.first), tasks_count))
+    else:
+        reach = _least(bodies, plan, radius) // (16 * 4**plan.bits)
+        near = [nearest(pieces, cell, reach) for cell in _cells(plan, tasks_points)]
+        others = others._replace(piece=np.array(near, np.int64))
+    return Ground(plan, radius, passable, pieces, own, others)
+
+
+@lru_cache(maxsize=16)
+def _surface(
+    text: str, size: tuple[float, float], bodies: tuple[float, float]
+) -> tuple[Plan, int, Cells, NDArray[np.int32]]:
+    """Return a plan, the radius of robots of a diameter and speed, their passable cells and the pieces."""
+    plan = plan_of(Place.model_validate_json(text), size)
+    assert plan is not None
+    radius = math.ceil(exact(bodies[0]) / plan.unit / 2)
+    most = (_least(bodies, plan, radius) - 1) // (64 * 4**plan.bits)
+    passable = ~grown(plan.walls | plan.keepout, most)
+    step = math.ceil(exact(bodies[1]) / plan.unit) + SLACK
+    return plan, radius, passable, connected(passable, step**2 // (16 * 4**plan.bits))
+
+
+def _least(bodies: tuple[float, float], plan: Plan, radius: int) -> int:
+    """Return 64 times the square of the least distance from a wall (model.md 6.20.3)."""
+    step = math.ceil(exact(bodies[1]) / plan.unit) + SLACK
+    return int(64 * radius**2 + step**2)
+
+
+def _cells(plan: Plan, points: Sequence[Point]) -> list[int]:
+    """Return the numbers of the cells of points."""
+    rows, columns = plan.walls.shape
+    return [
+        min(math.floor(exact(y) / plan.cell), rows - 1) * columns
+        + min(math.floor(exact(x) / plan.cell), columns - 1)
+        for x, y in points
+    ]
+
+
+def grown(closed: Cells, most: int) -> Cells:
+    """Return which cells are near closed ones or the edges: the square of the gap is at most ``most`` cells.
+
+    In each row the distance to the nearest closed cell is found once, and compared for each row around.
+    """
+    rows, columns = closed.shape
+    padded = np.pad(closed, 1, constant_values=True)
+    places = np.arange(columns + 2, dtype=np.int32)
+    before = np.maximum.accumulate(np.where(padded, places, 0), axis=1)
+    after = np.minimum.accumulate(np.where(padded, places, columns + 1)[:, ::-1], axis=1)[:, ::-1]
+    across = np.minimum(places - before, after - places).astype(np.uint16)
+    across[[0, -1]] = 0
+    found = padded.copy()
+    for dy in range(math.isqrt(most) + 2):
+        reach = 1 + math.isqrt(most - max(dy - 1, 0) ** 2)
+        near = across <= reach
+        found[dy:] |= near[: rows + 2 - dy]
+        found[: rows + 2 - dy] |= near[dy:]
+        if dy > rows:
+            break
+    return found[1:-1, 1:-1]
+
+
+def connected(passable: Cells, most: int) -> NDArray[np.int32]:
+    """Return the piece of each passable cell: those whose gap's square is at most ``most`` cells are together."""
+    rows, columns = passable.shape
+    flat = np.zeros((rows, columns + 1), np.int8)
+    flat[:, :-1] = passable
+    edges = np.diff(flat.ravel(), prepend=np.int8(0))
+    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    width = columns + 1
+    # A run touches those of the next row that begin before its end and end after its begin, corners included.
+    low = np.searchsorted(ends, starts + width, side="left")
+    high = np.searchsorted(starts, ends + width, side="right")
+    names = joined(len(starts), *_pairs(low, high))
+    pieces = np.zeros((rows, columns), np.int32)
+    pieces[passable] = np.repeat(names, ends - starts) + 1
+    if most == 0 or not names.any():
+        return pieces
+    first, second = _leaps(pieces, most)
+    merged = joined(int(names.max()) + 1, first - 1, second - 1)
+    return np.concatenate([[0], merged + 1]).astype(np.int32)[pieces]
+
+
+def _pairs(low: Numbers, high: Numbers) -> tuple[Numbers, Numbers]:
+    """Return each number with all those from its ``low`` to its ``high`` (excluded)."""
+    counts = np.maximum(high - low, 0)
+    first = np.repeat(np.arange(len(low)), counts)
+    return first, np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + low[first]
+
+
+def _leaps(pieces: NDArray[np.int32], most: int) -> tuple[Numbers, Numbers]:
+    """Return pairs of different pieces that a quarter of a step joins."""
+    rows, columns = pieces.shape
+    largest = np.bincount(pieces.ravel())[1:].argmax() + 1  # one of a pair isn't in it, and few cells aren't
+    ys, xs = ((pieces > 0) & (pieces != largest)).nonzero()
+    found = [np.zeros((2, 0), np.int64)]
+    reach = math.isqrt(most) + 1
+    for dy in range(-reach, reach + 1):
+        for dx in range(-reach, reach + 1):
+            if max(abs(dy) - 1, 0) ** 2 + max(abs(dx) - 1, 0) ** 2 > most:
+                continue
+            inside = (ys + dy >= 0) & (ys + dy < rows) & (xs + dx >= 0) & (xs + dx < columns)
+            here = pieces[ys[inside], xs[inside]]
+            there = pieces[ys[inside] + dy, xs[inside] + dx]
+            differ = (there > 0) & (there != here)
+            found.append(np.unique(np.array([here[differ], there[differ]], np.int64), axis=1))
+    first, second = np.concatenate(found, axis=1)
+    return first, second
+
+
+def joined(count: int, first: Numbers, second: Numbers) -> Numbers:
+    """Return the number of the group of each of ``count`` things, of which pairs belong together.
+
+    Groups are numbered in the order of their first things.
+    """
+    lowest = np.arange(count)
+    while (lowest[first] != lowest[second]).any():
+        low = np.minimum(lowest[first], lowest[second])
+        np.minimum.at(lowest, lowest[first], low)
+        np.minimum.at(lowest, lowest[second], low)
+        while (lowest[lowest] != lowest).any():
+            lowest = lowest[lowest]
+    return np.unique(lowest, return_inverse=True)[1]
+
+
+def _stands(pieces: NDArray[np.int32], zone: Cells | None, held: Cells) -> Stands:
+    """Return the cells of a zone, piece by piece, in those pieces that are held."""
+    chosen = held[pieces] & (pieces > 0)
+    if zone is not None:
+        chosen &= zone
+    cells = np.flatnonzero(chosen)
+    kinds = pieces.flat[cells]
+    order = np.argsort(kinds, kind="stable") if len(held) > 2 else slice(None)
+    first = np.cumsum(np.bincount(kinds + 1, minlength=len(held) + 1)[: len(held) + 1])
+    return Stands(cells[order], first, np.zeros(0, np.int64))
+
+
+def shares(areas: Numbers, count: int) -> Numbers:
+    """Return the piece of each of ``count`` robots or tasks; each goes to the one farthest behind its share.
+
+    ``areas`` has the cells of each piece; piece 0, none, has none.
+    """
+    total, given = int(areas.sum()), np.zeros(len(areas), np.int64)
+    if total == 0 or (areas > 0).sum() == 1:
+        return np.full(count, int(np.argmax(areas)), np.int64)
+    found = np.zeros(count, np.int64)
+    for k in range(count):
+        found[k] = np.argmax(areas * (k + 1) - given * total)
+        given[found[k]] += 1
+    return found
+
+
+def nearest(pieces: NDArray[np.int32], cell: int, most: int) -> int:
+    """Return the piece of the passable cell nearest to a cell; 0 if the gap's square is above ``most`` cells."""
+    row, column = divmod(cell, pieces.shape[1])
+    reach = math.isqrt(most) + 1
+    top, left = max(row - reach, 0), max(column - reach, 0)
+    around = pieces[top : row + reach + 1, left : column + reach + 1]
+    dy = np.maximum(np.abs(np.arange(around.shape[0]) + top - row) - 1, 0)
+    dx = np.maximum(np.abs(np.arange(around.shape[1]) + left - column) - 1, 0)
+    gaps = np.where(around > 0, dy[:, None] ** 2 + dx[None, :] ** 2, most + 1)
+    best = int(np.argmin(gaps))
+    return int(around.flat[best]) if gaps.flat[best] <= most else 0
