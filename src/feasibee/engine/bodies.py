@@ -13,9 +13,9 @@ from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.crowd import queue_near
 from feasibee.engine.intrinsics import bit_if, contains, has_bit, lowest_member, place_of, without_lowest
 from feasibee.engine.layout import HEARD_ROOM, WORD, Heard, Robot, Set
-from feasibee.engine.motion import move_freely
+from feasibee.engine.motion import move_freely, shortened
+from feasibee.engine.place import find_blocked_by_place, find_place_beside
 from feasibee.engine.team import wait_for_all
-from feasibee.model.codes import COS_EIGHTH
 
 SURELY = 1e-14
 """More than the relative error of a product of four numbers, each rounded once."""
@@ -33,7 +33,7 @@ def move_where_clear(params, state, part):
     for w in range(part.first, part.last):
         blocked, left, right = find_blocked(params, state, part, w, sets[Set.WORKING, w], True)
         if params.robots.deflects:
-            wall_left, wall_right = find_walls_beside(params, state.robots, w)
+            wall_left, wall_right = find_walls_beside(params, state, blocked, w)
             sets[Set.TURNING_LEFT, w] = right | wall_right | ~(left | wall_left)
         sets[Set.BLOCKED, w] = blocked
     wait_for_all(part)
@@ -72,7 +72,7 @@ def find_blocked(params, state, part, w, tried, at_first):
     Another robot moves, or may stay: ``at_first`` any, later the blocked ones.
     """
     limit = params.robots.meet_limit
-    found, found_left, found_right = find_beyond_walls(params, state.robots, w) & tried, uint32(0), uint32(0)
+    found, found_left, found_right = find_beyond_walls(params, state, w) & tried, uint32(0), uint32(0)
     if not params.robots.avoid_collisions:
         return found, found_left, found_right
     queued, left = int64(0), tried
@@ -183,9 +183,25 @@ def around(coordinate, side):
     return coordinate
 
 
+@inlined
+def find_beyond_walls(params, state, w):
+    """Return the set of robots of a word whose step walls block."""
+    if params.arena.place.exists:
+        return find_blocked_by_place(params, state.tables.ground, state.robots, w)
+    return find_beyond_edges(params, state.robots, w)
+
+
+@inlined
+def find_walls_beside(params, state, blocked, w):
+    """Return which robots of a word have a wall that blocks them on their left, and on their right."""
+    if params.arena.place.exists:
+        return find_place_beside(params, state.tables.ground, state.robots, blocked, w)
+    return find_edges_beside(params, state.robots, w)
+
+
 @called
-def find_beyond_walls(params, robots, w):
-    """Return the set of robots of a word whose step leads beyond a wall."""
+def find_beyond_edges(params, robots, w):
+    """Return the set of robots of a word whose step leads beyond an edge with a wall."""
     xs, ys = robots[Robot.X], robots[Robot.Y]
     steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
     low, right = params.robots.radius, params.arena.width - params.robots.radius
@@ -201,8 +217,8 @@ def find_beyond_walls(params, robots, w):
 
 
 @called
-def find_walls_beside(params, robots, w):
-    """Return which robots of a word have a wall that blocks them on their left, and on their right."""
+def find_edges_beside(params, robots, w):
+    """Return which robots of a word have an edge that blocks them on their left, and on their right."""
     xs, ys = robots[Robot.X], robots[Robot.Y]
     steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
     low, right = params.robots.radius, params.arena.width - params.robots.radius
@@ -286,9 +302,3 @@ def turn_away(robots, turning_left, blocked, w):
         turned_u, turned_v = shortened(u - side * v), shortened(v + side * u)
         turns = has_bit(blocked, k)
         steps_x[i], steps_y[i] = int32(turned_u if turns else u), int32(turned_v if turns else v)
-
-
-@inlined
-def shortened(length):
-    """Return a length times the cosine of an eighth of a turn, rounded towards 0."""
-    return (length * int64(COS_EIGHTH) + ((length >> 63) & 0xFFFFFFFF)) >> 32

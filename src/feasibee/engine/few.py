@@ -43,9 +43,10 @@ from feasibee.engine.intrinsics import (
     without_lowest,
 )
 from feasibee.engine.knowledge import defer_all, publish, update_pending
-from feasibee.engine.layout import HEARD_ROOM, WORD, Clock, Count, Heard, Link, Point, Robot, Set, Share
+from feasibee.engine.layout import HEARD_ROOM, WORD, Clock, Count, Heard, Link, Point, Robot, Sense, Set, Share
 from feasibee.engine.motion import move_freely
 from feasibee.engine.params import ALWAYS, Action
+from feasibee.engine.place import drop_cut, visible_tasks
 from feasibee.engine.queues import store_members
 from feasibee.engine.sensing import (
     count_all_false_sightings,
@@ -155,6 +156,8 @@ def find_near_exactly(params, robots, sight, w, other, limit):
 def observe_few(params, state, functions, part):
     """Observe the robots and tasks in sight of the exploring robots (model.md 6.3)."""
     find_sight(params, state, params.sensing, part)
+    if params.arena.place.exists:
+        drop_cut(params, state, part, int64(Sense.SIGHT), params.arena.place.sight)
     for w in range(part.first, part.last):
         state.sets[Set.LOOKING, w] = ~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w]
     if not params.sensing.counts_all:
@@ -198,6 +201,8 @@ def observe_numbered(params, state, functions, part, i):
     total = int64(0)
     for w in range(-(-params.tasks.count // WORD)):
         seen = tasks_near(params, state, w, x, y)
+        if params.arena.place.exists and seen:
+            seen = visible_tasks(params, state, seen, w, x, y)
         if params.sensing.counts_all:
             total += popcount(seen)
             continue
@@ -308,8 +313,10 @@ def hear_few(params, state, functions, part):
         anyone |= state.sets[Set.SPEAKING, w]
     if anyone == 0:
         return
-    if params.radio.limit != params.sensing.limit or state.clock[Clock.MISS] > 0:
+    if not params.radio.as_sight or state.clock[Clock.MISS] > 0:
         find_sight(params, state, params.radio, part)
+        if params.arena.place.exists:
+            drop_cut(params, state, part, int64(Sense.RADIO), params.arena.place.radio)
     for other in range(part.first, part.last):
         find_heard(params, state, part, other)
     drop_unlucky(params, state, part, state.sets[Set.LISTENING], LOSS, state.clock[Clock.LOSS])
@@ -378,16 +385,16 @@ def find_standing(params, state, part):
     find_meeting(params, robots, sets, pairs, listed, True)
     some = uint32(0)
     for w in range(part.first, part.last):
-        blocked = uint32(sets[Set.MET, w] | find_beyond_walls(params, robots, w)) & sets[Set.WORKING, w]
+        blocked = uint32(sets[Set.MET, w] | find_beyond_walls(params, state, w)) & sets[Set.WORKING, w]
         sets[Set.BLOCKED, w] = blocked
         some |= blocked
     if params.robots.deflects and some:
         for w in range(part.first, part.last):
-            wall_left, wall_right = find_walls_beside(params, robots, w)
+            wall_left, wall_right = find_walls_beside(params, state, sets[Set.BLOCKED, w], w)
             sets[Set.TURNING_LEFT, w] = (
                 sets[Set.MET_RIGHT, w] | wall_right | ~(sets[Set.MET_LEFT, w] | wall_left)
             )
-        some = deflect_few(params, robots, sets, pairs, listed, part)
+        some = deflect_few(params, state, pairs, listed, part)
     return some != 0
 
 
@@ -521,12 +528,12 @@ def collect_meetings(sets, pairs, listed):
 
 
 @spliced
-def deflect_few(params, robots, sets, pairs, listed, part):
+def deflect_few(params, state, pairs, listed, part):
     """Let the blocked robots turn away twice, as long as they are blocked; return whether some still are.
 
     Their steps change, also of those that stay blocked: these draw a new heading (model.md 6.2.2 to 6.2.5).
     """
-    some = uint32(0)
+    robots, sets, some = state.robots, state.sets, uint32(0)
     for _ in range(2):
         for w in range(part.first, part.last):
             turn_away(robots, sets[Set.TURNING_LEFT, w], sets[Set.BLOCKED, w], w)
@@ -534,7 +541,7 @@ def deflect_few(params, robots, sets, pairs, listed, part):
         find_meeting(params, robots, sets, pairs, listed, False)
         some = uint32(0)
         for w in range(part.first, part.last):
-            sets[Set.BLOCKED, w] &= sets[Set.MET, w] | find_beyond_walls(params, robots, w)
+            sets[Set.BLOCKED, w] &= sets[Set.MET, w] | find_beyond_walls(params, state, w)
             some |= sets[Set.BLOCKED, w]
         if some == 0:
             break

@@ -50,6 +50,8 @@ Int32s = NDArray[np.int32]
 Int64s = NDArray[np.int64]
 Words = NDArray[np.uint32]
 Floats = NDArray[np.float64]
+Bytes = NDArray[np.uint8]
+Limits = NDArray[np.uint64]
 
 
 class Robot(IntEnum):
@@ -113,6 +115,13 @@ class Count(IntEnum):
     FEASIBLE_VOTES = 3  # messages with opinion 1
     SENT_BITS = 4  # length of its message, if that is still a copy of what it knows; else -1
     SPARE = 5  # room to sort the others in
+
+
+class Sense(IntEnum):
+    """Parts of `Ground.limits`, each with a limit for each number of walls in between."""
+
+    SIGHT = 0
+    RADIO = 1
 
 
 class Link(IntEnum):
@@ -280,14 +289,26 @@ class TaskLists(NamedTuple):
     bounds: Annotated[Int64s, "Bound", "cell"]
 
 
+class Ground(NamedTuple):
+    """The cells of a place, row by row (model.md 6.20); see `feasibee.engine.place`."""
+
+    passable: Annotated[Words, "word of cells"]  # rows begin at whole words
+    open_around: Annotated[Bytes, "cell"]  # cells in each direction to the nearest wall; 0 in a wall
+    limits: Annotated[Limits, "Sense, walls"]  # squared distances that are too far, behind so many walls
+    stands: Annotated[Int32s, "cell"]  # where things are placed, piece by piece
+    stand_of: Annotated[Int32s, "robot, then task", "first, number"]  # of its cells in `stands`
+    lattice: Annotated[Int32s, "robot", "x, y"]
+
+
 class Tables(NamedTuple):
-    """The arrays of a scenario: classes, skills (model.md 6.7), given points, parameters, events."""
+    """The arrays of a scenario: classes, skills (model.md 6.7), given points, parameters, events, place."""
 
     class_of: Annotated[Int32s, "robot, then task"]
     adds: Annotated[Int64s, "set of skills", "class of robots, then of tasks"]  # per member of the class
     points: Annotated[Int32s, "robot, then task of the start", "x, y"]  # zeros unless they are given
     parameters: Annotated[Floats, "parameter"]
     events: Annotated[Int64s, "event", "Event"]  # in their order (model.md 6.17)
+    ground: Ground
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from numba import int32, uint32, uint64
+from numba import int32, int64, uint32, uint64
 
 from feasibee.engine.compile import inlined
 from feasibee.engine.draws import draw_headings, list_members, next_heading
 from feasibee.engine.intrinsics import bit_if
 from feasibee.engine.layout import Heard, Robot, Set
+from feasibee.model.codes import COS_EIGHTH
 
 
 @inlined
@@ -21,6 +22,12 @@ def move_freely(state, part):
             i = uint64(base + j)
             xs[i] += steps_x[i]
             ys[i] += steps_y[i]
+
+
+@inlined
+def shortened(length):
+    """Return a length times the cosine of an eighth of a turn, rounded towards 0."""
+    return (length * int64(COS_EIGHTH) + ((length >> 63) & 0xFFFFFFFF)) >> 32
 
 
 @inlined

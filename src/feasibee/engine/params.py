@@ -143,6 +143,18 @@ class SideParams(NamedTuple):
     height: float
 
 
+class PlaceParams(NamedTuple):
+    """The grid of a place (model.md 6.20)."""
+
+    exists: bool
+    bits: int  # of a position within its cell
+    columns: int
+    rows: int
+    row_words: int  # of `Ground.passable`
+    sight: int  # cells that a robot surely sees past, if no wall is nearer
+    radio: int  # likewise
+
+
 class ArenaParams(NamedTuple):
     """The arena (model.md 1.1, 6.1)."""
 
@@ -151,6 +163,7 @@ class ArenaParams(NamedTuple):
     width: int
     height: int
     unit: float  # of fixed point, in units of length
+    place: PlaceParams
     sides: SideParams
 
 
@@ -227,6 +240,7 @@ class RadioParams(NamedTuple):
     band: Band  # in units of 2**16
     loss: np.uint64  # probability times 2**32
     id_bits: int  # length of an id
+    as_sight: bool  # whether robots hear whom they see, but for misses
     random_ids: bool  # whether ids are random, and may collide
     message_bits: int  # length of a message without its knowledge
 

@@ -40,9 +40,11 @@ from feasibee.engine.layout import (
     Heard,
     Pending,
     Robot,
+    Sense,
     Set,
 )
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
+from feasibee.engine.place import keep_uncut
 from feasibee.model import purposes
 
 PIECE = 16
@@ -207,6 +209,9 @@ def observe_all(params, state, functions, part, cells, grid, are_robots):
 def observe_queued(params, state, functions, part, queued, are_robots):
     """Observe the queued sights: is it seen, is it new, which class has it (model.md 6.3); return 0."""
     heard = state.heard[part.thread]
+    if params.arena.place.exists:
+        points = state.robots if are_robots else state.tasks
+        queued = keep_uncut(params, state, points, part, int64(Sense.SIGHT), queued, are_robots)
     for k in range(queued):
         i, number = int64(heard[Heard.RECEIVER, k]), int64(heard[Heard.SENDER, k])
         if are_robots:
@@ -378,6 +383,8 @@ def sort_by_number(state, part, first, last):
 def receive_queued_general(params, state, functions, part, queued):
     """Let robots receive the queued messages, of which some are lost; return 0."""
     heard = state.heard[part.thread]
+    if params.arena.place.exists:
+        queued = keep_uncut(params, state, state.robots, part, int64(Sense.RADIO), queued, True)
     for k in range(queued):
         i, other = int64(heard[Heard.RECEIVER, k]), place_of(heard[Heard.SENDER, k])
         receive_general(params, state, functions, part, i, other)

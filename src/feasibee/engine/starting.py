@@ -103,9 +103,12 @@ def place_task(params, state, i):
             given = choose(draw(params, run, i, 0, purposes.PLACE_TASK), params.tasks.at_start)
         point = state.tables.points[params.robots.at_start + given]
         put(state.tasks, i, point[0], point[1])
+        return
+    if params.arena.place.exists:
+        x, y = on_ground(params, state, i, params.robots.count + i, int64(0), int64(purposes.PLACE_TASK))
     else:
         x, y = candidate(params, placing, run, i, int64(0), int64(0), TASK)
-        put(state.tasks, i, x, y)
+    put(state.tasks, i, x, y)
 
 
 @called
@@ -132,12 +135,26 @@ def place_robot(params, state, i, joins):
             word = draw(params, run, i, ATTEMPTS * joined + attempt, purposes.PLACE_ROBOT)
             point = state.tables.points[choose(word, params.robots.at_start)]
             x, y = int64(point[0]), int64(point[1])
+        elif params.arena.place.exists:
+            x, y = on_ground(params, state, i, i, ATTEMPTS * joined + attempt, int64(purposes.PLACE_ROBOT))
         else:
             x, y = candidate(params, placing, run, i, joined, int64(attempt), ROBOT)
         put(state.robots, i, x, y)
         if not params.robots.avoid_collisions or is_clear(params, state, i, joins):
             return True
     return False
+
+
+@called
+def on_ground(params, state, i, thing, attempt, purpose):
+    """Return a position drawn in a cell of a robot's or task's piece and zone (model.md 6.20.7)."""
+    place, ground = params.arena.place, state.tables.ground
+    words = draw_words(params, state.clock[Clock.RUN], i, attempt, purpose)
+    first, number = int64(ground.stand_of[thing, 0]), int64(ground.stand_of[thing, 1])
+    cell = int64(ground.stands[first + choose(words[0], number)])
+    width = int64(1) << place.bits
+    x = (cell % place.columns << place.bits) + choose(words[1], width)
+    return x, (cell // place.columns << place.bits) + choose(words[2], width)
 
 
 @inlined
@@ -201,7 +218,11 @@ def normal(params, run, i, counter, purpose, scale):
 
 @called
 def place_on_lattice(params, state):
-    """Place the robots on a square lattice over the whole arena, in random order."""
+    """Place the robots on a square lattice over the whole arena, in random order, or as a place has it."""
+    if params.arena.place.exists:
+        for i in range(params.robots.at_start):
+            put(state.robots, i, state.tables.ground.lattice[i, 0], state.tables.ground.lattice[i, 1])
+        return
     step = 2 * params.robots.radius
     columns, rows = params.arena.width // step, params.arena.height // step
     shuffle(params, state.clock[Clock.RUN], state.robots[Robot.ORDER], params.robots.at_start, purposes.SITE)

@@ -19,6 +19,7 @@ from feasibee.scenario.messages import bare_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
 from feasibee.scenario.supported import takes_fast_path
+from feasibee.simulation import place
 from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting
 
@@ -57,7 +58,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
             numbered=together and not fast and numbered,
         ),
         walk=_filled(numbers.WalkParams, scenario.walk),
-        sensing=_sensing(scenario, sight),
+        sensing=_sensing(scenario, sight, not arena.place.exists or numbered and together),
         radio=_radio(scenario, setting.id_bits, radio),
         strategy=_strategy(scenario, setting),
         decision=_decision(scenario, most.robots),
@@ -85,7 +86,7 @@ def _arena(scenario: Scenario, unit: Fraction) -> numbers.ArenaParams:
     walls = scenario.arena.boundary == "walls"
     wraps = walls or width == height
     sides = numbers.SideParams(*map(float, scenario.arena.size))
-    return numbers.ArenaParams(walls, wraps, width, height, float(unit), sides)
+    return numbers.ArenaParams(walls, wraps, width, height, float(unit), place.params_of(scenario), sides)
 
 
 def _robots(
@@ -115,7 +116,7 @@ def _robots(
     )
 
 
-def _sensing(scenario: Scenario, squared_range: int) -> numbers.SensingParams:
+def _sensing(scenario: Scenario, squared_range: int, counts_all: bool) -> numbers.SensingParams:
     sensing = scenario.sensing
     by_class = bool(scenario.robots.classes or scenario.tasks.classes)
     only_counts = not (by_class or scenario.strategy.knowledge)
@@ -129,7 +130,7 @@ def _sensing(scenario: Scenario, squared_range: int) -> numbers.SensingParams:
         unique=sensing.observation == "unique",
         by_class=by_class,
         only_counts=only_counts,
-        counts_all=only_counts and not may_miss and sensing.observation == "repeated",
+        counts_all=counts_all and only_counts and not may_miss and sensing.observation == "repeated",
         miss=probability(sensing.miss),
         misname=probability(sensing.misname),
     )
@@ -143,6 +144,7 @@ def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> numbers.Radi
         band=band_of(squared_range + 1, 16),
         loss=probability(radio.loss),
         id_bits=id_bits,
+        as_sight=radio.range == scenario.sensing.range and not (scenario.plan and radio.walls),
         random_ids=radio.id_bits is not None,
         message_bits=bare_bits(scenario, id_bits),
     )
@@ -296,6 +298,7 @@ def tables_of(scenario: Scenario, params: numbers.Params) -> Tables:
         ),
         parameters=np.array(list(scenario.decision.parameters.values()), np.float64),
         events=_events(scenario),
+        ground=place.tables_of(scenario),
     )
 
 
@@ -353,7 +356,7 @@ def _given_points(
     sides, unit = (arena.width, arena.height), unit_of(scenario)
     places = [
         [
-            min(max(math.floor(exact(p) / unit), margin), side - margin)
+            min(max(math.floor(exact(p) / unit), margin), side - max(margin, int(arena.place.exists)))
             for p, side in zip(point, sides, strict=True)
         ]
         for point in section.points
@@ -363,6 +366,8 @@ def _given_points(
 
 def unit_of(scenario: Scenario) -> Fraction:
     """Return the unit of fixed point: the longer side is 2**32 of them on the torus, 2**31 within walls."""
+    if scenario.plan:
+        return scenario.plan.unit
     longer = max(exact(side) for side in scenario.arena.size)
     return longer / (TURN // 2 if scenario.arena.boundary == "walls" else TURN)
 

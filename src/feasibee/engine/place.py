@@ -1,0 +1,231 @@
+"""Places: which steps avoid walls, and how many walls are between two things (model.md 6.20, 6.21).
+
+Each cell has a byte: how many cells around are free of walls. If these squares around both ends and the middle
+cover a line, no wall is on it. Otherwise the line is walked from cell to cell. In a hall with shelves one line in
+ten is walked.
+"""
+
+from __future__ import annotations
+
+from numba import int32, int64, uint32, uint64
+
+from feasibee.engine.compile import called, inlined
+from feasibee.engine.intrinsics import (
+    bit,
+    bit_if,
+    first_bits,
+    lowest_member,
+    place_of,
+    without_lowest,
+)
+from feasibee.engine.layout import HEARD_ROOM, WORD, Heard, Link, Point, Robot, Sense
+from feasibee.engine.motion import shortened
+from feasibee.engine.queues import store_members
+from feasibee.model.codes import MOST_WALLS
+
+
+@inlined
+def is_passable(place, ground, x, y):
+    """Return 1 if a position is in a passable cell, else 0. Cells at the edges never are: so beyond them."""
+    column = min(max(x >> place.bits, 0), place.columns - 1)
+    row = min(max(y >> place.bits, 0), place.rows - 1)
+    word = ground.passable[uint64(row * place.row_words + (column >> 5))]
+    return int64(word >> uint32(column & 31)) & 1
+
+
+@inlined
+def passable_ends(place, ground, x, y, u, v):
+    """Return how many of the four quarters of a step end in passable cells (model.md 6.20.4)."""
+    quarter_u, quarter_v, half_u, half_v = u >> 2, v >> 2, u >> 1, v >> 1
+    return (
+        is_passable(place, ground, x + quarter_u, y + quarter_v)
+        + is_passable(place, ground, x + half_u, y + half_v)
+        + is_passable(place, ground, x + half_u + quarter_u, y + half_v + quarter_v)
+        + is_passable(place, ground, x + u, y + v)
+    )
+
+
+@called
+def find_blocked_by_place(params, ground, robots, w):
+    """Return the set of robots of a word whose steps the place blocks."""
+    xs, ys = robots[Robot.X], robots[Robot.Y]
+    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
+    place, found, base = params.arena.place, uint32(0), uint64(WORD * w)
+    for k in range(32):
+        i = uint64(base + k)
+        x, y = int64(uint32(xs[i])), int64(uint32(ys[i]))
+        ends = passable_ends(place, ground, x, y, int64(steps_x[i]), int64(steps_y[i]))
+        found |= bit_if(ends < 4, k)
+    return found
+
+
+@called
+def find_place_beside(params, ground, robots, blocked, w):
+    """Return which robots of a word have the place that blocks them on their left, and on their right."""
+    place, found_left, found_right = params.arena.place, uint32(0), uint32(0)
+    while blocked:
+        i = lowest_member(w, blocked)
+        x, y = int64(uint32(robots[Robot.X, i])), int64(uint32(robots[Robot.Y, i]))
+        u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
+        if passable_ends(place, ground, x, y, u, v) < 4:
+            left = passable_ends(place, ground, x, y, shortened(u - v), shortened(u + v))
+            right = passable_ends(place, ground, x, y, shortened(u + v), shortened(v - u))
+            found_left |= bit_if(right > left, i)
+            found_right |= bit_if(left > right, i)
+        blocked = without_lowest(blocked)
+    return found_left, found_right
+
+
+@inlined
+def open_around(place, ground, column, row):
+    """Return how many cells from a cell on are free of walls in all directions, itself included; 0 in a wall."""
+    return int64(ground.open_around[uint64(row * place.columns + column)])
+
+
+@inlined
+def is_in_the_open(place, ground, x, y, reach):
+    """Return whether no wall is within ``reach`` cells of a position."""
+    return open_around(place, ground, x >> place.bits, y >> place.bits) > reach
+
+
+@inlined
+def is_cut(params, ground, sense, ax, ay, bx, by):
+    """Return whether walls between two positions in range make them too far apart (model.md 6.20.11, 6.21)."""
+    place = params.arena.place
+    if is_surely_free(place, ground, ax, ay, bx, by):
+        return False
+    return is_behind_walls(place, ground, sense, ax, ay, bx, by)
+
+
+@inlined
+def is_surely_free(place, ground, ax, ay, bx, by):
+    """Return whether the squares around both ends and the middle of a line cover it, which then crosses no wall."""
+    ax, ay, bx, by = ax >> place.bits, ay >> place.bits, bx >> place.bits, by >> place.bits
+    length = max(abs(bx - ax), abs(by - ay))
+    start, end = open_around(place, ground, ax, ay), open_around(place, ground, bx, by)
+    if start + end > length + 1:
+        return True
+    middle = open_around(place, ground, (ax + bx) >> 1, (ay + by) >> 1)  # up to half a cell from the line's
+    return 2 * (min(start, end) + middle) > length + 3
+
+
+@called
+def is_behind_walls(place, ground, sense, ax, ay, bx, by):
+    """Return whether as many walls as are between two positions make them too far apart."""
+    first = int64(sense) * (MOST_WALLS + 1)
+    passes = ground.limits[first + 1] > 0
+    walls = walls_between(place, ground, ax, ay, bx, by, MOST_WALLS if passes else 1)
+    if walls == 0:
+        return False
+    way_x, way_y = bx - ax, by - ay
+    return uint64(way_x * way_x + way_y * way_y) >= ground.limits[first + walls]
+
+
+@inlined
+def walls_between(place, ground, ax, ay, bx, by, most):
+    """Return in how many stretches the line between two positions' cells touches walls, at most ``most``.
+
+    The line joins the cells' centres. ``ahead`` says which border it meets first: at 0 both, at a corner.
+    """
+    column, row = ax >> place.bits, ay >> place.bits
+    across, along = (bx >> place.bits) - column, (by >> place.bits) - row
+    step_x, step_y = int64(1) if across >= 0 else int64(-1), int64(1) if along >= 0 else int64(-1)
+    across, along = abs(across), abs(along)
+    ahead, left = along - across, across + along
+    cell, next_row = row * place.columns + column, step_y * place.columns
+    inside = is_wall(ground, cell)
+    found = int64(inside)
+    while left > 0 and found < most:
+        corner = False
+        if ahead < 0:
+            cell, ahead, left = cell + step_x, ahead + 2 * along, left - 1
+        elif ahead > 0:
+            cell, ahead, left = cell + next_row, ahead - 2 * across, left - 1
+        else:
+            corner = is_wall(ground, cell + step_x) or is_wall(ground, cell + next_row)
+            cell, ahead, left = cell + step_x + next_row, ahead + 2 * (along - across), left - 2
+        now = is_wall(ground, cell)
+        found += int64((not inside) and (now or corner))
+        inside = now
+    return found
+
+
+@inlined
+def is_wall(ground, cell):
+    """Return whether a cell is a wall."""
+    return ground.open_around[uint64(cell)] == 0
+
+
+@inlined
+def position(points, i):
+    """Return the position of a robot or task; `Robot` and `Point` have the coordinates in the same rows."""
+    return int64(uint32(points[Point.X, uint64(i)])), int64(uint32(points[Point.Y, uint64(i)]))
+
+
+@called
+def drop_cut(params, state, part, sense, reach):
+    """Leave those robots out of each other's sets in `Link.SIGHT` between which walls are.
+
+    A robot without walls within ``reach`` cells lists nobody. Pairs are listed and then tested in one loop.
+    """
+    links, pairs, listed, ground = state.links[Link.SIGHT], state.heard[part.thread], int64(0), state.tables.ground
+    receivers, senders, place = pairs[Heard.RECEIVER], pairs[Heard.SENDER], params.arena.place
+    for i in range(params.robots.count):
+        x, y = position(state.robots, i)
+        if is_in_the_open(place, ground, x, y, reach):
+            continue
+        for other in range(part.first, part.last):
+            members = links[other, i] & first_bits(i - WORD * other)
+            if members:
+                listed += store_members(receivers, senders, listed, int32(i), members, int32(WORD * other))
+        if listed > HEARD_ROOM:
+            drop_listed_cut(params, state, links, pairs, listed, sense)
+            listed = int64(0)
+    drop_listed_cut(params, state, links, pairs, listed, sense)
+
+
+@called
+def drop_listed_cut(params, state, links, pairs, listed, sense):
+    """Leave the robots of listed pairs out of each other's sets if walls are between them."""
+    ground = state.tables.ground
+    for k in range(listed):
+        i, j = int64(pairs[Heard.RECEIVER, k]), int64(pairs[Heard.SENDER, k])
+        ax, ay = position(state.robots, i)
+        bx, by = position(state.robots, j)
+        if is_cut(params, ground, sense, ax, ay, bx, by):
+            links[j >> 5, i] &= ~bit(j)
+            links[i >> 5, j] &= ~bit(i)
+
+
+@called
+def visible_tasks(params, state, tasks, w, x, y):
+    """Return which tasks of a word, all in range of a position, aren't hidden by walls."""
+    ground, place = state.tables.ground, params.arena.place
+    x, y = int64(uint32(x)), int64(uint32(y))
+    if is_in_the_open(place, ground, x, y, place.sight):
+        return tasks
+    left = tasks
+    while left:
+        task = lowest_member(w, left)
+        bx, by = position(state.tasks, task)
+        if is_cut(params, ground, int64(Sense.SIGHT), x, y, bx, by):
+            tasks &= ~bit(task)
+        left = without_lowest(left)
+    return tasks
+
+
+@called
+def keep_uncut(params, state, points, part, sense, queued, packed):
+    """Keep those pairs of the queue between which no walls are that matter; return their number.
+
+    ``packed`` says that numbers are as `feasibee.engine.crowd.numbered` packs them.
+    """
+    queue, kept, ground = state.heard[part.thread], int64(0), state.tables.ground
+    receivers, senders = queue[Heard.RECEIVER], queue[Heard.SENDER]
+    for k in range(queued):
+        receiver, sender = receivers[k], senders[k]
+        ax, ay = position(state.robots, receiver)
+        bx, by = position(points, place_of(sender) if packed else int64(sender))
+        receivers[kept], senders[kept] = receiver, sender
+        kept += int64(not is_cut(params, ground, sense, ax, ay, bx, by))
+    return kept

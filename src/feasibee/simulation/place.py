@@ -1,0 +1,111 @@
+"""A scenario's place as the engine takes it (model.md 6.20, 6.21)."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.engine.layout import WORD, Ground, Int32s
+from feasibee.engine.params import PlaceParams
+from feasibee.model.codes import MOST_WALLS, exact
+from feasibee.scenario.ground import Ground as Surface
+from feasibee.scenario.ground import ground_of
+from feasibee.scenario.plan import Cells
+from feasibee.scenario.scenario import Scenario
+
+FARTHEST = 255
+"""Largest distance that a byte holds."""
+
+
+def params_of(scenario: Scenario) -> PlaceParams:
+    """Return the grid of a scenario's place; zeros if it has none."""
+    plan = scenario.plan
+    if plan is None:
+        return PlaceParams(False, 0, 0, 0, 0, 0, 0)
+    rows, columns = plan.walls.shape
+    sight, radio = (
+        math.ceil(exact(reach) / plan.cell) + 1 for reach in (scenario.sensing.range, scenario.radio.range)
+    )
+    return PlaceParams(True, plan.bits, columns, rows, -(-columns // WORD), sight, radio)
+
+
+def tables_of(scenario: Scenario) -> Ground:
+    """Return the arrays of a scenario's place; empty ones if it has none."""
+    surface = ground_of(scenario)
+    if surface is None:
+        none = np.zeros((0, 2), np.int32)
+        return Ground(
+            np.zeros(0, np.uint32), np.zeros(0, np.uint8), np.zeros(0, np.uint64), none[:, 0].copy(), none, none
+        )
+    radio, walls = exact(scenario.radio.range), exact(scenario.radio.walls)
+    sight = [exact(scenario.sensing.range), *[None] * MOST_WALLS]
+    ranges = [*sight, *(radio * walls**k if walls or k == 0 else None for k in range(MOST_WALLS + 1))]
+    return Ground(
+        passable=_words(surface.passable),
+        open_around=_open_around(surface),
+        limits=np.array([_limit(each, surface.plan.unit) for each in ranges], np.uint64),
+        **_stands(scenario, surface),
+    )
+
+
+def _limit(reach: Fraction | None, unit: Fraction) -> int:
+    """Return the least squared distance that is too far."""
+    return 0 if reach is None else min(math.floor((reach / unit) ** 2) + 1, 2**63 + 1)
+
+
+def _words(cells: Cells) -> NDArray[np.uint32]:
+    """Return cells as words of 32 bits; each row begins with a new word."""
+    rows, columns = cells.shape
+    padded = np.pad(cells, ((0, 0), (0, -columns % WORD)))
+    return np.packbits(padded, axis=1, bitorder="little").view("<u4").astype(np.uint32).ravel()
+
+
+def _stands(scenario: Scenario, surface: Surface) -> dict[str, Int32s]:
+    """Return where robots and tasks are placed; those beyond the start are where the first robot is."""
+    counts, rows, before = scenario.most, [], 0
+    own, others = surface.robots, surface.tasks
+    for each, count in ((own, counts.robots), (others, counts.tasks)):
+        pieces = np.full(count, own.piece[0])
+        pieces[: len(each.piece)] = each.piece
+        first = each.first[pieces]
+        rows.append(np.stack([first + before, each.first[pieces + 1] - first], axis=1))
+        before += len(each.cells)
+    lattice, numbers = np.zeros((counts.robots, 2), np.int32), own.piece
+    for piece, (xs, ys) in enumerate(surface.lattice, start=1):
+        members = np.flatnonzero(numbers == piece)
+        if len(members) and len(xs):
+            sites = np.arange(len(members)) * len(xs) // len(members)
+            lattice[members] = np.stack([xs[sites], ys[sites]], axis=1)
+    return {
+        "stands": np.concatenate([own.cells, others.cells]).astype(np.int32),
+        "stand_of": np.concatenate(rows).astype(np.int32),
+        "lattice": lattice,
+    }
+
+
+def _open_around(surface: Surface) -> NDArray[np.uint8]:
+    """Return each cell's distance to the nearest wall, in cells, the larger one along both axes."""
+    return _distances(surface.plan.walls.tobytes(), surface.plan.walls.shape)
+
+
+@lru_cache(maxsize=4)
+def _distances(walls: bytes, shape: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return the distances in a row, then those over rows, down and up: each is at most one more than a neighbour's."""
+    closed = np.frombuffer(walls, np.bool_).reshape(shape)
+    found = np.where(closed, 0, FARTHEST).astype(np.int16)
+    places = np.arange(shape[1], dtype=np.int16)
+    for order in (slice(None), slice(None, None, -1)):
+        before = None
+        for row in found[order]:
+            if before is not None:
+                np.minimum(row, before + 1, out=row)
+                np.minimum(row[1:], before[:-1] + 1, out=row[1:])
+                np.minimum(row[:-1], before[1:] + 1, out=row[:-1])
+            row[:] = np.minimum.accumulate(row - places) + places
+            row[:] = np.minimum.accumulate((row + places)[::-1])[::-1] - places
+            before = row
+    return np.minimum(found, FARTHEST).astype(np.uint8).ravel()
