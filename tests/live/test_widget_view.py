@@ -11,6 +11,7 @@ from declaring import declaring
 from PIL import Image
 from playing import swarm_at
 from waiting import eventually, expect_rest
+from walled import PLACE
 
 from feasibee import Scenario, simulate
 from feasibee.live.widget import Arena
@@ -247,3 +248,9 @@ def test_a_world_that_changes_says_the_truth_of_the_step_and_draws_its_tasks(sho
             page, TASKS, lambda share, least=least, step=step: share > least if step < 6 else not share
         )
         shown.append(share(page.locator("canvas"), TASKS))
+
+
+def test_it_draws_walls(show):
+    page = show(Arena(PLACE), color_scheme="light")
+    wall = 12 / (PLACE.arena.size[0] * PLACE.arena.size[1])
+    expect_share(page, (29, 33, 37), lambda share: share > 0.9 * wall)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import io
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Polygon
+from PIL import Image
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.figures.style import axes_for, in_metres
-from feasibee.model.codes import COLOURS, DECISIONS, TASK
+from feasibee.model.codes import COLOURS, DECISIONS, TASK, ZONE
 from feasibee.scenario.geometry import images
+from feasibee.scenario.picture import extent_of, outlines_of, picture_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
 
@@ -31,6 +34,7 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
         raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
     width, height = scenario.arena.size
     with axes_for(ax, 3.4, min(6.0, max(1.6, 0.9 + 2.5 * height / width))) as axes:
+        draw_ground(axes, scenario)
         _draw_robots(axes, swarm, scenario)
         x, y = swarm.tasks.T
         look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
@@ -45,6 +49,23 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
         in_metres(axes, scenario.units.metres)
         _arena_legend(axes, scenario.declares)
         return axes
+
+
+def draw_ground(ax: Axes, scenario: Scenario) -> None:
+    """Draw the walls, no-go cells and zones of a scenario's place, if it has one."""
+    if scenario.plan is None:
+        return
+    width, height = extent_of(scenario.plan)
+    with Image.open(io.BytesIO(picture_of(scenario.plan))) as picture:
+        cells = np.asarray(picture.convert("RGBA"))
+    ax.imshow(cells, extent=(0, width, 0, height), interpolation="nearest", zorder=1.2)
+    for name, polygons, place in outlines_of(scenario):
+        for each in polygons:
+            ax.add_patch(Polygon(each, facecolor=ZONE, alpha=0.12, zorder=0.6))
+            ax.add_patch(Polygon(each, fill=False, edgecolor=ZONE, linewidth=0.8, zorder=1.3))
+        ax.annotate(
+            name, place, (3, -3), textcoords="offset points", fontsize=6, va="top", zorder=1.4, clip_on=True
+        )
 
 
 def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:

@@ -14,6 +14,7 @@ from urllib.parse import quote
 
 from feasibee.files import atomic_write
 from feasibee.live.prediction import prediction_of
+from feasibee.live.scene import plan_for_pages
 from feasibee.live.world.build import WASM, compile_world
 from feasibee.live.world.lowering import (
     ROBOTS_LIMIT,
@@ -88,6 +89,7 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
         "lengths": {
             "size": scenario.arena.size,
             "walls": scenario.setting.walled,
+            "plan": plan_for_pages(scenario),
             "diameter": scenario.robots.diameter,
             "sight": scenario.sensing.range,
             "radio": scenario.radio.range,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from feasibee.field.recording import Recording
 from feasibee.reference.mind import BYZANTINE, STUBBORN
 from feasibee.scenario.feasibility import truth
+from feasibee.scenario.picture import extent_of, outlines_of, picture_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.snapshot import FLAGS, Snapshot
 
@@ -41,6 +43,7 @@ def scene_of(scenario: Scenario) -> dict[str, Any]:
     return {
         "size": list(scenario.arena.size),
         "walls": scenario.arena.boundary == "walls",
+        "plan": plan_for_pages(scenario),
         "diameter": scenario.robots.diameter,
         "sight": scenario.sensing.range,
         "radio": scenario.radio.range,
@@ -51,3 +54,12 @@ def scene_of(scenario: Scenario) -> dict[str, Any]:
         "truth": truth(scenario),
         "declares": scenario.declares,
     }
+
+
+def plan_for_pages(scenario: Scenario) -> dict[str, Any] | None:
+    """Return the plan of a scenario with the names that pages use: an image in base64, and zones; or None."""
+    if scenario.plan is None:
+        return None
+    image = base64.b64encode(picture_of(scenario.plan)).decode()
+    zones = [each._asdict() for each in outlines_of(scenario)]
+    return {"image": image, "size": extent_of(scenario.plan), "zones": zones}

@@ -66,5 +66,6 @@ def is_whole(value: object, most: int, least: int = 0) -> bool:
 # Okabe and Ito's palette, which colour-blind people can tell apart.
 COLOURS: Final = {"feasible": "#0072B2", "infeasible": "#D55E00", "undecided": "#7F7F7F"}
 TASK: Final = "#E69F00"
+ZONE: Final = "#009E73"
 MOST_WALLS = 8
 """Walls between two robots beyond which more shorten the radio range no further (model.md 6.21)."""

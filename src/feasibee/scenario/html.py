@@ -10,6 +10,7 @@ from typing import Any
 from feasibee.model.codes import DECISIONS
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.picture import draw_plan
 from feasibee.scenario.sections import Sections
 
 LONGEST = 80
@@ -71,7 +72,17 @@ def show_scenario(
         folded(_title(name, table, changed[name]), _rows(name, table, changed[name]))
         for name, table in tables.items()
     ]
-    return framed(head + "".join(sections))
+    return framed(head + _drawn(scenario) + "".join(sections))
+
+
+def _drawn(scenario: Sections) -> str:
+    """Return the plan of a scenario as SVG on white; empty without a place."""
+    scale = 1000 / max(scenario.arena.size)
+    width, height = (round(side * scale) for side in scenario.arena.size)
+    plan = draw_plan(scenario, scale, height)
+    edge = f'<rect width="{width}" height="{height}" fill="#fff" stroke="#222" stroke-width="8"/>'
+    label = 'role="img" aria-label="Floor plan"'
+    return plan and f'<svg viewBox="-4 -4 {width + 8} {height + 8}" {label}>{edge}{plan}</svg>'
 
 
 def _as_table(table: Any) -> Mapping[str, Any]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK
 from feasibee.scenario.geometry import images
 from feasibee.scenario.html import folded, framed
+from feasibee.scenario.picture import draw_plan
 
 MOST = 20_000
 """Largest number of robots, or of tasks, that is drawn."""
@@ -35,6 +36,7 @@ def show_swarm(swarm: Any, run: int) -> str:
         swarm.tasks,
         diameter=world.robots.diameter,
         walls=world.arena.boundary == "walls",
+        ground=draw_plan(world, *scale_of(world.arena.size)),
     )
     counts = {DECISIONS[FEASIBLE]: swarm.feasible_count, DECISIONS[INFEASIBLE]: swarm.infeasible_count}
     legend = ", ".join(
@@ -58,6 +60,7 @@ def draw_arena(
     *,
     diameter: float,
     walls: bool,
+    ground: str = "",
 ) -> str:
     """Return an arena as SVG on white; it has few paths, so that thousands of robots need little memory.
 
@@ -77,23 +80,31 @@ def draw_arena(
         Diameter of a robot, in units.
     walls : bool
         Whether the arena has walls instead of being a torus.
+    ground : str
+        Elements of SVG below robots and tasks, on the scale of `scale_of`.
     """
     if max(len(positions), len(tasks)) > MOST:
         return f"<p>More than {MOST} robots or tasks aren't drawn here; use feasibee animate.</p>"
-    scale = GRAIN / max(size)
-    width, height = (max(1, round(side * scale)) for side in size)
+    scale, height = scale_of(size)
+    width = max(1, round(size[0] * scale))
     radius = max(LEAST, round(diameter / 2 * scale))
 
     def place(units: NDArray[np.float64], reach: int) -> list[list[int]]:
         return _places(units, scale, (width, height), reach, walls)
 
-    parts = [_triangles(place(tasks, 0), radius, radius >= DETAILED)]
+    parts = [ground, _triangles(place(tasks, 0), radius, radius >= DETAILED)]
     for opinion in DECISIONS:
         for tells, sure in product((False, True), repeat=2):
             chosen = positions[(opinions == opinion) & (disseminating == tells) & ((declared >= 0) == sure)]
             parts += _robots(place(chosen, round(1.5 * radius)), radius, opinion, tells, sure)
     label = f"An arena with {len(positions)} robots and {len(tasks)} tasks"
     return _framed("".join(parts), width, height, walls, label)
+
+
+def scale_of(size: tuple[float, float]) -> tuple[float, int]:
+    """Return the length of a unit in a drawing of an arena of this size, and the height of the drawing."""
+    scale = GRAIN / max(size)
+    return scale, max(1, round(size[1] * scale))
 
 
 def _robots(spots: list[list[int]], radius: int, opinion: int, ring: bool, rim: bool) -> Iterator[str]:

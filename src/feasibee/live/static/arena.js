@@ -3,7 +3,7 @@
 import { Comings } from "./comings.js";
 import { Crowd, contextOf } from "./crowd.js";
 import { DISSEMINATING, THERE, WORKING } from "./frames.js";
-import { drawGround } from "./ground.js";
+import { drawGround, imageOf } from "./ground.js";
 import { LOOKS, drawSprite } from "./sprites.js";
 
 const TURN = 65536; // units of a position along the longer side
@@ -11,6 +11,7 @@ const DETAILED = 2000; // with more robots than this, no ticks, no flashes, no c
 const FLASH = 700; // milliseconds
 
 /** @import { Frame, Places } from "./frames.js" */
+/** @import { Plan } from "./ground.js" */
 /** @import { Shades } from "./theme.js" */
 
 /**
@@ -18,6 +19,7 @@ const FLASH = 700; // milliseconds
  * @typedef {object} World
  * @property {[number, number]} size
  * @property {boolean} walls
+ * @property {Plan | null} plan
  * @property {number} diameter
  * @property {number} sight
  * @property {number} radio
@@ -53,11 +55,13 @@ export class Arena {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {Shades} colours
+   * @param {() => void} redraw The ground is another one.
    */
-  constructor(canvas, colours) {
+  constructor(canvas, colours, redraw) {
     this.canvas = canvas;
     this.context = contextOf(canvas, { alpha: false });
     this.colours = colours;
+    this.redraw = redraw;
     /** @type {Places | null} */
     this.tasks = null;
     this.crowd = new Crowd();
@@ -75,19 +79,33 @@ export class Arena {
     this.width = this.height = this.longer = this.scale = this.unit = this.radius = this.ratio = 1;
     this.ranges = false; // of all robots
     this.pointed = this.chosen = -1;
+    /** @type {ImageBitmap | null} */
+    this.plan = null; // from the moment when it is decoded
     this.drawn = 0;
   }
 
   /** @param {World} world */
   open(world) {
-    this.world = world;
     this.longer = Math.max(...world.size);
     this.tasks = null;
     this.pointed = -1;
     this.flashes.clear();
     this.comings = new Comings();
     this.before = null;
+    if (world.plan?.image !== this.world?.plan?.image) this.showPlan(world.plan);
+    this.world = world;
     this.layout();
+  }
+
+  /** @param {Plan | null} plan */
+  async showPlan(plan) {
+    this.plan = null;
+    if (!plan) return;
+    const image = await imageOf(plan);
+    if (this.world.plan?.image !== plan.image) return; // another run has begun meanwhile
+    this.plan = image;
+    this.paintGround();
+    this.redraw();
   }
 
   /** @param {Places} tasks */

@@ -4,6 +4,24 @@
 /** @import { Places } from "./frames.js" */
 
 /**
+ * A floor plan from scene.py: an image in base64, whose opacity says how dark each cell is; sizes in units.
+ * @typedef {object} Plan
+ * @property {string} image
+ * @property {[number, number]} size
+ * @property {{name: string, polygons: [number, number][][], at: [number, number]}[]} zones
+ */
+
+/**
+ * Decode the image of a plan.
+ * @param {Plan} plan
+ */
+export function imageOf({ image }) {
+  return createImageBitmap(
+    new Blob([Uint8Array.from(atob(image), (each) => each.charCodeAt(0))], { type: "image/png" }),
+  );
+}
+
+/**
  * @param {CanvasRenderingContext2D} context
  * @param {Arena} arena
  */
@@ -25,11 +43,63 @@ export function drawGround(context, arena) {
     context.lineTo(width, y);
   }
   context.stroke();
+  if (world.plan) drawPlan(context, arena, world.plan);
   if (tasks) drawTasks(context, arena, tasks);
   if (world.walls) {
     context.strokeStyle = colours.ink;
     context.lineWidth = 6 * ratio; // half of it is outside
     context.strokeRect(0, 0, width, height);
+  }
+}
+
+/**
+ * Draw zones with their names, no-go cells and walls; the cells as soon as their image is decoded.
+ * @param {CanvasRenderingContext2D} context
+ * @param {Arena} arena
+ * @param {Plan} plan
+ */
+function drawPlan(context, { plan: image, height, colours, scale, ratio }, { size, zones }) {
+  context.fillStyle = context.strokeStyle = colours.zone;
+  context.lineWidth = 1.5 * ratio;
+  for (const { polygons } of zones) {
+    context.beginPath();
+    tracePolygons(context, polygons, scale, height);
+    context.globalAlpha = 0.12;
+    context.fill();
+    context.globalAlpha = 1;
+    context.stroke();
+  }
+  context.fillStyle = colours.ink;
+  context.font = `${12 * ratio}px system-ui, sans-serif`;
+  context.textBaseline = "top";
+  for (const { name, at } of zones)
+    context.fillText(name, at[0] * scale + 5 * ratio, height - at[1] * scale + 5 * ratio);
+  if (!image) return;
+  const inked = new OffscreenCanvas(image.width, image.height),
+    pen = /** @type {OffscreenCanvasRenderingContext2D} */ (inked.getContext("2d"));
+  pen.drawImage(image, 0, 0);
+  pen.globalCompositeOperation = "source-in"; // its opacity, in the ink of the theme
+  pen.fillStyle = colours.ink;
+  pen.fillRect(0, 0, image.width, image.height);
+  const [wide, tall] = [size[0] * scale, size[1] * scale];
+  context.imageSmoothingEnabled = wide < image.width;
+  context.imageSmoothingQuality = "high";
+  context.drawImage(inked, 0, height - tall, wide, tall);
+}
+
+/**
+ * Add polygons in units to the path.
+ * @param {CanvasRenderingContext2D} context
+ * @param {[number, number][][]} polygons
+ * @param {number} scale
+ * @param {number} height
+ */
+export function tracePolygons(context, polygons, scale, height) {
+  for (const polygon of polygons) {
+    for (const [k, [x, y]] of polygon.entries())
+      if (k) context.lineTo(x * scale, height - y * scale);
+      else context.moveTo(x * scale, height - y * scale);
+    context.closePath();
   }
 }
 

@@ -13,8 +13,11 @@ import { OPINIONS } from "./words.js";
 /** @import { Outlook } from "./seekbar.js" */
 
 export class Lane {
-  /** @param {number} number 0 on the left, 1 on the right. */
-  constructor(number) {
+  /**
+   * @param {number} number 0 on the left, 1 on the right.
+   * @param {() => void} redraw
+   */
+  constructor(number, redraw) {
     const id = (/** @type {string} */ name) => $(number ? `${name}-${number}` : name);
     this.number = number;
     this.frame = id("frame");
@@ -23,7 +26,7 @@ export class Lane {
     this.title = id("plot-title");
     this.canvas = /** @type {HTMLCanvasElement} */ (id("arena"));
     this.shades = coloursOf();
-    this.arena = new Arena(this.canvas, this.shades);
+    this.arena = new Arena(this.canvas, this.shades, redraw);
     this.plotCanvas = /** @type {HTMLCanvasElement} */ (id("plot"));
     this.course = begun(0, false);
     this.plotted = -1; // step of the curve

@@ -44,7 +44,7 @@ const seeker = new Seeker((message) => {
   sendInspected();
   connection.send(message);
 });
-const lanes = [new Lane(0), new Lane(1)];
+const lanes = [0, 1].map((number) => new Lane(number, () => player.wake()));
 const readings = new Readings(lanes);
 const controls = new Controls(/** @type {HTMLFormElement} */ ($("controls")), () => begin(0));
 const seekBar = new SeekBar((step) => seek(step));

@@ -37,7 +37,7 @@ class Page {
     this.world = world;
     this.threshold = Number(part) / Number(whole);
     this.shades = coloursOf();
-    this.arena = new Arena(canvasOf("arena"), this.shades);
+    this.arena = new Arena(canvasOf("arena"), this.shades, () => this.player.wake());
     this.seek = /** @type {HTMLInputElement} */ ($("seek"));
     this.player = new Player(
       canvasOf("arena"),

@@ -2,11 +2,11 @@
 
 import { $ } from "./elements.js";
 
-/** @typedef {"ground" | "line" | "ink" | "muted" | "feasible" | "infeasible" | "undecided" | "task"} Shade */
+/** @typedef {"ground" | "line" | "ink" | "muted" | "feasible" | "infeasible" | "undecided" | "task" | "zone"} Shade */
 /** @typedef {Record<Shade, string>} Shades */
 
 /** @type {Shade[]} */
-const SHADES = ["ground", "line", "ink", "muted", "feasible", "infeasible", "undecided", "task"];
+const SHADES = ["ground", "line", "ink", "muted", "feasible", "infeasible", "undecided", "task", "zone"];
 
 /** @type {Record<string, [string, string]>} */
 const THEMES = { auto: ["as the system", "◐"], light: ["light", "○"], dark: ["dark", "●"] };

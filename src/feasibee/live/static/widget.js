@@ -31,7 +31,7 @@ const SHAPE = `<style>
     --ink: var(--jp-ui-font-color1, light-dark(#1d2125, #e6e9eb));
     --line: light-dark(#ebe9e4, #20262b); --border: light-dark(#c6c2ba, #454e56);
     --feasible: light-dark(#0072b2, #3d9fdc); --infeasible: light-dark(#d55e00, #ee7d2b);
-    --undecided: light-dark(#7f7f7f, #8f9499); --task: #e69f00;
+    --undecided: light-dark(#7f7f7f, #8f9499); --task: #e69f00; --zone: light-dark(#009e73, #22c595);
     max-width: 480px; padding: 6px; color: var(--ink); background: var(--ground);
     font: 14px/1.5 var(--jp-ui-font-family, system-ui, sans-serif); font-variant-numeric: tabular-nums;
   }
@@ -108,7 +108,7 @@ class WidgetView {
         return this.arena.draw(view, time);
       },
     );
-    this.arena = new Arena(canvas, coloursOf(this.root));
+    this.arena = new Arena(canvas, coloursOf(this.root), () => this.player.wake());
   }
 
   /** @param {string} selector */
