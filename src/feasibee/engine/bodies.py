@@ -14,7 +14,7 @@ from feasibee.engine.crowd import queue_near
 from feasibee.engine.intrinsics import bit_if, contains, has_bit, lowest_member, place_of, without_lowest
 from feasibee.engine.layout import HEARD_ROOM, WORD, Heard, Robot, Set
 from feasibee.engine.motion import move_freely, shortened
-from feasibee.engine.place import find_blocked_by_place, find_place_beside
+from feasibee.engine.place import find_blocked_by_place, find_place_beside, find_still_blocked
 from feasibee.engine.team import wait_for_all
 
 SURELY = 1e-14
@@ -188,6 +188,14 @@ def find_beyond_walls(params, state, w):
     """Return the set of robots of a word whose step walls block."""
     if params.arena.place.exists:
         return find_blocked_by_place(params, state.tables.ground, state.robots, w)
+    return find_beyond_edges(params, state.robots, w)
+
+
+@inlined
+def find_still_beyond_walls(params, state, blocked, w):
+    """Return which blocked robots of a word, which have turned away, walls still block."""
+    if params.arena.place.exists:
+        return find_still_blocked(params, state.tables.ground, state.robots, blocked, w)
     return find_beyond_edges(params, state.robots, w)
 
 

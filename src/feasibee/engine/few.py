@@ -16,6 +16,7 @@ from feasibee.engine.bodies import (
     TOGETHER,
     around,
     find_beyond_walls,
+    find_still_beyond_walls,
     find_walls_beside,
     meets,
     meets_exactly,
@@ -541,7 +542,8 @@ def deflect_few(params, state, pairs, listed, part):
         find_meeting(params, robots, sets, pairs, listed, False)
         some = uint32(0)
         for w in range(part.first, part.last):
-            sets[Set.BLOCKED, w] &= sets[Set.MET, w] | find_beyond_walls(params, state, w)
+            blocked = sets[Set.BLOCKED, w]
+            sets[Set.BLOCKED, w] &= sets[Set.MET, w] | find_still_beyond_walls(params, state, blocked, w)
             some |= sets[Set.BLOCKED, w]
         if some == 0:
             break

@@ -26,23 +26,27 @@ from feasibee.model.codes import MOST_WALLS
 
 @inlined
 def is_passable(place, ground, x, y):
-    """Return 1 if a position is in a passable cell, else 0. Cells at the edges never are: so beyond them."""
-    column = min(max(x >> place.bits, 0), place.columns - 1)
-    row = min(max(y >> place.bits, 0), place.rows - 1)
-    word = ground.passable[uint64(row * place.row_words + (column >> 5))]
-    return int64(word >> uint32(column & 31)) & 1
+    """Return 1 if a position is in a passable cell, else 0.
+
+    Cells at the edges never are. So those stand for all beyond: a negative coordinate is a large unsigned one.
+    """
+    bits = uint32(place.bits)
+    column, row = uint32(uint32(x) >> bits), uint32(uint32(y) >> bits)
+    last_column, last_row = uint32(place.columns - 1), uint32(place.rows - 1)
+    column, row = min(column, last_column), min(row, last_row)
+    word = ground.passable[uint64(uint32(row * uint32(place.row_words) + uint32(column >> uint32(5))))]
+    return uint32(uint32(word >> uint32(column & uint32(31))) & uint32(1))
 
 
 @inlined
 def passable_ends(place, ground, x, y, u, v):
     """Return how many of the four quarters of a step end in passable cells (model.md 6.20.4)."""
-    quarter_u, quarter_v, half_u, half_v = u >> 2, v >> 2, u >> 1, v >> 1
-    return (
-        is_passable(place, ground, x + quarter_u, y + quarter_v)
-        + is_passable(place, ground, x + half_u, y + half_v)
-        + is_passable(place, ground, x + half_u + quarter_u, y + half_v + quarter_v)
-        + is_passable(place, ground, x + u, y + v)
-    )
+    x, y, u, v = int32(x), int32(y), int32(u), int32(v)
+    quarter_u, quarter_v, half_u, half_v = u >> int32(2), v >> int32(2), u >> int32(1), v >> int32(1)
+    first = is_passable(place, ground, int32(x + quarter_u), int32(y + quarter_v))
+    second = is_passable(place, ground, int32(x + half_u), int32(y + half_v))
+    third = is_passable(place, ground, int32(x + half_u + quarter_u), int32(y + half_v + quarter_v))
+    return int64(first + second + third + is_passable(place, ground, int32(x + u), int32(y + v)))
 
 
 @called
@@ -53,9 +57,20 @@ def find_blocked_by_place(params, ground, robots, w):
     place, found, base = params.arena.place, uint32(0), uint64(WORD * w)
     for k in range(32):
         i = uint64(base + k)
-        x, y = int64(uint32(xs[i])), int64(uint32(ys[i]))
-        ends = passable_ends(place, ground, x, y, int64(steps_x[i]), int64(steps_y[i]))
+        ends = passable_ends(place, ground, xs[i], ys[i], steps_x[i], steps_y[i])
         found |= bit_if(ends < 4, k)
+    return found
+
+
+@called
+def find_still_blocked(params, ground, robots, blocked, w):
+    """Return which robots of a set in a word the place still blocks."""
+    found = uint32(0)
+    while blocked:
+        i = lowest_member(w, blocked)
+        x, y, u, v = robots[Robot.X, i], robots[Robot.Y, i], robots[Robot.STEP_X, i], robots[Robot.STEP_Y, i]
+        found |= bit_if(passable_ends(params.arena.place, ground, x, y, u, v) < 4, i)
+        blocked = without_lowest(blocked)
     return found
 
 
@@ -65,7 +80,7 @@ def find_place_beside(params, ground, robots, blocked, w):
     place, found_left, found_right = params.arena.place, uint32(0), uint32(0)
     while blocked:
         i = lowest_member(w, blocked)
-        x, y = int64(uint32(robots[Robot.X, i])), int64(uint32(robots[Robot.Y, i]))
+        x, y = robots[Robot.X, i], robots[Robot.Y, i]
         u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
         if passable_ends(place, ground, x, y, u, v) < 4:
             left = passable_ends(place, ground, x, y, shortened(u - v), shortened(u + v))
