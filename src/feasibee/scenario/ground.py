@@ -90,14 +90,14 @@ def _ground(
     if points is None:
         own = own._replace(piece=shares(np.diff(own.first), count))
     else:
-        own = own._replace(piece=np.array([pieces.flat[cell] for cell in _cells(plan, points)], np.int64))
+        own = own._replace(piece=np.array([pieces.flat[cell] for cell in cells_at(plan, points)], np.int64))
     held = np.isin(np.arange(pieces.max() + 1), own.piece)
     others = _stands(pieces, plan.zones.get(tasks_zone), held)
     if tasks_points is None:
         others = others._replace(piece=shares(np.diff(others.first), tasks_count))
     else:
         reach = _least(bodies, plan, radius) // (16 * 4**plan.bits)
-        near = [nearest(pieces, cell, reach) for cell in _cells(plan, tasks_points)]
+        near = [nearest(pieces, cell, reach) for cell in cells_at(plan, tasks_points)]
         others = others._replace(piece=np.array(near, np.int64))
     return Ground(plan, radius, passable, pieces, own, others)
 
@@ -122,12 +122,12 @@ def _least(bodies: tuple[float, float], plan: Plan, radius: int) -> int:
     return int(64 * radius**2 + step**2)
 
 
-def _cells(plan: Plan, points: Sequence[Point]) -> list[int]:
+def cells_at(plan: Plan, points: Sequence[Point]) -> list[int]:
     """Return the numbers of the cells of points."""
     rows, columns = plan.walls.shape
     return [
-        min(math.floor(exact(y) / plan.cell), rows - 1) * columns
-        + min(math.floor(exact(x) / plan.cell), columns - 1)
+        min(max(math.floor(exact(y) / plan.cell), 0), rows - 1) * columns
+        + min(max(math.floor(exact(x) / plan.cell), 0), columns - 1)
         for x, y in points
     ]
 

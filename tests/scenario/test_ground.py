@@ -1,0 +1,166 @@
+"""Passable cells, pieces and shares of a place: two ways of finding them agree (model.md 6.20)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, ScenarioError
+from feasibee.reference.place import ground_of as reference_ground
+from feasibee.scenario.feasibility import explain
+from feasibee.scenario.ground import ground_of, nearest, shares
+from tests.places import bitmap, random_cells, rectangle, rooms
+
+
+def placed(closed, cell=0.5, **sections):
+    """Return a scenario in a map."""
+    sections.setdefault("robots", {"count": 9, "diameter": 0.4})
+    return Scenario(place={"map": bitmap(closed, cell)}, **sections)
+
+
+@pytest.mark.parametrize("seed", range(25))
+def test_two_ways(seed):
+    """Growth, pieces and shares of random maps are those of the reference, for slow and fast robots."""
+    random = np.random.default_rng(seed)
+    rows, columns = random.integers(12, 40, 2)
+    robots = {"count": 30, "diameter": float(random.choice([0.2, 0.7, 1.3])), "speed": float(random.choice([0.3, 1.5]))}
+    try:
+        scenario = placed(random_cells(random, rows, columns, random.integers(0, 12)), robots=robots)
+    except ScenarioError:
+        return  # no room for robots of this size
+    ground, reference = ground_of(scenario), reference_ground(scenario)
+    passable = {(int(x), int(y)) for y, x in zip(*ground.passable.nonzero(), strict=True)}
+    assert passable == reference.passable
+    assert {cell: int(ground.pieces[cell[1], cell[0]]) for cell in passable} == reference.piece
+    assert list(ground.robots.piece) == reference.robot_pieces
+    assert list(ground.tasks.piece) == reference.task_pieces
+
+
+def test_a_gap_that_a_step_leaps_joins_rooms():
+    """Fast robots pass where their steps begin and end beside a neck; pieces know that they can."""
+    closed = np.zeros((40, 40), bool)
+    closed[:, 20] = True
+    closed[18:22, 20] = False
+    counts = [
+        int(ground_of(placed(closed, 0.1, robots={"diameter": 0.2, "speed": speed})).pieces.max())
+        for speed in (0.01, 1.9)
+    ]
+    assert counts == [1, 1]
+    closed[18:22, 20] = True
+    assert ground_of(placed(closed, 0.1, robots={"diameter": 0.2, "speed": 1.9})).pieces.max() == 2
+
+
+@pytest.mark.parametrize(
+    ("areas", "count", "found"),
+    [
+        ([0, 30, 30], 5, [1, 2, 1, 2, 1]),
+        ([0, 75, 25], 4, [1, 2, 1, 1]),
+        ([0, 1000, 3], 20, [1] * 20),
+        ([0, 0, 7], 3, [2, 2, 2]),
+    ],
+)
+def test_shares(areas, count, found):
+    """Each robot goes to the piece that is farthest behind; a pocket gets none."""
+    assert list(shares(np.array(areas), count)) == found
+
+
+def test_nearest():
+    """A task near a wall belongs to the piece next to it, and to none if that is too far."""
+    pieces = np.zeros((9, 9), np.int32)
+    pieces[:, 6:] = 2
+    pieces[:, 0] = 1
+    assert nearest(pieces, 4 * 9 + 4, 1) == 2
+    assert nearest(pieces, 4 * 9 + 3, 4) == 1, "the first of equals"
+    assert nearest(pieces, 4 * 9 + 4, 0) == 0
+
+
+def test_truth_by_piece():
+    """Ten robots and ten tasks are feasible, but not with all robots in one room and a task in the other."""
+    two = {"arena": {"boundary": "walls"}, "place": {"walls": rooms(0), "zones": {"left": rectangle(0, 0, 9, 20)}}}
+    assert explain(Scenario(**two, robots={"count": 10}, tasks={"count": 10})).feasible
+    verdict = explain(Scenario(**two, robots={"count": 10}, tasks={"placement": "points", "points": [[5, 5], [15, 5]]}))
+    assert verdict.feasible
+    given = {"placement": "points", "points": [[15, 5 + k] for k in range(6)]}
+    verdict = explain(Scenario(**two, robots={"count": 10}, tasks=given))
+    assert (verdict.feasible, verdict.piece, verdict.violator[1:]) == (False, 2, (6, 5))
+    assert verdict.to_dict()["piece"] == 2
+    verdict = explain(Scenario(**two, robots={"count": 10, "zone": "left"}, tasks=given))
+    assert (verdict.piece, verdict.violator[1:]) == (2, (6, 0))
+
+
+def test_unreachable_task():
+    """A task behind walls that no robot reaches makes the tasks infeasible, in piece 0."""
+    box = [rectangle(4, 4, 8, 5), rectangle(4, 7, 8, 8), rectangle(4, 4, 5, 8), rectangle(7, 4, 8, 8)]
+    scenario = Scenario(
+        arena={"boundary": "walls"},
+        place={"walls": box},
+        robots={"diameter": 1.6},
+        tasks={"placement": "points", "points": [[6, 6], [12, 12]]},
+    )
+    verdict = explain(scenario)
+    assert (verdict.feasible, verdict.piece) == (False, 0)
+
+
+HALL = {"arena": {"boundary": "walls", "side": 10.0}}
+WALL = [rectangle(4.9, 0, 5.1, 10)]
+
+
+@pytest.mark.parametrize(
+    ("sections", "path", "rule"),
+    [
+        ({"robots": {"diameter": 4.0}, "place": {"walls": [rectangle(2, 2, 8, 8)]}}, "place.walls", "no cell"),
+        (
+            {"place": {"zones": {"dock": rectangle(0, 0, 0.5, 0.5)}}, "robots": {"zone": "dock"}},
+            "robots.zone",
+            "has no cell",
+        ),
+        (
+            {
+                "place": {"walls": WALL, "zones": {"a": rectangle(0, 0, 4, 9), "b": rectangle(6, 0, 10, 9)}},
+                "robots": {"zone": "a"},
+                "tasks": {"zone": "b"},
+            },
+            "tasks.zone",
+            "has no cell that a robot reaches",
+        ),
+        (
+            {"place": {"walls": WALL}, "robots": {"placement": "points", "points": [[2, 2], [4.6, 5]]}},
+            "robots.points",
+            "point 2",
+        ),
+        (
+            {"place": {"walls": WALL}, "tasks": {"placement": "points", "points": [[5, 5]]}},
+            "tasks.points",
+            "point 1: is in a wall",
+        ),
+        (
+            {
+                "place": {"zones": {"dock": rectangle(0, 0, 4, 4)}},
+                "robots": {"zone": "dock", "count": 30, "avoid_collisions": True},
+            },
+            "robots.count",
+            "puts 30 robots into zone dock",
+        ),
+        ({"place": {"walls": WALL}, "events": [{"step": 5, "tasks": 1}]}, "place", "world of this scenario changes"),
+    ],
+)
+def test_conflicts(sections, path, rule):
+    """Who can't stand anywhere is a problem of the scenario, with its field and a remedy."""
+    with pytest.raises(ScenarioError) as error:
+        Scenario(**{**HALL, **sections})
+    problems = {each.path: each for each in error.value.problems}
+    assert rule in problems[path].rule
+    assert problems[path].remedy
+
+
+def test_lattice_sites_are_in_the_zone():
+    """The lattice of last resort has sites in cells of the zone only, and as many as a count by hand."""
+    dock = {"zones": {"dock": rectangle(0, 0, 4, 10)}}
+    scenario = Scenario(**HALL, place=dock, robots={"zone": "dock", "count": 5, "diameter": 1.0})
+    ((xs, ys),) = ground_of(scenario).lattice
+    unit = float(scenario.plan.unit)
+    assert xs.max() * unit < 4.0
+    assert len(xs) == len({*zip(xs.tolist(), ys.tolist(), strict=True)})
+    reference = reference_ground(scenario)
+    sites = set(zip(xs.tolist(), ys.tolist(), strict=True))
+    assert set(reference.lattice) <= sites

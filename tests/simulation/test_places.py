@@ -1,0 +1,300 @@
+"""Swarms in places: engine and reference agree, and no disc overlaps a wall (model.md 6.20, 6.21)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from feasibee import Scenario, ScenarioError, Swarm, simulate
+from feasibee.reference.place import Ground
+from feasibee.reference.place import ground_of as reference_ground
+from feasibee.reference.swarm import play
+from tests.places import bitmap, random_cells, rectangle, rooms
+from tests.simulation.test_equivalence import assert_equal
+
+STRATEGIES = ("dmmd", "average", "census", "quiet-census", "map", "turns", "tally", "sketch", "totals", "voter")
+
+
+def random_place(random, counts):
+    """Return a scenario in a random place; errors are the caller's."""
+    cell, (rows, columns) = float(random.choice([0.25, 0.4, 0.5])), random.integers(14, 36, 2)
+    closed = random_cells(random, rows, columns, random.integers(0, 8))
+    place = {"map": bitmap(closed, cell)}
+    if random.random() < 0.4:
+        place["keepout"] = bitmap(random_cells(random, rows, columns, 2), cell)
+    zone = {}
+    if random.random() < 0.3:
+        place["zones"] = {"dock": rectangle(0.0, 0.0, float(columns * cell / 2), float(rows * cell))}
+        zone = {"zone": "dock"}
+    contact = [{}, {"avoid_collisions": True}, {"avoid_collisions": True, "contact": "deflect"}]
+    robots = {
+        "count": int(random.choice(counts)),
+        "know_count": True,
+        "diameter": float(random.choice([0.2, 0.5])),
+        "speed": float(random.choice([0.3, 1.0, 1.6])),
+        **contact[random.integers(0, 3)],
+        **zone,
+    }
+    return Scenario(
+        place=place,
+        robots=robots,
+        tasks={"count": int(random.choice([0, 6, 30, 140]))},
+        sensing={
+            "range": float(random.choice([0.7, 2.0, 3.5])),
+            "miss": float(random.choice([0.0, 0.3])),
+            "observation": str(random.choice(["repeated", "unique"])),
+        },
+        radio={
+            "range": float(random.choice([1.0, 2.0, 5.0])),
+            "walls": float(random.choice([0.0, 0.6, 0.9, 1.0])),
+            "loss": float(random.choice([0.0, 0.3])),
+        },
+        decision={"strategy": str(random.choice(STRATEGIES))},
+        faults={"byzantine": {"count": int(random.integers(0, 2))}, "byzantine_says": "colluding"},
+        run={"steps": 40},
+    )
+
+
+def places(seed, counts):
+    """Return a valid random place of a seed."""
+    random = np.random.default_rng(seed)
+    for _ in range(50):
+        try:
+            return random_place(random, counts)
+        except ScenarioError:
+            continue
+    raise AssertionError("no valid place in 50 draws")
+
+
+def assert_same_way(scenario, seed):
+    """See that robots are at the same positions in each step of engine and reference, and the truth the same."""
+    swarm = Swarm(scenario, seed=seed)
+    for step, reference in enumerate(play(scenario, seed, 0)):
+        if step:
+            swarm.advance(1)
+        expected = [reference.world.in_units(robot.place) for robot in reference.robots]
+        np.testing.assert_array_equal(swarm.positions, np.array(expected))
+        assert swarm.truth == reference.truth
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_engine_and_reference(seed):
+    """Few robots in random places have the same runs, bit for bit."""
+    scenario = places(seed, [3, 20, 45])
+    assert_equal(scenario, seed)
+    assert_same_way(scenario, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 140))
+def test_engine_and_reference_further(seed):
+    """More of the same."""
+    scenario = places(seed, [3, 20, 45])
+    assert_equal(scenario, seed)
+    assert_same_way(scenario, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(200, 208))
+def test_crowd(seed):
+    """Many robots, which are sorted into cells, have the same runs, too."""
+    scenario = places(seed, [140]).replace({"run.steps": 12})
+    assert_equal(scenario, seed)
+
+
+def test_crowd_once():
+    """Many robots in two rooms, with walls between some that see or hear each other."""
+    scenario = Scenario(
+        arena={"boundary": "walls", "side": 12.0},
+        place={"walls": rooms(2.0, 12.0), "cell": 0.2},
+        robots={"count": 130, "diameter": 0.2, "avoid_collisions": True, "contact": "deflect"},
+        tasks={"count": 40},
+        radio={"range": 3.0, "walls": 0.6},
+        run={"steps": 6},
+    )
+    assert_equal(scenario, 1)
+
+
+@pytest.mark.parametrize("speed", [0.4, 1.0, 3.0])
+def test_no_disc_overlaps_a_wall(speed):
+    """At each quarter of each step, no robot's centre is nearer than its radius to a wall; and none changes rooms."""
+    walls = [*rooms(0, 12.0), rectangle(2.0, 2.0, 3.0, 2.2), rectangle(8.0, 6.0, 8.1, 9.0)]
+    scenario = Scenario(
+        arena={"boundary": "walls", "side": 12.0},
+        place={"walls": walls},
+        robots={"count": 24, "diameter": 0.6, "speed": speed, "avoid_collisions": True, "contact": "deflect"},
+        run={"steps": 300},
+    )
+    swarm = Swarm(scenario, seed=5)
+    rooms_at_start, before = swarm.positions[:, 0] < 6, swarm.positions
+    for _ in range(300):
+        swarm.advance(1)
+        now = swarm.positions
+        for part in (0.25, 0.5, 0.75, 1.0):
+            places = before + part * (now - before)
+            for (left, low), _, (right, top), _ in walls:
+                nearest = np.clip(places, [left, low], [right, top])
+                assert np.linalg.norm(places - nearest, axis=1).min() > 0.3
+        assert ((now[:, 0] < 6) == rooms_at_start).all()
+        before = now
+    moved = np.linalg.norm(now - Swarm(scenario, seed=5).positions, axis=1)
+    assert moved.mean() > 1.0
+
+
+def test_fast_robots_deflect_along_walls():
+    """Robots that may turn away at a wall stand still less often than those that may not."""
+    standing = {}
+    for contact in ("stand", "deflect"):
+        scenario = Scenario(
+            arena={"boundary": "walls"},
+            place={"walls": rooms(2.0)},
+            robots={"avoid_collisions": True, "contact": contact, "diameter": 0.5},
+        )
+        swarm, still = Swarm(scenario, seed=2), 0
+        for _ in range(100):
+            before = swarm.positions
+            swarm.advance(1)
+            still += int((swarm.positions == before).all(axis=1).sum())
+        standing[contact] = still
+    assert standing["deflect"] < standing["stand"] / 2
+
+
+def by_hand(tasks, walls, **more):
+    """Return what one robot in the middle of a hall counts of tasks in its first step."""
+    scenario = Scenario(
+        arena={"boundary": "walls", "side": 8.0},
+        place={"walls": walls},
+        robots={"count": 1, "speed": 0.001, "placement": "points", "points": [[4.05, 4.05]], "diameter": 0.2},
+        tasks={"placement": "points", "points": tasks},
+        decision={"exploration": 1000.0},
+        run={"steps": 1},
+        **more,
+    )
+    swarm = Swarm(scenario, seed=1)
+    swarm.advance(1)
+    return swarm.robot(0).tasks_seen[0]
+
+
+@pytest.mark.parametrize(
+    ("wall", "seen"),
+    [
+        (rectangle(4.6, 3.5, 4.7, 5.0), 0),
+        (rectangle(4.6, 4.2, 4.7, 5.0), 1),
+        (rectangle(5.6, 3.0, 5.8, 5.0), 1),
+    ],
+)
+def test_walls_hide(wall, seen):
+    """A task is hidden by a wall on the line to it, not by one to the side or behind it."""
+    assert by_hand([[5.05, 4.05]], [wall]) == seen
+
+
+def test_a_corner_hides():
+    """A line through a corner touches all of the four cells there."""
+    assert by_hand([[5.05, 5.05]], [rectangle(4.5, 4.4, 4.6, 4.5)]) == 0
+    assert by_hand([[5.05, 5.15]], [rectangle(4.5, 4.3, 4.6, 4.4)]) == 1
+
+
+def test_keepout_hides_nothing():
+    """Who may not enter an area sees across."""
+    cells = np.zeros((80, 80), bool)
+    cells[30:50, 46] = True
+    scenario = Scenario(
+        arena={"boundary": "walls", "side": 8.0},
+        place={"keepout": bitmap(cells, 0.1)},
+        robots={"count": 1, "speed": 0.001, "placement": "points", "points": [[4.05, 4.05]], "diameter": 0.2},
+        tasks={"placement": "points", "points": [[5.05, 4.05]]},
+        decision={"exploration": 1000.0},
+        run={"steps": 1},
+    )
+    swarm = Swarm(scenario, seed=1)
+    swarm.advance(1)
+    assert swarm.robot(0).tasks_seen == (1,)
+
+
+@pytest.mark.parametrize(
+    ("walls", "factor", "bits"),
+    [(0, 0.0, True), (1, 0.0, False), (1, 1.0, True), (1, 0.6, True), (2, 0.6, False), (2, 0.8, True)],
+)
+def test_radio_by_walls(walls, factor, bits):
+    """Two robots 1.2 apart, range 3: a factor of 0.6 lets one wall pass (1.8), not two (1.08); 0.8 does (1.92)."""
+    between = [rectangle(4.3 + 0.4 * k, 0.0, 4.4 + 0.4 * k, 8.0) for k in range(walls)]
+    scenario = Scenario(
+        arena={"boundary": "walls", "side": 8.0},
+        place={"walls": between},
+        robots={
+            "count": 2,
+            "speed": 0.001,
+            "diameter": 0.1,
+            "placement": "points",
+            "points": [[4.05, 4.05], [5.25, 4.05]],
+        },
+        tasks={"count": 0},
+        radio={"range": 3.0, "walls": factor},
+        decision={"exploration": 0.1, "gain": 1000.0},
+        run={"steps": 3},
+    )
+    swarm = Swarm(scenario, seed=1)
+    swarm.advance(3)
+    assert [bool(swarm.robot(i).heard) for i in range(2)] == [bits, bits]
+    assert_equal(scenario, 1)
+
+
+def test_stretches_of_wall():
+    """Walls in a row are counted one by one, and a touched corner is a wall of its own."""
+    cells = np.zeros((16, 16), bool)
+    cells[8, [2, 3, 6, 9]] = True
+    cells[12, 12] = True
+    scenario = Scenario(place={"map": bitmap(cells, 1.0)}, robots={"count": 1, "speed": 0.1, "diameter": 0.1})
+    ground = reference_ground(scenario)
+    assert isinstance(ground, Ground)
+
+    def walls(a, b):
+        return ground.walls_between(*((x * 2**ground.bits, y * 2**ground.bits) for x, y in (a, b)))
+
+    assert walls((0, 8), (15, 8)) == walls((15, 8), (0, 8)) == 3
+    assert walls((0, 7), (15, 7)) == 0
+    assert walls((11, 13), (13, 11)) == 1, "through the cell"
+    assert walls((11, 12), (12, 13)) == 1, "through its corner"
+    assert walls((10, 12), (12, 14)) == 1
+    assert walls((10, 13), (11, 14)) == 0
+
+
+def test_robots_in_zone_and_pieces():
+    """Robots start in their zone, apart, and each piece has those that the truth counts."""
+    scenario = Scenario(
+        arena={"boundary": "walls"},
+        place={"walls": rooms(0), "zones": {"dock": rectangle(0, 0, 5, 5)}},
+        robots={"count": 12, "zone": "dock", "diameter": 0.5, "avoid_collisions": True},
+        tasks={"count": 30},
+    )
+    positions = Swarm(scenario, seed=3).positions
+    assert (positions < 5).all()
+    assert math.dist(*positions[:2]) > 0.5
+    swarm = Swarm(scenario.replace({"robots.zone": None}), seed=3)
+    assert (swarm.positions[:, 0] < 10).sum() == 6
+    assert (Swarm(scenario, seed=3).tasks[:, 0] < 10).all()
+
+
+def test_crowded_dock():
+    """Robots for whom 256 attempts find no place stand on a lattice, apart and in their zone."""
+    scenario = Scenario(
+        arena={"boundary": "walls", "side": 8.0},
+        place={"zones": {"dock": rectangle(0, 0, 4, 4)}},
+        robots={"count": 40, "zone": "dock", "diameter": 0.5, "avoid_collisions": True},
+        run={"steps": 3},
+    )
+    positions = Swarm(scenario, seed=1).positions
+    apart = np.linalg.norm(positions[:, None] - positions[None], axis=2) + np.eye(40)
+    assert apart.min() >= 0.5
+    assert positions.max() < 4.0
+    assert_equal(scenario, 1)
+
+
+def test_results_of_several_runs():
+    """Runs in a place are decided like others."""
+    results = simulate(
+        Scenario(arena={"boundary": "walls"}, place={"walls": rooms(4.0)}, tasks={"count": 10}), runs=20, seed=1
+    )
+    assert (results.decision.values >= 0).mean() > 0.5
