@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError
+from feasibee.scenario.bitmaps import image_of
 from feasibee.scenario.setting import KNOWLEDGE_LIMIT, excess
 
 WALLS, NARROW = {"arena.boundary": "walls"}, {"arena.side": [20.0, 8.0]}
@@ -13,6 +15,11 @@ TASKS_AT_POINTS = {"tasks.placement": "points"}
 TWO_POINTS = {**AT_POINTS, "robots.points": [[1, 1], [3, 3]]}
 CLUSTERS = {**NARROW, "tasks.placement": "clusters"}
 BODIES_AT, WALLS_AT = {**BODIES, **AT_POINTS}, {**WALLS, **AT_POINTS}
+PLACE = {
+    "place.walls": [[[0, 0], [1, 0], [0, 1]]],
+    "place.zones": {"dock": [[2, 2], [6, 2], [6, 6], [2, 6]]},
+}
+PLACED, MAP = {**PLACE, **WALLS}, {"cell": 0.25, "image": image_of(np.zeros((32, 40), bool))}
 UNIQUE = {"sensing.observation": "unique", "robots.count": 2**17}
 JOINING = {"robots.most": 20, "robots.arrival_rate": 0.1}
 FEWER, MORE = {"step": 5, "robots": -1}, {"step": 5, "tasks": 1}
@@ -60,7 +67,49 @@ EDGES = {
     ],
     "sensing.range": [({}, 10.0, 10.0001, f"{HALF}, 10 units")],
     "radio.range": [(NARROW, 4.0, 4.0001, f"{HALF}, 4 units")],
-    "arena.boundary": [({"radio.range": 50.0}, "walls", "torus", f"radio.range = 50.0: {HALF}, 10 units")],
+    "arena.boundary": [
+        ({"radio.range": 50.0}, "walls", "torus", f"radio.range = 50.0: {HALF}, 10 units"),
+        (PLACE, "walls", "torus", 'must be "walls" around a place'),
+    ],
+    "arena.side": [
+        (PLACED, [20.1, 20.2], [20.1, 20.05], "must be a whole number of cells of place.cell = 0.1 units"),
+        ({"place.map": MAP}, [10.0, 8.0], [10.0, 8.1], "must be the size of the map, 10 x 8 units"),
+    ],
+    "place.cell": [
+        (PLACED, 0.125, 0.001, "makes 20000 x 20000 cells, above 4096 x 4096"),
+        (PLACED, 0.5, 0.3, "arena.side = 20.0: must be a whole number of cells of place.cell = 0.3 units"),
+        ({}, 0.1, 0.2, "needs a place: this one has no map, walls, keepout or zones"),
+    ],
+    "place.keepout": [
+        ({"place.map": MAP}, MAP, {**MAP, "cell": 0.5}, "place.keepout = '40 x 32 cells of 0.5': must have"),
+        (
+            PLACED,
+            None,
+            MAP,
+            "place.keepout = '40 x 32 cells of 0.25': must have 200 x 200 cells of 0.1 units",
+        ),
+    ],
+    "place.map": [
+        (
+            {"arena.side": [10.0, 8.0]},
+            MAP,
+            {**MAP, "cell": 0.5},
+            "arena.side = [10.0, 8.0]: must be the size of",
+        ),
+        ({}, MAP, {**MAP, "cell": 1e6}, "arena.side = (40000000.0, 32000000.0): must be at most 1e6 units"),
+    ],
+    "robots.zone": [
+        (PLACED, "dock", "dok", "must be the name of a zone of place.zones; did you mean dock?"),
+        (PLACED, "dock", "shelves", "must be the name of a zone of place.zones; use one of dock"),
+        (
+            {},
+            None,
+            "dock",
+            "must be the name of a zone of place.zones; add it to place.zones, or leave robots.zone out",
+        ),
+    ],
+    "tasks.placement": [(PLACED, "uniform", "clusters", "can't be combined with a place")],
+    "radio.walls": [({}, 0.0, 0.5, "needs a place: without one, there are no walls on the way")],
     "robots.speed": [(WALLS, 10.0, 10.0001, "must be at most half the side of the arena per step, 10 units")],
     "robots.diameter": [
         ({**WALLS, **NARROW}, 7.999, 8.0, "must be less than the arena's shorter side, 8 units"),

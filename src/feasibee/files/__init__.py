@@ -49,31 +49,36 @@ def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT) -> str:
     UnreadableError
         If the file is missing, isn't a plain file, is larger than ``limit``, or isn't UTF-8 text.
     """
-    text, why = _text_of(Path(path), limit)
-    if why:
-        error = UnreadableError(f"{named(path)}: can't be read: {why}; name {what}")
-        error.why = why
-        raise error
-    return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _text_of(path: Path, limit: int) -> tuple[str, str]:
-    """Return a file's text and an empty string, or an empty text and the reason why it can't be read."""
-    try:
-        found = path.stat()
-        if not stat.S_ISREG(found.st_mode):
-            return "", "it is a directory" if stat.S_ISDIR(found.st_mode) else "it isn't a plain file"
-        with path.open("rb") as file:
-            data = file.read(min(found.st_size, limit) + 1)  # memory for as many bytes is taken at once
-    except (OSError, ValueError) as error:
-        return "", why_not(error)
-    if len(data) > limit:
-        return "", f"it is larger than {limit // 2**20} MiB"
+    data = read_bytes(path, what, limit)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return "", "it isn't UTF-8 text"
-    return text, "it contains a NUL character, so it isn't text" if "\0" in text else ""
+        raise _unreadable(path, what, "it isn't UTF-8 text") from None
+    if "\0" in text:
+        raise _unreadable(path, what, "it contains a NUL character, so it isn't text")
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_bytes(path: str | Path, what: str, limit: int) -> bytes:
+    """Return the contents of a plain file; parameters and errors are those of `read_text`."""
+    try:
+        found = Path(path).stat()
+        if not stat.S_ISREG(found.st_mode):
+            why = "it is a directory" if stat.S_ISDIR(found.st_mode) else "it isn't a plain file"
+            raise _unreadable(path, what, why)
+        with Path(path).open("rb") as file:
+            data = file.read(min(found.st_size, limit) + 1)  # memory for as many bytes is taken at once
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, what, why_not(error)) from None
+    if len(data) > limit:
+        raise _unreadable(path, what, f"it is larger than {limit // 2**20} MiB")
+    return data
+
+
+def _unreadable(path: str | Path, what: str, why: str) -> UnreadableError:
+    error = UnreadableError(f"{named(path)}: can't be read: {why}; name {what}")
+    error.why = why
+    return error
 
 
 def lines_of(text: str) -> Iterator[str]:

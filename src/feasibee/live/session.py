@@ -16,13 +16,12 @@ from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.tables import with_names
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies import STRATEGIES
 
 ROBOTS_LIMIT: Final = 20_000
 TASKS_LIMIT: Final = 20_000
-FILES: Final = ("robots.points", "tasks.points")
-"""Fields that may name a file; a page may not name one."""
 STRATEGY: Final = "decision.strategy"
 OWN: Final = (STRATEGY, "decision.parameters")
 """Fields that belong to one strategy."""
@@ -98,7 +97,7 @@ def _forbidden(asked: Open) -> Any:
     """Yield a problem per change that would open a file or whose path isn't a field's."""
     strategies = [*STRATEGIES, *registered()]
     for path, value in asked.changes.items():
-        if path in FILES and isinstance(value, str):
+        if path != STRATEGY and with_names(path, value, lambda name: None) != value:
             rule = "can't be a file on this page"
             yield Problem(path, value, rule, "set it in the scenario of feasibee watch FILE")
         elif path == STRATEGY and value not in strategies:

@@ -6,14 +6,16 @@ A rule reads the typed sections. If a field that it reads is wrong itself, the r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
 from feasibee.scenario.fields import Response
 from feasibee.scenario.paths import value_at
+from feasibee.scenario.placing import PLACES
+from feasibee.scenario.rules import AS_GIVEN, BOTH, Conflict, Rule, both, never
 from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
 from feasibee.scenario.tables import FilePoints
@@ -24,20 +26,6 @@ TASKS_LIMIT = 10_000_000
 SKILLS = 8
 UNIQUE_LIMIT = 4 * 2**30
 """Largest memory of unique observations of all robots of a swarm, in bytes."""
-AS_GIVEN: Final = object()
-BOTH: Final = ("robots", "tasks")
-
-
-class Conflict(NamedTuple):
-    """What a rule finds: a problem whose value, unless it says another, is that of its path."""
-
-    path: str
-    rule: str
-    remedy: str
-    value: object = AS_GIVEN
-
-
-Rule = Callable[[Sections], Iterator[Conflict]]
 
 
 def conflicts(scenario: Sections, given: Mapping[str, Any], partly: bool) -> Iterator[Problem]:
@@ -46,7 +34,7 @@ def conflicts(scenario: Sections, given: Mapping[str, Any], partly: bool) -> Ite
     Problems show the values as given. If the scenario is partly wrong, it lacks the fields that are wrong
     themselves, and rules that read one are skipped.
     """
-    for rule in (*RULES, *_both(partial(_points, given=given))):
+    for rule in (*RULES, *both(partial(_points, given=given))):
         try:
             for found in rule(scenario):
                 value = _value(found.path, given, scenario) if found.value is AS_GIVEN else found.value
@@ -62,25 +50,6 @@ def _value(path: str, given: Mapping[str, Any], scenario: Sections) -> object:
         return value_at(given, path)
     except LookupError:
         return value_at(scenario, path)
-
-
-def _never(
-    path: str, breaks: Callable[[Sections], object], rule: str, remedy: str, value: object = AS_GIVEN
-) -> Rule:
-    """Return a rule about one field; ``{strategy}`` in its text becomes the strategy's name."""
-
-    def find(scenario: Sections) -> Iterator[Conflict]:
-        if breaks(scenario):
-            named = rule.replace("{strategy}", scenario.manifest.name) if "{" in rule else rule
-            yield Conflict(path, named, remedy, value)
-
-    return find
-
-
-def _both(*rules: Callable[..., Iterator[Conflict]]) -> Iterator[Rule]:
-    """Yield rules about the robots, and then the same about the tasks."""
-    for name in BOTH:
-        yield from (partial(rule, name=name) for rule in rules)
 
 
 # --- Robots, tasks and faults ---
@@ -167,7 +136,7 @@ def _one_class(scenario: Sections, name: str) -> Iterator[Conflict]:
 
 
 def _sees_falsely(kind: str) -> Rule:
-    return _never(
+    return never(
         f"sensing.false_{kind}",
         lambda s: getattr(s.sensing, f"false_{kind}") and s.manifest.by_name,
         "{strategy} counts things by name, and what isn't there has none",
@@ -200,7 +169,7 @@ def _robots_leave(scenario: Sections) -> bool:
 
 
 def _needs_patience(key: str) -> Rule:
-    return _never(
+    return never(
         f"response.{key}",
         lambda s: not s.responds and getattr(s.response, key) != Response.model_fields[key].default,
         "needs response.patience: without it, nobody responds",
@@ -390,67 +359,67 @@ def _knowledge_memory(scenario: Sections) -> Iterator[Conflict]:
 
 _FOR_GOOD: Final = "is for good, but the world of this scenario changes"
 RULES: Final[tuple[Rule, ...]] = (
-    *_both(_counts),
+    *both(_counts),
     _skills,
     _faults,
-    _never(
+    never(
         "decision.inbox_size",
         lambda s: s.decision.inbox == "every-message" and s.decision.inbox_size is not None,
         'limits the number of robots, but inbox = "every-message" keeps no robots apart',
         'leave it out, or set inbox = "latest-per-robot"',
     ),
     _parameters,
-    _never(
+    never(
         "decision.inbox",
         lambda s: s.manifest.value_bits and s.decision.inbox == "every-message",
         "{strategy} broadcasts a value, and the inbox keeps only the latest of each robot",
         'set inbox = "latest-per-robot"',
     ),
-    _never(
+    never(
         "decision.quality_floor",
         lambda s: s.manifest.knowledge and s.decision.quality_floor,
         "{strategy} rates what the swarm knows, not the counts of one exploration",
         "leave it out",
     ),
-    _never(
+    never(
         "decision.switching",
         lambda s: s.manifest.knowledge and s.decision.switching is not None,
         "{strategy} decides by what the swarm knows, not by the counts of one exploration",
         "leave it out, or choose dc",
     ),
-    _never(
+    never(
         "decision.start",
         lambda s: (s.manifest.knowledge or s.manifest.starts_neutral) and s.decision.start != "coin",
         "needs robots that begin with a coin and pass on opinions; those of {strategy} don't",
         'set start = "coin", or choose dmmd',
     ),
     *map(_sees_falsely, BOTH),
-    _never(
+    never(
         "sensing.misname",
         lambda s: s.sensing.misname and s.manifest.needs_names is not True,
         "needs a strategy that counts tasks by name; {strategy} doesn't",
         "leave it out, or choose quiet-census",
     ),
-    _never(
+    never(
         "sensing.observation",
         lambda s: s.manifest.judges and s.sensing.observation == "unique",
         "{strategy} must see again what is still there, to notice what isn't",
         'set observation = "repeated"',
     ),
-    _never(
+    never(
         "robots.know_count",
         lambda s: s.manifest.needs_count and not s.robots.know_count,
         "{strategy} needs the number of robots",
         "set it to true, or choose a strategy without n",
     ),
-    *_both(_one_class),
-    _never(
+    *both(_one_class),
+    never(
         "decision.declare",
         lambda s: s.manifest.declares and s.decision.declare is not None,
         "{strategy} declares by its own word, and its messages have no opinion to agree with",
         "leave it out",
     ),
-    _never(
+    never(
         "faults.byzantine",
         lambda s: {"encode", "lie"} & s.manifest.functions == {"encode"} and s.faulty[1] > 0,
         "{strategy} has encode, but no function for a Byzantine robot's message",
@@ -461,27 +430,27 @@ RULES: Final[tuple[Rule, ...]] = (
     _patience,
     _late,
     _idle,
-    *_both(_numbers, _appearing),
-    _never(
+    *both(_numbers, _appearing),
+    never(
         "decision.declare",
         lambda s: s.dynamic and s.decision.declare is not None,
         _FOR_GOOD,
         "leave it out, or leave out events and rates",
         "a rule",
     ),
-    _never(
+    never(
         "decision.strategy",
         lambda s: s.dynamic and s.manifest.declares,
         f"declares, which {_FOR_GOOD}",
         "choose roster, or leave out events and rates",
     ),
-    _never(
+    never(
         "run.stop_at_decision",
         lambda s: s.dynamic and s.run.stop_at_decision,
         "ends a run at its first decision, but the world of this scenario changes",
         "leave it out, or leave out events and rates",
     ),
-    _never(
+    never(
         "run.stop_at_declarations",
         lambda s: s.dynamic and s.run.stop_at_declarations,
         "ends a run once all robots have declared, but the world of this scenario changes",
@@ -492,13 +461,14 @@ RULES: Final[tuple[Rule, ...]] = (
     partial(_reach, name="radio"),
     _speed,
     _discs,
-    _never(
+    never(
         "robots.contact",
         lambda s: s.robots.contact != "stand" and not s.robots.avoid_collisions,
         "needs robots.avoid_collisions = true: without it, robots pass through each other",
         'set robots.avoid_collisions to true, or leave contact at "stand"',
     ),
-    *_both(_spread),
+    *both(_spread),
+    *PLACES,
     _unique_memory,
     _knowledge_memory,
 )

@@ -25,6 +25,7 @@ from pydantic_core import PydanticCustomError
 
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import exact
+from feasibee.scenario.bitmaps import ImageError, cells_of
 from feasibee.scenario.plugins import manifest_of, registered
 from feasibee.strategies import STRATEGIES
 
@@ -226,12 +227,23 @@ class Arena(Section):
         return self.side if isinstance(self.side, tuple) else (self.side, self.side)
 
 
+def _image(text: str) -> str:
+    """Raise an error unless a text is an image of cells."""
+    try:
+        cells_of(text)
+    except ImageError as error:
+        raise PydanticCustomError("image", "{rule}", {"rule": str(error)}) from None
+    return text
+
+
 class Bitmap(Section):
     """A map of square cells, as an image (model.md 6.20)."""
 
     cell: Length = Field(description="Side of a cell, in units.")
-    image: str = Field(
-        min_length=1,
+    origin: Annotated[Point, Strict(False)] = Field(
+        (0.0, 0.0), description="Lower left corner in metres, as in files of polygons for this map."
+    )
+    image: Annotated[str, AfterValidator(_image)] = Field(
         description="PNG in base64, a pixel per cell: black cells are closed; the top row has the highest y.",
     )
 
@@ -245,7 +257,7 @@ class Place(Section):
 
     map: Map | None = Field(
         None,
-        description="Map with the walls: the YAML file of a ROS map, or a GeoJSON file of polygons in metres. "
+        description="Map of the walls: the YAML file of a ROS map, or a GeoJSON file of polygons in metres. "
         "It sets the size of the arena.",
     )
     walls: Polygons = Field((), description="Walls in addition: polygons of points [x, y], in units.")

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.model.codes import exact
+from feasibee.scenario.bitmaps import Cells
 from feasibee.scenario.fields import Place, Placed, Point
-from feasibee.scenario.plan import Cells, Plan, plan_of
+from feasibee.scenario.plan import Plan, plan_of
 
 if TYPE_CHECKING:
     from feasibee.scenario.sections import Sections

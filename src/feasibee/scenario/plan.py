@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
-import base64
-import io
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from feasibee.model.codes import exact
-from feasibee.scenario.fields import Bitmap, Place, Point
+from feasibee.scenario.bitmaps import Cells, cells_of
+from feasibee.scenario.fields import Bitmap, Place
+from feasibee.scenario.raster import centred, touched
 
-Cells = NDArray[np.bool_]
 SIDE_BITS = 31
 """Bits of a coordinate within walls."""
-MOST_CELLS = 4096 * 4096
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,7 +37,7 @@ class Plan:
     @property
     def unit(self) -> Fraction:
         """Unit of fixed point, in units of length."""
-        return self.cell / 2**self.bits
+        return self.cell / (1 << self.bits)
 
 
 def plan_of(place: Place, size: tuple[float, float]) -> Plan | None:
@@ -52,40 +49,29 @@ def plan_of(place: Place, size: tuple[float, float]) -> Plan | None:
 def _plan(text: str, size: tuple[float, float]) -> Plan:
     place = Place.model_validate_json(text)
     cell = exact(place.map.cell if place.map else place.cell)
-    shape = math.ceil(exact(size[1]) / cell), math.ceil(exact(size[0]) / cell)
+    shape = shape_of(place, size)
     walls, keepout = np.zeros(shape, bool), np.zeros(shape, bool)
     if place.map:
-        walls |= cells_of(place.map)
-    for polygon in place.walls:
-        walls |= touched(polygon, float(cell), shape)
+        walls |= cells_of(place.map.image)
+    walls |= touched(([ring] for ring in place.walls), cell, shape)
     if place.keepout:
-        keepout |= cells_of(place.keepout)
+        keepout |= cells_of(place.keepout.image)
     zones = {
-        name: np.logical_or.reduce([centred(polygon, float(cell), shape) for polygon in polygons])
-        for name, polygons in place.zones.items()
+        name: centred(([ring] for ring in polygons), cell, shape) for name, polygons in place.zones.items()
     }
     return Plan(cell, walls, keepout, zones)
 
 
-def cells_of(bitmap: Bitmap) -> Cells:
-    """Return which cells of a map are closed."""
-    from PIL import Image
-
-    with Image.open(io.BytesIO(base64.b64decode(bitmap.image)), formats=["PNG"]) as image:
-        return ~np.asarray(image.convert("1"))[::-1]
+def size_of(bitmap: Bitmap) -> float | tuple[float, float]:
+    """Return the sides of the arena of a map, in units: one if they are equal."""
+    height, width = (float(cells * exact(bitmap.cell)) for cells in cells_of(bitmap.image).shape)
+    return width if width == height else (width, height)
 
 
-def touched(polygon: Sequence[Point], cell: float, shape: tuple[int, int]) -> Cells:
-    """Return which cells a polygon touches."""
-    return centred(polygon, cell, shape)
-
-
-def centred(polygon: Sequence[Point], cell: float, shape: tuple[int, int]) -> Cells:
-    """Return the cells whose centres are in a polygon: those with an odd number of edges to the right."""
-    rows, columns = shape
-    ys, xs = (np.arange(rows)[:, None] + 0.5) * cell, (np.arange(columns)[None, :] + 0.5) * cell
-    inside = np.zeros(shape, bool)
-    for (ax, ay), (bx, by) in zip(polygon, [*polygon[1:], polygon[0]], strict=True):
-        if ay != by:
-            inside ^= ((ay > ys) != (by > ys)) & (xs < ax + (ys - ay) * (bx - ax) / (by - ay))
-    return inside
+def shape_of(place: Place, size: tuple[float, float]) -> tuple[int, int]:
+    """Return the number of rows and of columns of a place's cells: those of its map, if any."""
+    if place.map:
+        rows, columns = cells_of(place.map.image).shape
+        return rows, columns
+    width, height = (math.ceil(exact(side) / exact(place.cell)) for side in size)
+    return height, width

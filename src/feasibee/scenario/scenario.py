@@ -48,7 +48,15 @@ from feasibee.scenario.html import show_scenario
 from feasibee.scenario.paths import toml_tables, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
 from feasibee.scenario.sections import Sections
-from feasibee.scenario.tables import complete_form, given_tables, hash_of, with_points, without
+from feasibee.scenario.tables import (
+    FILES,
+    complete_form,
+    given_tables,
+    hash_of,
+    with_files,
+    with_names,
+    without,
+)
 from feasibee.strategies.contract import Strategy
 
 WORDS: Final = {
@@ -76,6 +84,10 @@ REMOVED: Final = {
 """Fields of earlier versions, and what to do."""
 EVENT: Final = "{ step = 500, tasks = 15 }"
 """An event, for remedies."""
+
+
+def _located(folder: Path, name: str) -> str:
+    return str(folder / name)
 
 
 def problem_of(details: ErrorDetails) -> Problem:
@@ -185,7 +197,7 @@ class Scenario(Sections):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "run `feasibee scenario` to see all")]
             )
-        given, problems = with_points(given_tables(given))
+        given, problems = with_files(given_tables(given))
         wrong: set[tuple[Any, ...]] = {tuple(problem.path.split(".")) for problem in problems}
         try:
             scenario = handler(given)
@@ -275,15 +287,11 @@ class Scenario(Sections):
         if not isinstance(tables, Mapping):
             return cls.model_validate(tables)
         given = copy.deepcopy(dict(tables))
-        for name, key, suffix in (
-            ("robots", "points", ""),
-            ("tasks", "points", ""),
-            ("decision", "strategy", ".py"),
-        ):
+        for path in FILES:
+            name, key = path.split(".")
             table: Any = given.get(name)
-            value = table.get(key) if isinstance(table, dict) else None
-            if folder and isinstance(value, str) and value.endswith(suffix):
-                table[key] = str(folder / value)
+            if folder and isinstance(table, dict) and key in table:
+                table[key] = with_names(path, table[key], partial(_located, folder))
         return cls.model_validate(given, context={"source": source, "trusted": trusted})
 
     @classmethod

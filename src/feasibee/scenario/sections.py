@@ -14,6 +14,7 @@ from feasibee.model.codes import exact
 from feasibee.scenario.fields import (
     SECTIONS,
     Arena,
+    Bitmap,
     Decision,
     Event,
     Faults,
@@ -27,7 +28,7 @@ from feasibee.scenario.fields import (
     Units,
     Walk,
 )
-from feasibee.scenario.plan import Plan, plan_of
+from feasibee.scenario.plan import Plan, plan_of, size_of
 from feasibee.scenario.setting import setting_from
 from feasibee.scenario.tables import PRESETS
 from feasibee.strategies.contract import Manifest, Setting
@@ -89,6 +90,8 @@ class Sections(BaseModel):
                 values.pop(name, None)
         with suppress(AttributeError):
             self._manifest = find(self.decision.strategy)
+        self._follow("arena", "side", lambda: self._of_map("side", size_of))
+        self._follow("arena", "boundary", lambda: self._of_map("boundary", lambda _: "walls"))
         self._follow("radio", "range", lambda: self.radio.range or self.sensing.range)
         self._follow("decision", "parameters", self._parameters)
         self._follow("robots", "count", lambda: _count(self.robots))
@@ -104,6 +107,11 @@ class Sections(BaseModel):
             vars(copied)[key] = found()
         except AttributeError:
             del vars(copied)[key]
+
+    def _of_map(self, key: str, found: Callable[[Bitmap], Any]) -> Any:
+        """Return a field of the arena that a map sets unless it is given."""
+        plan = self.place.map
+        return found(plan) if plan and key not in self.arena.model_fields_set else getattr(self.arena, key)
 
     def _parameters(self) -> dict[str, float]:
         every = {**self.manifest.parameters, **self.decision.parameters}

@@ -7,14 +7,16 @@ import hashlib
 import json
 import math
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, Final
 
 from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import MODEL_VERSION
+from feasibee.scenario.bitmaps import digest_of
 from feasibee.scenario.fields import SECTIONS, Point, plain
+from feasibee.scenario.maps import with_plans
 
 
 class FilePoints(tuple[Point, ...]):
@@ -105,8 +107,29 @@ def given_tables(given: Mapping[str, Any]) -> dict[str, Any]:
     return tables
 
 
-def with_points(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
-    """Replace names of files by their points, which the complete form contains; return the problems, too."""
+ZONES: Final = "place.zones"
+FILES: Final = {
+    "robots.points": "",
+    "tasks.points": "",
+    "place.map": "",
+    "place.keepout": "",
+    ZONES: "",
+    "decision.strategy": ".py",
+}
+"""Fields that may name a file, and how the name ends; other texts in them are no files."""
+
+
+def with_names(path: str, value: Any, rename: Callable[[str], Any]) -> Any:
+    """Return the value of a field with the name of each file in it replaced."""
+    if path == ZONES and isinstance(value, Mapping):
+        return {name: with_names(f"{ZONES}.{name}", zone, rename) for name, zone in value.items()}
+    suffix = FILES.get(ZONES if path.startswith(f"{ZONES}.") else path)
+    is_name = suffix is not None and isinstance(value, str) and value.endswith(suffix)
+    return rename(value) if is_name else value
+
+
+def with_files(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
+    """Replace names of files by their contents, as in the complete form; return the problems, too."""
     tables, problems = dict(given), []
     for name in ("robots", "tasks"):
         table = tables.get(name)
@@ -114,6 +137,14 @@ def with_points(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem]
             points, found = read_points(table["points"], f"{name}.points")
             problems += found
             tables[name] = {**table, "points": points}
+    place = tables.get("place")
+    if isinstance(place, Mapping):
+        side, metres = (
+            tables[section].get(key) if isinstance(tables.get(section), Mapping) else None
+            for section, key in (("arena", "side"), ("units", "metres"))
+        )
+        tables["place"], found = with_plans(place, side, metres)
+        problems += found
     return tables, problems
 
 
@@ -172,4 +203,11 @@ def _sparse(name: str, table: Any) -> Any:
     if name not in default_tables():
         return table
     defaults = default_tables()[name]
-    return {key: value for key, value in table.items() if value != defaults[key]}
+    return {key: _cells(value) for key, value in table.items() if value != defaults[key]}
+
+
+def _cells(value: Any) -> Any:
+    """Return a map with a hash of its cells in place of their image, and without the origin of files."""
+    if isinstance(value, Mapping) and isinstance(value.get("image"), str):
+        return {"cell": value.get("cell"), "image": digest_of(value["image"])}
+    return value

@@ -33,6 +33,7 @@ from feasibee.scenario.fields import Section
 from feasibee.scenario.paths import toml_tables, toml_value
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.tables import with_names
 
 POINTS_LIMIT = 1_000_000
 VALUES_LIMIT = 2 * POINTS_LIMIT
@@ -303,14 +304,8 @@ def _read(text: str, is_whole: bool) -> Any:
 
 
 def _located(values: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    """Return values with the names of strategy and point files relative to the study's folder."""
-    suffixes = {"decision.strategy": ".py", "robots.points": "", "tasks.points": ""}
-    return {
-        path: str(folder / value)
-        if path in suffixes and isinstance(value, str) and value.endswith(suffixes[path])
-        else value
-        for path, value in values.items()
-    }
+    """Return values with the names of files relative to the study's folder."""
+    return {path: with_names(path, value, lambda name: str(folder / name)) for path, value in values.items()}
 
 
 def _points(base: Scenario, designs: Iterable[Mapping[str, Any]]) -> list[DesignPoint]:

@@ -1,0 +1,43 @@
+"""The form of a rule between fields of a scenario, and of what it finds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Final, NamedTuple
+
+from feasibee.scenario.sections import Sections
+
+AS_GIVEN: Final = object()
+BOTH: Final = ("robots", "tasks")
+
+
+class Conflict(NamedTuple):
+    """What a rule finds: a problem whose value, unless it says another, is that of its path."""
+
+    path: str
+    rule: str
+    remedy: str
+    value: object = AS_GIVEN
+
+
+Rule = Callable[[Sections], Iterator[Conflict]]
+
+
+def never(
+    path: str, breaks: Callable[[Sections], object], rule: str, remedy: str, value: object = AS_GIVEN
+) -> Rule:
+    """Return a rule about one field; ``{strategy}`` in its text becomes the strategy's name."""
+
+    def find(scenario: Sections) -> Iterator[Conflict]:
+        if breaks(scenario):
+            named = rule.replace("{strategy}", scenario.manifest.name) if "{" in rule else rule
+            yield Conflict(path, named, remedy, value)
+
+    return find
+
+
+def both(*rules: Callable[..., Iterator[Conflict]]) -> Iterator[Rule]:
+    """Yield rules about the robots, and then the same about the tasks."""
+    for name in BOTH:
+        yield from (partial(rule, name=name) for rule in rules)
