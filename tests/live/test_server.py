@@ -385,6 +385,20 @@ def test_a_wrong_value_is_refused_at_its_control_and_the_swarm_goes_on(port, pat
         assert page.answer("frame", type="advance", steps=2)["step"] == 2
 
 
+def test_a_page_may_name_no_file(port):
+    """Not even one that is a map: whoever opens the page would learn what is on this machine."""
+    wrong = {
+        path: REFUSED[path][0]
+        for path in REFUSED
+        if path.startswith(("place.", "tasks.points", "robots.points"))
+    }
+    with Page(port) as page:
+        page.open()
+        for path, value in wrong.items():
+            problems = page.answer("error", type="open", changes={path: value})["problems"]
+            assert "can't be a file on this page" in problems[0]["text"], path
+
+
 def test_all_problems_are_told_at_once(port):
     with Page(port) as page:
         changes = {"robots.count": -1, "radio.loss": 2, "decision.strategy": "/tmp/evil.py"}

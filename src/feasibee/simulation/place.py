@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from feasibee.engine.layout import WORD, Ground, Int32s
 from feasibee.engine.params import PlaceParams
 from feasibee.model.codes import MOST_WALLS, exact
+from feasibee.scenario.bitmaps import Cells
 from feasibee.scenario.ground import Ground as Surface
 from feasibee.scenario.ground import ground_of
-from feasibee.scenario.plan import Cells
 from feasibee.scenario.scenario import Scenario
 
 FARTHEST = 255
