@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from contextlib import ExitStack
 
+import numpy as np
 import pytest
+from visiting import box_of, control_of, point_at
 from waiting import eventually
 from walled import PLACE, SIDE
 
-from feasibee import Scenario
+from feasibee import Scenario, Swarm
 from feasibee.live import page as page_module
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.page import page_of
@@ -75,7 +78,7 @@ def test_the_live_page_draws_the_plan_in_the_themes_ink(visit, place_port, schem
 
 def test_a_page_in_a_file_draws_it_and_grows_by_its_size(new_page, tmp_path, monkeypatch):
     monkeypatch.setattr(page_module, "check_scenario", lambda _: None)  # of any world, to see its drawing
-    flat = PLACE.replace({"place.walls": [], "place.keepout": None, "place.zones": {}})
+    flat = Scenario(arena=PLACE.arena.model_dump())
     texts = [page_of(each) for each in (PLACE, flat)]
     assert '"plan":null' in texts[1]
     assert texts[0].count(plan_for_pages(PLACE)["image"]) == 1
@@ -94,3 +97,97 @@ def test_a_scene_without_a_place_has_no_plan():
     assert plan["size"] == SIDE
     assert [each["name"] for each in plan["zones"]] == ["<dock> & more"]
     assert len(json.dumps(plan)) < 2000
+
+
+@pytest.fixture
+def drawing(visit, port):
+    """A page of the paper's arena whose tool for drawing walls is in use, and where its units are."""
+    page = visit(port, reduced_motion="reduce", height=1000)
+    page.locator("#walls-draw").click()
+    expect(page.locator("#walls-help")).to_contain_text("Drag for a rectangle.")
+    return page
+
+
+def move(page, x, y):
+    """Move the pointer to a place of the paper's arena, in units."""
+    box = box_of(page, "#arena")
+    page.mouse.move(box["x"] + x / 20 * box["width"], box["y"] + (1 - y / 20) * box["height"])
+
+
+def click(page, *places):
+    for place in places:
+        move(page, *place)
+        page.mouse.down()
+        page.mouse.up()
+
+
+def drag(page, start, end):
+    move(page, *start)
+    page.mouse.down()
+    move(page, *end)
+    page.mouse.up()
+
+
+def expect_walls(page, walls):
+    """Expect that the scenario of the page has these walls, and that they are drawn."""
+
+    def check():
+        table = tomllib.loads(page.locator("#toml").text_content())
+        assert table.get("place", {}).get("walls", []) == walls
+        assert table["arena"]["boundary"] == "walls"
+
+    eventually(page, check)
+    for wall in walls:
+        centre = np.mean(wall, axis=0) / 20 * SIDE  # as a share of the arena, which is not that of seen_at
+        expect_colours(page, {tuple(centre): mixed(SHADES["light"][0], "#000000", 0)})
+
+
+TRIANGLE = [[3.0, 12.0], [6.0, 14.0], [5.0, 16.0]]
+RECTANGLE = [[10.0, 2.0], [10.4, 2.0], [10.4, 9.0], [10.0, 9.0]]
+
+
+def test_walls_are_drawn_kept_in_the_address_and_erased(visit, port, drawing):
+    page = drawing
+    drag(page, (10, 2), (10.41, 9.02))
+    expect_walls(page, [RECTANGLE])
+    click(page, *TRIANGLE, (3.1, 12.1))
+    expect_walls(page, [RECTANGLE, TRIANGLE])
+    other = visit(port, f"#{page.url.partition('#')[2]}", reduced_motion="reduce", height=1000)
+    expect_walls(other, [RECTANGLE, TRIANGLE])
+    page.locator("#walls-erase").click()
+    click(page, (15, 15))  # nothing is there
+    click(page, (10.2, 5))
+    expect_walls(page, [TRIANGLE])
+    click(page, (4.7, 14))
+    expect_walls(page, [])
+
+
+def test_escape_drops_corners_then_the_tool_and_no_robot_is_inspected(drawing):
+    page = drawing
+    click(page, (3, 12), (6, 14))
+    page.keyboard.press("Escape")
+    click(page, *TRIANGLE, (3, 12))
+    expect_walls(page, [TRIANGLE])
+    expect(page.locator("#robot")).to_have_value("")
+    page.keyboard.press("Escape")
+    expect(page.locator("#walls-draw")).to_have_attribute("aria-pressed", "false")
+    expect(page.locator("#walls-help")).to_be_empty()
+    move(page, 1, 1)
+    point_at(
+        page, Swarm(Scenario(arena={"boundary": "walls"}, place={"walls": [TRIANGLE]}), seed=1), 4, "click"
+    )
+    expect(page.locator("#robot")).to_have_value("4")
+
+
+def test_walls_that_are_invalid_change_nothing(visit, port):
+    page = visit(port, '#robots.placement="clusters"', reduced_motion="reduce", height=1000)
+    page.locator("#walls-draw").click()
+    drag(page, (10, 2), (10.41, 9.02))
+    expect(page.locator("#problem")).to_contain_text("Not changed: the previous run continues.")
+    expect(page.locator("#controls [aria-invalid=true]")).to_have_attribute("data-path", "robots.placement")
+    assert "place.walls" not in page.url
+    control_of(page, "robots.placement").select_option("uniform")
+    expect(page.locator("#problem")).to_be_hidden()
+    assert "place.walls" not in page.url
+    drag(page, (10, 2), (10.41, 9.02))
+    expect_walls(page, [RECTANGLE])

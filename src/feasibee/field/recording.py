@@ -233,7 +233,8 @@ class Recording:
         return np.array(places, np.int64).reshape(-1, 2)
 
     def _coarse(self, places: NDArray[np.int64]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
-        x, y = np.minimum(places >> (16 if self._bodies.world.is_torus else 15), 65_535).astype(np.uint16).T
+        parts = (places << 16) // max(self._bodies.world.size)
+        x, y = np.minimum(parts, 65_535).astype(np.uint16).T
         return x, y
 
     @property

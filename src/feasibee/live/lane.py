@@ -82,6 +82,8 @@ def opening(scenario: Scenario, seed: int, run: int, kinds: list[int], last: int
         "run": str(run),
         "fields": _fields(scenario),
         "toml": scenario.to_toml(),
+        "drawn": scenario.place.walls,
+        "cell": scenario.place.map.cell if scenario.place.map else scenario.place.cell,
         "proof": _proof(explain(scenario).violator, scenario),
         **scene_of(scenario),
         "robotClasses": [each.name for each in scenario.robots.classes],

@@ -28,6 +28,7 @@ from feasibee.model.codes import exact
 from feasibee.scenario.plugins import rule_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.lowering import fixed, unit_of
 
 STATIC: Final = Path(__file__).parent / "static"
 IMPORTED: Final = re.compile(r'(?m)^import [^;]+ from "\./(\w+)\.js";\n')
@@ -88,6 +89,7 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
         },
         "lengths": {
             "size": scenario.arena.size,
+            "units": fixed(max(scenario.arena.size), unit_of(scenario)),
             "walls": scenario.setting.walled,
             "plan": plan_for_pages(scenario),
             "diameter": scenario.robots.diameter,

@@ -44,10 +44,10 @@ class Snapshot(NamedTuple):
     """Direction of each robot, in 256ths of a turn, counterclockwise from the x axis."""
 
 
-def snapshot_of(state: Any, walls: bool, places: Any) -> Snapshot:
+def snapshot_of(state: Any, side: int, places: Any) -> Snapshot:
     """Return the robots of a state, of which ``places`` says where the state has each.
 
-    ``walls`` says whether the arena has walls instead of being a torus.
+    ``side`` is the longer side of the arena, in units of fixed point.
     """
     from feasibee.engine.layout import Robot
 
@@ -57,7 +57,7 @@ def snapshot_of(state: Any, walls: bool, places: Any) -> Snapshot:
     for bit, kind in enumerate(sets_of_flags()):
         flags |= members(state.sets[kind])[places].astype(np.uint16) << np.uint16(bit)
     return Snapshot(
-        coarse(x, walls), coarse(y, walls), flags, np.round(turns).astype(np.int16).astype(np.uint8)
+        coarse(x, side), coarse(y, side), flags, np.round(turns).astype(np.int16).astype(np.uint8)
     )
 
 
@@ -73,10 +73,10 @@ def members(words: NDArray[np.uint32]) -> NDArray[np.int8]:
     return np.unpackbits(words.view(np.uint8), bitorder="little").view(np.int8)
 
 
-def coarse(fixed: NDArray[np.int32], walls: bool) -> NDArray[np.uint16]:
-    """Convert fixed-point positions to 65,536ths of the arena's longer side."""
-    shifted = fixed.view(np.uint32) >> np.uint32(15 if walls else 16)
-    places: NDArray[np.uint16] = np.minimum(shifted, 65535).astype(np.uint16)
+def coarse(fixed: NDArray[np.int32], side: int) -> NDArray[np.uint16]:
+    """Convert fixed-point positions to 65,536ths of the arena's longer side, which has ``side`` units."""
+    parts = (fixed.view(np.uint32).astype(np.uint64) << np.uint64(16)) // np.uint64(side)
+    places: NDArray[np.uint16] = np.minimum(parts, 65535).astype(np.uint16)
     return places
 
 

@@ -84,6 +84,7 @@ class Swarm:
         self._start, self._advance, self._functions = engine
         self._part = team.parts_of(self._params)
         self._unit = lowering.unit_of(self.scenario)
+        self._side = max(self._params.arena.width, self._params.arena.height)
         self._changes = bool(self._params.changes)
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS, FIRST_STEPS if self._changes else 0)
         self._counted = np.zeros(FIRST_STEPS if self._must_count else 0, np.int32)
@@ -361,13 +362,12 @@ class Swarm:
 
     def snapshot(self) -> Snapshot:
         """Return the robots of this step in few bytes."""
-        return snapshot_of(self._state, self._params.arena.walls, self._places)
+        return snapshot_of(self._state, self._side, self._places)
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the tasks of this step, in the unit of ``Snapshot``."""
         x, y = self._state.tasks[: self._layout.Point.NUMBER, self.task_numbers]
-        walls = self._params.arena.walls
-        return coarse(x, walls), coarse(y, walls)
+        return coarse(x, self._side), coarse(y, self._side)
 
     def _repr_html_(self) -> str:
         """Return the arena and the counts as HTML for notebooks."""

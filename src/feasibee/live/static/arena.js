@@ -3,7 +3,7 @@
 import { Comings } from "./comings.js";
 import { Crowd, contextOf } from "./crowd.js";
 import { DISSEMINATING, THERE, WORKING } from "./frames.js";
-import { drawGround, imageOf } from "./ground.js";
+import { drawGround, imageOf, tracePolygons } from "./ground.js";
 import { LOOKS, drawSprite } from "./sprites.js";
 
 const TURN = 65536; // units of a position along the longer side
@@ -37,7 +37,7 @@ const FLASH = 700; // milliseconds
  * @typedef {World & {
  *   generation: number, request: number | null, seed: string, run: string, fields: Record<string, string | number | boolean>,
  *   toml: string, proof: string, robotClasses: string[], kinds: number[], threshold: number,
- *   lane: number, strategy: string, swarms: number, field?: {address: string, hz: number | null},
+ *   drawn: [number, number][][], cell: number, lane: number, strategy: string, swarms: number, field?: {address: string, hz: number | null},
  * }} Opened
  */
 
@@ -81,6 +81,8 @@ export class Arena {
     this.pointed = this.chosen = -1;
     /** @type {ImageBitmap | null} */
     this.plan = null; // from the moment when it is decoded
+    /** @type {[number, number][]} */
+    this.sketch = []; // a wall that is being drawn or erased, in units
     this.drawn = 0;
   }
 
@@ -177,6 +179,7 @@ export class Arena {
       if (this.radius > 2.5 * this.ratio) this.ticks(now);
     }
     if (this.has(this.chosen)) this.ring(this.chosen);
+    if (this.sketch.length) this.outline();
     context.strokeStyle = this.colours.ink;
     this.comings.draw(context, this, time);
     this.canvas.dataset.drawn = String(++this.drawn); // for tests and benchmarks
@@ -338,6 +341,32 @@ export class Arena {
     this.context.lineWidth = 2 * this.ratio;
     this.circles(this.px[i], this.py[i], 2.1 * this.radius);
     this.context.stroke();
+  }
+
+  // Draw the wall that is being drawn or erased, with its corners.
+  outline() {
+    const { context, sketch, scale, height, ratio } = this;
+    context.strokeStyle = context.fillStyle = this.colours.infeasible;
+    context.lineWidth = 2 * ratio;
+    context.beginPath();
+    tracePolygons(context, [sketch], scale, height);
+    context.globalAlpha = 0.3;
+    context.fill();
+    context.globalAlpha = 1;
+    context.stroke();
+    for (const [x, y] of sketch)
+      context.fillRect(x * scale - 3 * ratio, height - y * scale - 3 * ratio, 6 * ratio, 6 * ratio);
+  }
+
+  /**
+   * Return the place in units at a position of the page.
+   * @param {number} clientX
+   * @param {number} clientY
+   */
+  unitsAt(clientX, clientY) {
+    const box = this.canvas.getBoundingClientRect(),
+      [width, height] = this.world.size;
+    return [((clientX - box.left) / box.width) * width, (1 - (clientY - box.top) / box.height) * height];
   }
 
   /**

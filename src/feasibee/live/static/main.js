@@ -14,6 +14,7 @@ import { listReplays, markReplay } from "./replays.js";
 import { SeekBar } from "./seekbar.js";
 import { Seeker } from "./seeker.js";
 import { startTheme } from "./theme.js";
+import { Walls } from "./walls.js";
 
 /** @import { Opened, View } from "./arena.js" */
 /** @import { Input, Which } from "./controls.js" */
@@ -53,6 +54,9 @@ const change = new RateOfChange(controls, (stream) => {
   startAfter = player.playing || stream;
   begin(0);
 });
+const walls = new Walls(lanes, drawWalls, () => player.wake());
+/** @type {Record<string, unknown> | null} */
+let accepted = null; // the changes before walls that the server has not accepted yet
 const veil = new Veil();
 
 // The swarms that the page shows: one, or two side by side.
@@ -98,6 +102,13 @@ function seek(to, lane = 0) {
   if (!world || wanted) return;
   inspector.words = [[], []]; // what is known at other steps
   seeker.seek({ to: to === "decision" ? to : Math.max(0, Math.min(to, world.last)), lane });
+}
+
+/** @param {[number, number][][]} polygons The walls of the place from now on. */
+function drawWalls(polygons) {
+  accepted ??= controls.changes;
+  controls.changes = { ...controls.changes, "place.walls": polygons, "arena.boundary": "walls" };
+  begin(0);
 }
 
 // The step that is shown.
@@ -184,6 +195,8 @@ const answers = {
     seekBar.open(message.last);
     inspector.open(message.numbers);
     if (!isLate) change.open(message);
+    if (!message.field) walls.open(message);
+    accepted = null;
     document.body.dataset.swarms = message.swarms;
     readings.open(message);
     startAfter ||= Boolean(message.field);
@@ -234,6 +247,8 @@ const answers = {
     startAfter = false;
     player.wake();
     wanted = null;
+    controls.changes = accepted ?? controls.changes; // without the walls that can't be
+    accepted = null;
     controls.showProblems(message.problems);
   },
   compiling: (message) => veil.showTime(message.text, message.seconds),
@@ -390,7 +405,7 @@ const actions = {
     lanes[0].canvas.focus();
     if (inspector.robot < 0) inspector.pick(inspector.focus);
   },
-  leave: () => inspector.pick(-1),
+  leave: () => walls.leave() || inspector.pick(-1),
   help: () => (help.open ? help.close() : help.showModal()),
 };
 

@@ -12,7 +12,7 @@
  * @property {[string, string]} threshold Numerator and denominator.
  * @property {{robots: number, tasks: number}} most
  * @property {Settings} settings
- * @property {{size: [number, number], walls: boolean, plan: import("./ground.js").Plan | null, diameter: number, sight: number, radio: number}} lengths
+ * @property {{size: [number, number], units: number, walls: boolean, plan: import("./ground.js").Plan | null, diameter: number, sight: number, radio: number}} lengths
  * @property {import("./curve.js").Prediction} prediction
  * @property {{steps: number, stops: boolean}} run
  */
@@ -74,16 +74,15 @@ export class World {
   }
 
   /**
-   * Return a coordinate of all robots or tasks in 65,536ths of the longer side, which has 2**32 units, within walls 2**31.
+   * Return a coordinate of all robots or tasks in 65,536ths of the longer side.
    * @param {"world_x" | "world_y" | "world_task_x" | "world_task_y"} name
    */
   places(name) {
     const { memory } = this.exports,
       count = name.includes("task") ? this.tasks : this.robots,
-      shift = this.given.lengths.walls ? 15 : 16;
-    return Uint16Array.from(
-      new Uint32Array(memory.buffer, this.exports[name](), count),
-      (each) => each >>> shift,
+      part = 65536 / this.given.lengths.units;
+    return Uint16Array.from(new Uint32Array(memory.buffer, this.exports[name](), count), (each) =>
+      Math.min(65535, each * part),
     );
   }
 

@@ -1,0 +1,209 @@
+// Draw and erase walls with the pointer; they become the polygons of place.walls.
+
+import { $, announce } from "./elements.js";
+import { tracePolygons } from "./ground.js";
+
+/** @import { Arena, Opened } from "./arena.js" */
+/** @import { Lane } from "./lane.js" */
+
+/** @typedef {[number, number]} Point In units. */
+/** @typedef {"draw" | "erase"} Tool */
+
+const DRAG = 6; // pixels: less is a click
+const NEAR = 10; // pixels from its first corner, or from a wall's edge
+const LONGEST = 12_000; // characters that fit into a message with other changes
+/** @type {Record<Tool, string>} */
+const HELP = {
+  draw: "Drag for a rectangle. Or click the corners of a polygon, and its first corner again. Esc drops it.",
+  erase: "Click a wall to erase it. Walls of a map stay.",
+};
+
+export class Walls {
+  /**
+   * @param {Lane[]} lanes
+   * @param {(walls: Point[][]) => void} change
+   * @param {() => void} redraw
+   */
+  constructor(lanes, change, redraw) {
+    this.change = change;
+    this.redraw = redraw;
+    this.arenas = lanes.map((each) => each.arena);
+    /** @type {Tool | null} */
+    this.tool = null;
+    /** @type {Point[][]} */
+    this.walls = []; // of the run that is shown
+    /** @type {Point[]} */
+    this.corners = [];
+    /** @type {Point | null} */
+    this.start = null; // of a drag
+    this.cell = 0.1;
+    for (const tool of /** @type {Tool[]} */ (Object.keys(HELP)))
+      $(`walls-${tool}`).addEventListener("click", () => this.use(this.tool === tool ? null : tool));
+    for (const { frame, arena } of lanes) this.listen(frame, arena);
+  }
+
+  /** @param {Opened} world */
+  open({ drawn, cell }) {
+    this.walls = drawn;
+    this.cell = cell;
+    this.drop();
+  }
+
+  /** @param {Tool | null} tool */
+  use(tool) {
+    this.tool = tool;
+    this.drop();
+    for (const each of Object.keys(HELP))
+      $(`walls-${each}`).setAttribute("aria-pressed", String(each === tool));
+    $("walls-help").textContent = tool ? HELP[tool] : "";
+    document.body.dataset.tool = tool ?? "";
+  }
+
+  // Drop what is half drawn; without it, put the tool away. Return whether there was either.
+  leave() {
+    if (!this.tool) return false;
+    if (this.corners.length) this.drop();
+    else this.use(null);
+    return true;
+  }
+
+  drop() {
+    this.corners = [];
+    this.start = null;
+    this.sketch([]);
+  }
+
+  /** @param {Point[]} sketch */
+  sketch(sketch) {
+    for (const each of this.arenas) each.sketch = sketch;
+    this.redraw();
+  }
+
+  /**
+   * Take the pointer while a tool is in use, before robots are inspected.
+   * @param {HTMLElement} frame
+   * @param {Arena} arena
+   */
+  listen(frame, arena) {
+    /** @type {Record<string, (event: PointerEvent) => void>} */
+    const handlers = {
+      pointerdown: (event) => {
+        frame.setPointerCapture(event.pointerId); // a drag may end outside
+        this.start = this.pointAt(event, arena);
+      },
+      pointermove: (event) => this.preview(event, arena),
+      pointerup: (event) => (this.tool === "draw" ? this.add(event, arena) : this.erase(event, arena)),
+      pointercancel: () => this.drop(),
+      mousedown: () => {}, // would select text
+      click: () => {},
+    };
+    for (const [type, act] of Object.entries(handlers))
+      frame.addEventListener(
+        type,
+        (event) => {
+          if (!this.tool || !arena.world) return;
+          event.preventDefault();
+          event.stopImmediatePropagation();
+          act(/** @type {PointerEvent} */ (event));
+        },
+        { capture: true },
+      );
+  }
+
+  /**
+   * Return the corner of cells that is nearest to the pointer, within the arena.
+   * @param {MouseEvent} event
+   * @param {Arena} arena
+   * @returns {Point}
+   */
+  pointAt(event, arena) {
+    const { size } = arena.world,
+      place = arena.unitsAt(event.clientX, event.clientY),
+      [x, y] = place.map((each, k) =>
+        Number(Math.max(0, Math.min(size[k], Math.round(each / this.cell) * this.cell)).toPrecision(9)),
+      );
+    return [x, y];
+  }
+
+  /**
+   * Return a rectangle from the start of the drag, at least a cell wide; null if the pointer was hardly moved.
+   * @param {Point} end
+   * @param {Arena} arena
+   * @returns {Point[] | null}
+   */
+  rectangle([endX, endY], { scale, ratio }) {
+    if (!this.start || this.corners.length) return null;
+    const [x, y] = this.start;
+    if (Math.hypot(endX - x, endY - y) * scale < DRAG * ratio) return null;
+    const right = endX === x ? x + this.cell : endX,
+      top = endY === y ? y + this.cell : endY;
+    return [
+      [x, y],
+      [right, y],
+      [right, top],
+      [x, top],
+    ];
+  }
+
+  /**
+   * @param {MouseEvent} event
+   * @param {Arena} arena
+   */
+  preview(event, arena) {
+    const at = this.pointAt(event, arena);
+    if (this.tool === "erase") this.sketch(this.walls[this.wallAt(event, arena)] ?? []);
+    else this.sketch(this.rectangle(at, arena) ?? (this.corners.length ? [...this.corners, at] : []));
+  }
+
+  /**
+   * Add a rectangle or a corner; the first corner again ends a polygon.
+   * @param {MouseEvent} event
+   * @param {Arena} arena
+   */
+  add(event, arena) {
+    const at = this.pointAt(event, arena),
+      rectangle = this.rectangle(at, arena),
+      { corners } = this;
+    this.start = null;
+    if (rectangle) return this.set([...this.walls, rectangle]);
+    const [first] = corners,
+      closes = first && Math.hypot(at[0] - first[0], at[1] - first[1]) * arena.scale < NEAR * arena.ratio;
+    if (closes && corners.length > 2) return this.set([...this.walls, corners]);
+    if (!closes) corners.push(at);
+    this.sketch([...corners, at]);
+  }
+
+  /**
+   * @param {MouseEvent} event
+   * @param {Arena} arena
+   */
+  erase(event, arena) {
+    const found = this.wallAt(event, arena);
+    if (found < 0) return announce("There is no wall to erase.");
+    this.set(this.walls.filter((_, k) => k !== found));
+  }
+
+  /**
+   * Return the number of the wall at the pointer, or near to it; -1 for none.
+   * @param {MouseEvent} event
+   * @param {Arena} arena
+   */
+  wallAt(event, { context, scale, height, ratio, canvas }) {
+    const box = canvas.getBoundingClientRect(),
+      place = /** @type {const} */ ([(event.clientX - box.left) * ratio, (event.clientY - box.top) * ratio]);
+    context.lineWidth = 2 * NEAR * ratio;
+    return this.walls.findLastIndex((each) => {
+      context.beginPath();
+      tracePolygons(context, [each], scale, height);
+      return context.isPointInPath(...place) || context.isPointInStroke(...place);
+    });
+  }
+
+  /** @param {Point[][]} walls */
+  set(walls) {
+    this.drop();
+    if (JSON.stringify(walls).length > LONGEST)
+      return announce("There are too many walls for this page: write them into the scenario's file.");
+    this.change(walls);
+  }
+}
