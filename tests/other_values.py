@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from tests.places import bitmap
+
+CLOSED = np.zeros((40, 40), bool)
+CLOSED[10:12, 5:9] = True
+MAP = bitmap(CLOSED, 0.5)["image"]
+WALLED = {"arena.boundary": "walls"}
+DOCK = {"dock": [[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]}
 OTHER_VALUES = {
     "arena.side": 17.0,
     "arena.boundary": "walls",
+    "place.map": {"cell": 0.5, "image": MAP},
+    "place.walls": [[[4.0, 4.0], [6.0, 4.0], [6.0, 5.0]]],
+    "place.keepout": {"cell": 0.5, "image": MAP},
+    "place.cell": 0.2,
+    "place.zones": DOCK,
     "robots.placement": "clusters",
     "robots.clusters": 2,
     "robots.spread": 2.5,
+    "robots.zone": "dock",
     "robots.points": ((1.0, 2.0),),
     "robots.count": 40,
     "robots.speed": 0.7,
@@ -24,6 +39,7 @@ OTHER_VALUES = {
     "tasks.placement": "clusters",
     "tasks.clusters": 2,
     "tasks.spread": 2.5,
+    "tasks.zone": "dock",
     "tasks.points": ((1.0, 2.0),),
     "tasks.count": 7,
     "tasks.classes": ({"name": "all", "count": 20, "needs": {"lift": 1}},),
@@ -37,6 +53,7 @@ OTHER_VALUES = {
     "sensing.misname": 0.1,
     "radio.range": 4.0,
     "radio.loss": 0.1,
+    "radio.walls": 0.5,
     "radio.id_bits": 8,
     "decision.strategy": "voter",
     "decision.parameters": {"k": 5.0},
@@ -68,6 +85,14 @@ OTHER_VALUES = {
 }
 """A value for each field of a scenario, other than its default."""
 NEEDS = {
+    "place.map": WALLED,
+    "place.walls": WALLED,
+    "place.keepout": {**WALLED, "place.cell": 0.5},
+    "place.cell": {**WALLED, "place.zones": DOCK},
+    "place.zones": WALLED,
+    "robots.zone": {**WALLED, "place.zones": DOCK},
+    "tasks.zone": {**WALLED, "place.zones": DOCK},
+    "radio.walls": {**WALLED, "place.zones": DOCK},
     "robots.contact": {"robots.avoid_collisions": True},
     "sensing.misname": {"decision.strategy": "census"},
     "decision.parameters": {"decision.strategy": "k-unanimity"},

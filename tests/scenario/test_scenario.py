@@ -26,6 +26,7 @@ from tests.other_values import NEEDS, OTHER_VALUES
 PLACED = {"placement": "uniform", "clusters": 3, "spread": 1.5}
 PAPER = {
     "arena": {"side": 20.0, "boundary": "torus"},
+    "place": {"cell": 0.1},
     "robots": {
         **PLACED,
         "count": 20,
@@ -46,7 +47,7 @@ PAPER = {
         "false_tasks": 0.0,
         "misname": 0.0,
     },
-    "radio": {"range": 2.0, "loss": 0.0},
+    "radio": {"range": 2.0, "loss": 0.0, "walls": 0.0},
     "decision": {
         "strategy": "dmmd",
         "exploration": 10.0,

@@ -44,7 +44,19 @@ from feasibee.engine.intrinsics import (
     without_lowest,
 )
 from feasibee.engine.knowledge import defer_all, publish, update_pending
-from feasibee.engine.layout import HEARD_ROOM, WORD, Clock, Count, Heard, Link, Point, Robot, Sense, Set, Share
+from feasibee.engine.layout import (
+    HEARD_ROOM,
+    WORD,
+    Clock,
+    Count,
+    Heard,
+    Link,
+    Point,
+    Robot,
+    Sense,
+    Set,
+    Share,
+)
 from feasibee.engine.motion import move_freely
 from feasibee.engine.params import ALWAYS, Action
 from feasibee.engine.place import drop_cut, visible_tasks

@@ -1,8 +1,7 @@
 """Places: which steps avoid walls, and how many walls are between two things (model.md 6.20, 6.21).
 
-Each cell has a byte: how many cells around are free of walls. If these squares around both ends and the middle
-cover a line, no wall is on it. Otherwise the line is walked from cell to cell. In a hall with shelves one line in
-ten is walked.
+Each cell has a byte: how many cells around are free of walls. If such squares around both ends and the middle
+cover a line, no wall is on it. Otherwise the line is walked from cell to cell: one in ten, among obstacles.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from feasibee.model.codes import MOST_WALLS
 def is_passable(place, ground, x, y):
     """Return 1 if a position is in a passable cell, else 0.
 
-    Cells at the edges never are. So those stand for all beyond: a negative coordinate is a large unsigned one.
+    Cells at the edges never are, so they stand for all beyond: a negative coordinate is a large unsigned one.
     """
     bits = uint32(place.bits)
     column, row = uint32(uint32(x) >> bits), uint32(uint32(y) >> bits)
@@ -93,7 +92,7 @@ def find_place_beside(params, ground, robots, blocked, w):
 
 @inlined
 def open_around(place, ground, column, row):
-    """Return how many cells from a cell on are free of walls in all directions, itself included; 0 in a wall."""
+    """Return how many cells from a cell on, in each direction, are free of walls; 0 in a wall."""
     return int64(ground.open_around[uint64(row * place.columns + column)])
 
 
@@ -105,7 +104,7 @@ def is_in_the_open(place, ground, x, y, reach):
 
 @inlined
 def is_cut(params, ground, sense, ax, ay, bx, by):
-    """Return whether walls between two positions in range make them too far apart (model.md 6.20.11, 6.21)."""
+    """Return whether walls between two positions in range cut them off (model.md 6.20.11, 6.21)."""
     place = params.arena.place
     if is_surely_free(place, ground, ax, ay, bx, by):
         return False
@@ -114,7 +113,7 @@ def is_cut(params, ground, sense, ax, ay, bx, by):
 
 @inlined
 def is_surely_free(place, ground, ax, ay, bx, by):
-    """Return whether the squares around both ends and the middle of a line cover it, which then crosses no wall."""
+    """Return whether open squares around both ends and the middle of a line cover it: so no wall is on it."""
     ax, ay, bx, by = ax >> place.bits, ay >> place.bits, bx >> place.bits, by >> place.bits
     length = max(abs(bx - ax), abs(by - ay))
     start, end = open_around(place, ground, ax, ay), open_around(place, ground, bx, by)
@@ -183,7 +182,12 @@ def drop_cut(params, state, part, sense, reach):
 
     A robot without walls within ``reach`` cells lists nobody. Pairs are listed and then tested in one loop.
     """
-    links, pairs, listed, ground = state.links[Link.SIGHT], state.heard[part.thread], int64(0), state.tables.ground
+    links, pairs, listed, ground = (
+        state.links[Link.SIGHT],
+        state.heard[part.thread],
+        int64(0),
+        state.tables.ground,
+    )
     receivers, senders, place = pairs[Heard.RECEIVER], pairs[Heard.SENDER], params.arena.place
     for i in range(params.robots.count):
         x, y = position(state.robots, i)

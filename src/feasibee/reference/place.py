@@ -1,4 +1,4 @@
-"""A place in plain Python: passable cells, pieces, steps that avoid walls, lines that cross them (model.md 6.20)."""
+"""A place in plain Python: passable cells, pieces, steps that avoid walls, lines that cross them."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Ground:
 
     def _gap(self, a: Pair, b: Pair) -> int:
         """Return the square of the distance of two cells, in units of fixed point."""
-        dx, dy = (max(abs(p - q) - 1, 0) * 2**self.bits for p, q in zip(a, b, strict=True))
+        dx, dy = (max(abs(p - q) - 1, 0) << self.bits for p, q in zip(a, b, strict=True))
         return dx * dx + dy * dy
 
     def _around(self, cell: Pair, squared: Fraction) -> Iterator[Pair]:
@@ -66,7 +66,7 @@ class Ground:
     @property
     def _clearance(self) -> Fraction:
         """The square of the least distance from a wall (model.md 6.20.3)."""
-        return self._radius**2 + Fraction(self._step, 8) ** 2
+        return Fraction(64 * self._radius * self._radius + self._step * self._step, 64)
 
     def _near_walls(self) -> Iterator[Pair]:
         """Yield the cells that are too near to walls, no-go cells or the edges."""
@@ -127,7 +127,9 @@ class Ground:
     def _nearest(self, cell: Pair) -> int:
         """Return the piece of the nearest passable cell, if that is near enough (model.md 6.20.9)."""
         cell = min(cell[0], self.size[0] - 1), min(cell[1], self.size[1] - 1)
-        near = [each for each in self._around(cell, 4 * self._clearance + Fraction(1, 16)) if each in self.piece]
+        near = [
+            each for each in self._around(cell, 4 * self._clearance + Fraction(1, 16)) if each in self.piece
+        ]
         return self.piece[min(near, key=lambda each: self._gap(cell, each))] if near else 0
 
     @cached_property
@@ -159,8 +161,8 @@ class Ground:
     def walls_between(self, a: Pair, b: Pair) -> int:
         """Return in how many stretches the line between the centres of two positions' cells touches walls.
 
-        The line is described by a number from 0 to 1. Each wall cell, its border included, takes an interval of
-        it. Intervals that touch are one stretch.
+        A number from 0 to 1 says where on the line. A wall cell and its border take an interval of it.
+        Intervals that touch are one stretch.
         """
         start, end = self.cell(a), self.cell(b)
         columns, rows = (range(min(p, q), max(p, q) + 1) for p, q in zip(start, end, strict=True))

@@ -231,7 +231,7 @@ def obstacles(world: World, robot: Robot, step: Place, others: Steps) -> Iterato
 
 
 def way_to_place(ground: Ground, place: Place, step: Place) -> Place:
-    """Return the way to what blocks a step in a place: to the left or right of it, or ahead (model.md 6.20.5)."""
+    """Return the way to what blocks a step in a place: left or right of it, or ahead (model.md 6.20.5)."""
     u, v = step
     left, right = (ground.ends(place, eighth(step, is_left)) for is_left in (True, False))
     if left == right:

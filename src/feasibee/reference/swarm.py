@@ -89,7 +89,9 @@ class Swarm:
         ]
         radio, walls = exact(scenario.radio.range), exact(scenario.radio.walls)
         self._sight = [self.world.squared(exact(scenario.sensing.range)), -1]
-        self._radio = [self.world.squared(radio * walls**k) if walls or not k else -1 for k in range(MOST_WALLS + 1)]
+        self._radio = [
+            self.world.squared(radio * walls**k) if walls or not k else -1 for k in range(MOST_WALLS + 1)
+        ]
         self._dynamics = Dynamics(self) if scenario.dynamic else None
         self._look_up_truth()
 
@@ -114,7 +116,10 @@ class Swarm:
         return {*ground.robot_pieces, *ground.task_pieces} if ground else {0}
 
     def _is_feasible(self, piece: int) -> bool:
-        """Return whether the tasks in a piece are feasible for its robots; all things beyond the start are in it."""
+        """Return whether the tasks in a piece are feasible for its robots.
+
+        Robots and tasks beyond the start are in it: a world that changes has one piece.
+        """
         ground = self.world.ground
         robot_pieces, task_pieces = (ground.robot_pieces, ground.task_pieces) if ground else ([], [])
 

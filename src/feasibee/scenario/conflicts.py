@@ -18,6 +18,7 @@ from feasibee.scenario.placing import PLACES
 from feasibee.scenario.rules import AS_GIVEN, BOTH, Conflict, Rule, both, never
 from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
+from feasibee.scenario.standing import standing
 from feasibee.scenario.tables import FilePoints
 from feasibee.strategies.contract import Strategy
 
@@ -469,6 +470,7 @@ RULES: Final[tuple[Rule, ...]] = (
     ),
     *both(_spread),
     *PLACES,
+    standing,
     _unique_memory,
     _knowledge_memory,
 )

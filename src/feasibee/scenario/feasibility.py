@@ -128,8 +128,9 @@ def _verdict_by_piece(scenario: Sections, ground: Ground) -> Verdict:
     total: Counter[tuple[str, str, str]] = Counter()
     kinds = [kinds_of(section) for section in (scenario.robots, scenario.tasks)]
     for piece in range(int(ground.pieces.max()) + 1):
-        there = (np.flatnonzero(each.piece == piece) for each in (ground.robots, ground.tasks))
-        found = explain_kinds(scenario, *([own[i] for i in some] for own, some in zip(kinds, there, strict=True)))
+        there = [np.flatnonzero(each.piece == piece) for each in (ground.robots, ground.tasks)]
+        robots, tasks = ([own[i] for i in some] for own, some in zip(kinds, there, strict=True))
+        found = explain_kinds(scenario, robots, tasks)
         if not found.feasible:
             return found._replace(piece=piece)
         total.update(found.assignment)

@@ -1,4 +1,4 @@
-"""Where robots can be in a place: passable cells, pieces, and who stands in which (model.md 6.20.3 to 6.20.9)."""
+"""Where robots can be in a place: passable cells, pieces, and who stands in which (model.md 6.20)."""
 
 from __future__ import annotations
 
@@ -51,7 +51,8 @@ class Ground:
     @property
     def is_one(self) -> bool:
         """Whether all robots and tasks are in one piece."""
-        return bool(np.all(self.robots.piece == self.robots.piece[0]) and np.all(self.tasks.piece == self.robots.piece[0]))
+        pieces = np.concatenate([self.robots.piece, self.tasks.piece])
+        return bool((pieces == pieces[0]).all())
 
     @property
     def lattice(self) -> list[tuple[Numbers, Numbers]]:
@@ -157,7 +158,7 @@ def grown(closed: Cells, most: int) -> Cells:
 
 
 def connected(passable: Cells, most: int) -> NDArray[np.int32]:
-    """Return the piece of each passable cell: those whose gap's square is at most ``most`` cells are together."""
+    """Return the piece of each passable cell; those whose gap squared is at most ``most`` go together."""
     rows, columns = passable.shape
     flat = np.zeros((rows, columns + 1), np.int8)
     flat[:, :-1] = passable
@@ -247,7 +248,7 @@ def shares(areas: Numbers, count: int) -> Numbers:
 
 
 def nearest(pieces: NDArray[np.int32], cell: int, most: int) -> int:
-    """Return the piece of the passable cell nearest to a cell; 0 if the gap's square is above ``most`` cells."""
+    """Return the piece of the passable cell nearest to a cell; 0 if the gap's square is above ``most``."""
     row, column = divmod(cell, pieces.shape[1])
     reach = math.isqrt(most) + 1
     top, left = max(row - reach, 0), max(column - reach, 0)

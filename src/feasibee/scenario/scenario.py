@@ -148,8 +148,10 @@ class Scenario(Sections):
 
     Parameters
     ----------
-    arena, place, robots, tasks, walk, sensing, radio, decision, faults, run, response, units : mapping, optional
+    arena, place, robots, tasks, walk, sensing, radio, decision, faults, run : mapping, optional
         Fields that differ from the paper, such as ``tasks={"count": 50}``.
+    response, units : mapping, optional
+        Likewise.
     preset : str, optional
         Name of a published controller, whose values replace the paper's: ``"valentini-2016"``,
         ``"minimize-surprise"`` or ``"subcdm-2025"``.

@@ -58,7 +58,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
             numbered=together and not fast and numbered,
         ),
         walk=_filled(numbers.WalkParams, scenario.walk),
-        sensing=_sensing(scenario, sight, not arena.place.exists or numbered and together),
+        sensing=_sensing(scenario, sight, not arena.place.exists or (numbered and together)),
         radio=_radio(scenario, setting.id_bits, radio),
         strategy=_strategy(scenario, setting),
         decision=_decision(scenario, most.robots),

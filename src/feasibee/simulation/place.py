@@ -39,7 +39,12 @@ def tables_of(scenario: Scenario) -> Ground:
     if surface is None:
         none = np.zeros((0, 2), np.int32)
         return Ground(
-            np.zeros(0, np.uint32), np.zeros(0, np.uint8), np.zeros(0, np.uint64), none[:, 0].copy(), none, none
+            np.zeros(0, np.uint32),
+            np.zeros(0, np.uint8),
+            np.zeros(0, np.uint64),
+            none[:, 0].copy(),
+            none,
+            none,
         )
     radio, walls = exact(scenario.radio.range), exact(scenario.radio.walls)
     sight = [exact(scenario.sensing.range), *[None] * MOST_WALLS]
@@ -59,8 +64,7 @@ def _limit(reach: Fraction | None, unit: Fraction) -> int:
 
 def _words(cells: Cells) -> NDArray[np.uint32]:
     """Return cells as words of 32 bits; each row begins with a new word."""
-    rows, columns = cells.shape
-    padded = np.pad(cells, ((0, 0), (0, -columns % WORD)))
+    padded = np.pad(cells, ((0, 0), (0, -cells.shape[1] % WORD)))
     return np.packbits(padded, axis=1, bitorder="little").view("<u4").astype(np.uint32).ravel()
 
 
@@ -94,7 +98,7 @@ def _open_around(surface: Surface) -> NDArray[np.uint8]:
 
 @lru_cache(maxsize=4)
 def _distances(walls: bytes, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return the distances in a row, then those over rows, down and up: each is at most one more than a neighbour's."""
+    """Return the distances: those in a row, and at most one more than in the row before; down, then up."""
     closed = np.frombuffer(walls, np.bool_).reshape(shape)
     found = np.where(closed, 0, FARTHEST).astype(np.int16)
     places = np.arange(shape[1], dtype=np.int16)

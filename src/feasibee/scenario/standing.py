@@ -1,0 +1,71 @@
+"""The rules about where robots and tasks stand in a place: they need its passable cells (model.md 6.20)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from feasibee.scenario.ground import Ground, cells_at, ground_of
+from feasibee.scenario.placing import PLACES
+from feasibee.scenario.rules import Conflict
+from feasibee.scenario.sections import Sections
+
+
+def standing(scenario: Sections) -> Iterator[Conflict]:
+    """Find what keeps robots or tasks from standing anywhere, one thing after the other."""
+    if not scenario.place.exists or any(found for rule in PLACES for found in rule(scenario)):
+        return  # without cells as the rules have them, there is nothing to look at
+    ground = ground_of(scenario)
+    assert ground is not None
+    if not ground.passable.any():
+        rule = f"leave no cell in which a robot of diameter {scenario.robots.diameter:g} could be"
+        yield Conflict("place.walls", rule, "use smaller robots, or fewer walls", _count(ground))
+        return
+    found = [*_robots(scenario, ground)] or [*_tasks(scenario, ground)] or [*_changing(scenario, ground)]
+    yield from found
+
+
+def _count(ground: Ground) -> str:
+    return f"{int(ground.plan.walls.sum())} wall cells"
+
+
+def _robots(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
+    robots = scenario.robots
+    if robots.placement == "points":
+        for number in np.flatnonzero(ground.robots.piece == 0):
+            rule = f"point {number + 1}: a robot of diameter {robots.diameter:g} is too near a wall there"
+            yield Conflict("robots.points", rule, "move the point", robots.points[number])
+        return
+    if not len(ground.robots.cells):
+        rule = f"has no cell in which a robot of diameter {robots.diameter:g} could be"
+        yield Conflict("robots.zone", rule, "enlarge the zone, or use smaller robots")
+        return
+    for piece, (xs, _) in enumerate(ground.lattice, start=1):
+        inside = int((ground.robots.piece == piece).sum())
+        if robots.avoid_collisions and inside > len(xs):
+            where = f"zone {robots.zone}" if robots.zone else f"piece {piece} of the place"
+            rule = f"puts {inside} robots into {where}, where {len(xs)} discs fit on a square grid"
+            remedy = "use fewer or smaller robots, or a larger zone"
+            yield Conflict("robots.count", rule, remedy)
+
+
+def _tasks(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
+    tasks = scenario.tasks
+    if tasks.placement != "points":
+        if not len(ground.tasks.cells):
+            yield Conflict(
+                "tasks.zone", "has no cell that a robot reaches", "enlarge the zone, or open a way"
+            )
+        return
+    walls = ground.plan.walls.ravel()[cells_at(ground.plan, tasks.points)]
+    for number in np.flatnonzero(walls):
+        rule = f"point {number + 1}: is in a wall"
+        yield Conflict("tasks.points", rule, "move the point", tasks.points[number])
+
+
+def _changing(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
+    if scenario.dynamic and not ground.is_one:
+        rule = "has parts that no robot leaves, but the world of this scenario changes"
+        remedy = "open a way between them, set robots.zone, or leave out events and rates"
+        yield Conflict("place", rule, remedy, f"{int(ground.pieces.max())} pieces")
