@@ -130,7 +130,7 @@ def test_crowd_once():
 
 @pytest.mark.parametrize("speed", [0.4, 1.0, 3.0])
 def test_no_disc_overlaps_a_wall(speed):
-    """At each quarter of a step, no centre is nearer than its radius to a wall, and robots stay in their room."""
+    """At no quarter of a step a centre is nearer than its radius to a wall; robots stay in their rooms."""
     walls = [*rooms(0, 12.0), rectangle(2.0, 2.0, 3.0, 2.2), rectangle(8.0, 6.0, 8.1, 9.0)]
     scenario = Scenario(
         arena={"boundary": "walls", "side": 12.0},
