@@ -19,7 +19,7 @@ from feasibee.engine.compile import on_compile
 from feasibee.live import server
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.world.build import WASM
-from feasibee.live.world.lowering import numbers_of
+from feasibee.live.world.lowering import numbers_of, place_of
 from feasibee.simulation import loading
 from feasibee.simulation.loading import load_engine
 
@@ -123,12 +123,13 @@ def node():
 
 @pytest.fixture
 def play(node):
-    """Give a function that plays runs; each gives flags by step and robot, and positions at the end."""
+    """Give a function that plays runs; each gives flags by step and robot, last positions, missing robots."""
 
     def played(runs, world=WASM):
         cases = [
             {
                 "numbers": list(numbers_of(scenario).values()),
+                "place": place_of(scenario),
                 "seed": str(seed),
                 "run": run,
                 "steps": scenario.run.steps,
@@ -144,8 +145,9 @@ def play(node):
             flags = np.frombuffer(said, "<u2", robots * steps, at).reshape(steps, robots)
             at += flags.nbytes
             places = np.frombuffer(said, "<u4", 2 * robots, at).reshape(2, robots).T
-            at += places.nbytes
-            yield flags, places
+            (missing,) = np.frombuffer(said, "<u4", 1, at + places.nbytes)
+            at += places.nbytes + missing.nbytes
+            yield flags, places, missing
         assert at == len(said)
 
     return played

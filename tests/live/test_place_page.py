@@ -8,12 +8,11 @@ from contextlib import ExitStack
 
 import numpy as np
 import pytest
-from visiting import box_of, control_of, point_at
+from visiting import box_of, control_of, point_at, seen_at
 from waiting import eventually
 from walled import PLACE, SIDE
 
 from feasibee import Scenario, Swarm
-from feasibee.live import page as page_module
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.page import page_of
 from feasibee.live.scene import plan_for_pages, scene_of
@@ -26,18 +25,6 @@ SHADES = {"light": ("#1d2125", "#fdfdfc"), "dark": ("#e6e9eb", "#0c0f11")}
 """Ink and ground of base.css."""
 
 
-def seen_at(page, place):
-    """Return the colour of a place in units on the arena's canvas."""
-    return page.locator("#arena").evaluate(
-        """(at, [x, y]) => {
-            const copy = new OffscreenCanvas(1, 1).getContext("2d");
-            copy.drawImage(at, -Math.floor(x * at.width), -Math.floor((1 - y) * at.height));
-            return [...copy.getImageData(0, 0, 1, 1).data].slice(0, 3);
-        }""",
-        [place[0] / SIDE[0], place[1] / SIDE[1]],
-    )
-
-
 def mixed(one, other, part):
     """Return the colour at a share of the way from one colour to another."""
     pairs = zip(*(bytes.fromhex(each[1:]) for each in (one, other)), strict=True)
@@ -47,7 +34,9 @@ def mixed(one, other, part):
 def expect_colours(page, colours):
     def check():
         for place, colour in colours.items():
-            assert seen_at(page, place) == pytest.approx(colour, abs=3), place
+            assert seen_at(page, place[0] / SIDE[0], 1 - place[1] / SIDE[1]) == pytest.approx(
+                colour, abs=3
+            ), place
 
     eventually(page, check)
 
@@ -76,10 +65,11 @@ def test_the_live_page_draws_the_plan_in_the_themes_ink(visit, place_port, schem
         expect_colours(page, {WALL_AT: mixed(SHADES["light"][0], "#000000", 0)})
 
 
-def test_a_page_in_a_file_draws_it_and_grows_by_its_size(new_page, tmp_path, monkeypatch):
-    monkeypatch.setattr(page_module, "check_scenario", lambda _: None)  # of any world, to see its drawing
-    flat = Scenario(arena=PLACE.arena.model_dump())
-    texts = [page_of(each) for each in (PLACE, flat)]
+def test_a_page_in_a_file_draws_it_and_grows_by_its_size(new_page, tmp_path):
+    uniform = {"placement": "uniform", "points": []}
+    place = PLACE.replace({f"{kind}.{key}": uniform[key] for kind in ("robots", "tasks") for key in uniform})
+    flat = Scenario(arena={"side": SIDE, "boundary": "walls"})
+    texts = [page_of(each) for each in (place, flat)]
     assert '"plan":null' in texts[1]
     assert texts[0].count(plan_for_pages(PLACE)["image"]) == 1
     path = tmp_path / "run.html"

@@ -6,11 +6,12 @@ import shutil
 from pathlib import Path
 
 import pytest
-from visiting import expect_shade, press, step_of
+from visiting import expect_shade, press, seen_at, step_of
 from waiting import drawn, eventually
 
-from feasibee import Scenario, decision_counts, simulate, wilson
+from feasibee import Scenario, Swarm, decision_counts, simulate, wilson
 from feasibee.live.page import write_page
+from feasibee.scenario.feasibility import truth
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 SITE = Path(__file__).parents[2] / "docs" / "_static"
@@ -112,6 +113,41 @@ def test_knowledge_walls_and_a_bad_radio_are_the_engines(visit, tmp_path):
     expect(page.locator("#decision")).to_contain_text(decided)
     box = page.locator("#arena").bounding_box()
     assert abs(box["height"] / box["width"] - 0.7) < 0.01
+
+
+def test_rooms_are_the_engines(visit, tmp_path):
+    wall = [[8.0, 0.0], [8.2, 0.0], [8.2, 14.0], [8.0, 14.0]]
+    scenario = FIFTY.replace(
+        {
+            **{"arena.boundary": "walls", "arena.side": [20.0, 14.0], "place.walls": [wall]},
+            **{"robots.diameter": 0.5, "tasks.count": 20, "radio.walls": 0.7},
+        }
+    )
+    assert truth(scenario)
+    write_page(scenario, file := tmp_path / "rooms.html", seed=1)
+    page = visit(file)
+    expect(page.locator("#truth")).to_have_text("Yes: just enough")
+    swarms = simulate(scenario, runs=100, seed=1)
+    counts = decision_counts(swarms.decision)
+    told = ", ".join(
+        f"{counts[word]} {word}" for word in ("feasible", "infeasible", "undecided") if counts[word]
+    )
+    expect(page.locator("#swarm-counts")).to_have_text(f"100 swarms: {told}.")
+    swarm = Swarm(scenario, seed=1)
+    for step in range(1, 4):
+        press(page, (".", step))
+        swarm.advance()
+    expect(page.locator("#feasible")).to_have_text(str(swarm.feasible_count))
+    discs = swarm.positions[swarm.opinions == 1]
+    assert len(discs) > 5
+    for x, y in discs:
+        colour = seen_at(page, x / 20, 1 - y / 14)
+        assert colour == pytest.approx([0, 114, 178], abs=60), (x, y)
+    page.get_by_label("Tasks", exact=True).fill("21")
+    expect(page.locator("#truth")).to_have_text("No: 1 robot is missing")
+    page.get_by_label("Robots", exact=True).fill("1")
+    page.get_by_label("Tasks", exact=True).fill("1")
+    expect(page.locator("#truth")).to_have_text("Yes: just enough")
 
 
 def test_sliders_change_the_swarm_and_the_address_keeps_it(visit, file):

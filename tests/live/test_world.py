@@ -21,6 +21,7 @@ from feasibee.live.world.build import WASM
 from feasibee.live.world.lowering import ROBOTS_LIMIT, TASKS_LIMIT, check_scenario, numbers_of, variants_of
 from feasibee.model import purposes
 from feasibee.robot import firmware
+from feasibee.scenario.feasibility import truth
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.strategies import STRATEGIES
 from tests.robot.swarms import VARIANTS
@@ -48,11 +49,12 @@ def simulated(scenario, seed, run):
 
 
 def compare(play, runs):
-    for (scenario, seed, run), (flags, places) in zip(runs, play(runs), strict=True):
+    for (scenario, seed, run), (flags, places, missing) in zip(runs, play(runs), strict=True):
         expected, positions = simulated(scenario, seed, run)
         where = f"{scenario.decision.strategy}, seed {seed}, run {run}"
         assert np.array_equal(flags & SHOWN, expected), where
         assert np.array_equal(places * numbers_of(scenario)["unit"], positions), where
+        assert (missing == 0) == truth(scenario), where
 
 
 def scenario_of(draw, number, steps, **tables):

@@ -136,6 +136,18 @@ def point_at(page, swarm, robot, act):
     getattr(page.mouse, act)(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
 
 
+def seen_at(page, x, y):
+    """Return the colour of the arena's canvas at shares of its width and height, from the upper left."""
+    return page.locator("#arena").evaluate(
+        """(at, [x, y]) => {
+            const copy = new OffscreenCanvas(1, 1).getContext("2d");
+            copy.drawImage(at, -Math.floor(x * at.width), -Math.floor(y * at.height));
+            return [...copy.getImageData(0, 0, 1, 1).data].slice(0, 3);
+        }""",
+        [x, y],
+    )
+
+
 def colours_of(page, selector):
     """Return the opaque colours of a canvas."""
     found = page.evaluate(

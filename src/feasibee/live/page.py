@@ -21,6 +21,7 @@ from feasibee.live.world.lowering import (
     TASKS_LIMIT,
     check_scenario,
     numbers_of,
+    place_of,
     strategies_of,
     variants_of,
 )
@@ -69,6 +70,7 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
         "version": version("feasibee"),
         "toml": scenario.to_toml(),
         "wasm": base64.b64encode(_wasm(scenario)).decode(),
+        "place": place_of(scenario),
         "strategies": [
             {
                 "name": each.decision.strategy,

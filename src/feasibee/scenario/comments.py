@@ -8,11 +8,10 @@ import typing
 from collections.abc import Iterator, Mapping
 from typing import Any, Final
 
-import tomli_w
 from pydantic import BaseModel
 
 from feasibee.scenario.fields import SECTIONS, Event
-from feasibee.scenario.paths import inline_toml
+from feasibee.scenario.paths import inline_toml, toml_text
 from feasibee.scenario.scenario import Scenario
 
 WIDTH: Final = 100
@@ -44,7 +43,7 @@ def commented_toml(scenario: Scenario) -> str:
 def _commented(complete: Mapping[str, Any]) -> Iterator[str]:
     """Yield lines of TOML with comments above the tables and keys, each said once."""
     table, said = "", set()
-    for line in [*tomli_w.dumps(complete).splitlines(), ""]:
+    for line in [*toml_text(complete).splitlines(), ""]:
         header, key = HEADER.match(line), KEY.match(line)
         if not line and table in SECTIONS:
             yield from _off(table, complete[table])

@@ -8,6 +8,8 @@ import tomllib
 from collections.abc import Mapping
 from typing import Any
 
+import tomli_w
+
 from feasibee.errors import FeasibeeError, Problem
 
 DEEPEST = 8
@@ -17,6 +19,8 @@ WHOLE = ("preset", "events")
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{4 * DEEPEST}}}")
 """Dotted keys of very many parts: tomllib needs time and memory that grow with their number squared."""
+_POINT = re.compile(r"\[\n +(-?[\d.e+-]+),\n +(-?[\d.e+-]+),\n +\]")
+"""A point as tomli_w writes it within a list: each number on a line."""
 
 
 def toml_tables(text: str, source: str) -> dict[str, Any]:
@@ -67,6 +71,11 @@ def toml_value(text: str) -> Any:
     if braced.keys() != {"it"} or braced["it"].keys() != {"value"} or len(listed["it"]) != 1:
         raise ValueError("not one value")
     return braced["it"]["value"]
+
+
+def toml_text(tables: Mapping[str, Any]) -> str:
+    """Return tables as TOML, with a point of a list on a line."""
+    return _POINT.sub(r"[\1, \2]", tomli_w.dumps(tables))
 
 
 def inline_toml(value: Any) -> str:

@@ -15,7 +15,6 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Self
 
-import tomli_w
 from pydantic import (
     ModelWrapValidatorHandler,
     ValidationError,
@@ -45,7 +44,7 @@ from feasibee.scenario.fields import (
     fields,
 )
 from feasibee.scenario.html import show_scenario
-from feasibee.scenario.paths import toml_tables, value_at, with_changes
+from feasibee.scenario.paths import toml_tables, toml_text, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
 from feasibee.scenario.sections import Sections
 from feasibee.scenario.tables import (
@@ -358,7 +357,7 @@ class Scenario(Sections):
 
     def to_toml(self) -> str:
         """Return the complete form as TOML text; parsing it gives an equal scenario."""
-        return tomli_w.dumps(self.to_dict())
+        return toml_text(self.to_dict())
 
     @property
     def hash(self) -> str:

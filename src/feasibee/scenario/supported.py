@@ -32,7 +32,11 @@ IN_C: Final = COMMON | {
     *("arena.boundary", "sensing.miss", "radio.loss"),
 }
 """Fields that a world around the controller in C has."""
-PAGE: Final = IN_C | {"radio.id_bits", "robots.know_count", "units.metres", "units.seconds"}
+PAGE: Final = IN_C | {
+    *("radio.id_bits", "robots.know_count", "units.metres", "units.seconds"),
+    *("place.map", "place.walls", "place.keepout", "place.cell", "place.zones"),
+    *("robots.zone", "tasks.zone", "radio.walls"),
+}
 """Fields that a page simulates."""
 ARGOS: Final = IN_C | {"robots.avoid_collisions"}
 """Fields that an experiment of ARGoS expresses."""

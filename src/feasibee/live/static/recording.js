@@ -16,6 +16,7 @@ export class Recording {
     this.last = steps;
     this.stops = stops;
     world.begin(settings);
+    this.missing = world.missing;
     this.taskX = world.places("world_task_x");
     this.taskY = world.places("world_task_y");
     /** @type {Pick<Frame, "x" | "y" | "flags" | "heading">[]} */

@@ -10,11 +10,11 @@ import { Recording } from "./recording.js";
 import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
 import { decisionOf, questionOf } from "./words.js";
-import { compileWorld, neededOf, World } from "./world.js";
+import { neededOf, worldsOf } from "./world.js";
 
 /** @import { Prediction } from "./curve.js" */
 /** @import { Frame } from "./frames.js" */
-/** @import { Given, Settings } from "./world.js" */
+/** @import { Given, Settings, World } from "./world.js" */
 
 const CURVE_PAUSE = 50; // milliseconds between two drawings of the curve
 
@@ -29,7 +29,7 @@ class Page {
 
   /**
    * @param {Given} given
-   * @param {[World, World]} worlds
+   * @param {World[]} worlds Two.
    */
   constructor(given, [world, other]) {
     const [part, whole] = given.threshold;
@@ -67,11 +67,11 @@ class Page {
       { declares } = given.strategies[strategy],
       playing = player.playing || player.ended;
     this.recording = new Recording(this.world, settings);
-    const { last, taskX, taskY } = this.recording;
+    const { last, taskX, taskY, missing } = this.recording;
     arena.open({
       ...given.lengths,
       ...{ robots, numbers: robots, tasks, last },
-      ...{ truth: robots >= tasks, changes: false, declares },
+      ...{ truth: missing === 0, changes: false, declares },
     });
     arena.setTasks({ x: taskX, y: taskY });
     $("legend-declared").hidden = !declares;
@@ -81,7 +81,7 @@ class Page {
       isFirst = robots === first.robots && tasks === first.tasks && strategy === first.strategy;
     this.prediction = isFirst ? given.prediction : null; // computed for the scenario that the page was made of
     sayPrediction($("theory"), this.prediction, $("tasks-marks"));
-    const { question, answer } = questionOf(settings);
+    const { question, answer } = questionOf(settings, missing);
     $("question").textContent = question;
     $("truth").textContent = answer;
     this.swarms?.begin(settings);
@@ -136,7 +136,7 @@ class Page {
       $(id).textContent = formatted(count);
     $("none-row").hidden = $("legend-none").hidden = !none;
     const needed = neededOf(this.given.threshold, settings.robots),
-      { right, text } = decisionOf(settings, recording, frame, needed);
+      { right, text } = decisionOf(recording, frame, needed);
     $("verdict").dataset.verdict = right === null ? "" : right ? "right" : "wrong";
     $("decision").textContent = text;
     if (right !== null && this.said !== text) announce((this.said = text));
@@ -231,6 +231,4 @@ const given = JSON.parse($("given").textContent ?? "");
 $("name").textContent = given.name;
 $("toml").textContent = given.toml;
 $("version").textContent = given.version;
-const code = await compileWorld(given.wasm);
-const instances = [await WebAssembly.instantiate(code), await WebAssembly.instantiate(code)];
-new Page(given, [new World(given, instances[0]), new World(given, instances[1])]);
+new Page(given, await worldsOf(given, 2));

@@ -73,7 +73,7 @@ export class Swarms {
   sentences() {
     const done = this.outcomes.length;
     if (!done || !this.settings) return ["Simulating ..."];
-    const truth = Number(this.settings.robots >= this.settings.tasks),
+    const truth = Number(this.world.missing === 0),
       steps = this.outcomes.filter((each) => each.decision >= 0).map((each) => each.step);
     const parts = [1, 0, -1]
       .filter((each) => each >= 0 || this.count(each))

@@ -17,26 +17,26 @@ export function counted(count, word) {
 /**
  * The question and the truth.
  * @param {Pick<Settings, "robots" | "tasks">} settings
+ * @param {number} [missing] Number of robots that are missing, in all pieces of a place together.
  */
-export function questionOf({ robots, tasks }) {
-  const more = tasks - robots;
-  const answer =
-    more > 0
-      ? `No: ${counted(more, more === 1 ? "robot is" : "robot")}${more === 1 ? "" : " are"} missing`
-      : `Yes: ${more ? `${counted(-more, "robot")} to spare` : "just enough"}`;
+export function questionOf({ robots, tasks }, missing = 0) {
+  const spare = robots - tasks,
+    where = missing + spare > 0 ? " where they are needed" : "";
+  const answer = missing
+    ? `No: ${counted(missing, missing === 1 ? "robot is" : "robot")}${missing === 1 ? "" : " are"} missing${where}`
+    : `Yes: ${spare ? `${counted(spare, "robot")} to spare` : "just enough"}`;
   return { question: `Can ${counted(robots, "robot")} do ${counted(tasks, "task")}?`, answer };
 }
 
 /**
  * The swarm's decision and whether it is right.
- * @param {Settings} settings
- * @param {{decision: number, decisionStep: number, last: number}} recording
+ * @param {{decision: number, decisionStep: number, last: number, missing: number}} recording
  * @param {{step: number, feasible: number, infeasible: number}} frame
  * @param {number} needed
  */
-export function decisionOf({ robots, tasks }, { decision, decisionStep, last }, frame, needed) {
+export function decisionOf({ decision, decisionStep, last, missing }, frame, needed) {
   if (decision >= 0 && decisionStep <= frame.step) {
-    const right = decision === Number(robots >= tasks);
+    const right = decision === Number(missing === 0);
     return {
       right,
       text: `The swarm decided ${OPINIONS[decision]} at step ${decisionStep.toLocaleString("en")}. That is ${right ? "right" : "wrong"}.`,

@@ -7,6 +7,7 @@
  * @property {string} version Of feasibee.
  * @property {string} toml
  * @property {string} wasm In base64.
+ * @property {CompressedPlace | null} place
  * @property {{name: string, rule: string, declares: boolean, numbers: Record<string, number>}[]} strategies Numbers in
  *   the order of world.c.
  * @property {[string, string]} threshold Numerator and denominator.
@@ -15,6 +16,12 @@
  * @property {{size: [number, number], units: number, walls: boolean, plan: import("./ground.js").Plan | null, diameter: number, sight: number, radio: number}} lengths
  * @property {import("./curve.js").Prediction} prediction
  * @property {{steps: number, stops: boolean}} run
+ */
+
+/**
+ * A place from lowering.py: numbers as in place.h, of which the first two are columns and rows; in base64 and compressed
+ * a bit of each cell for each kind of cells, then a byte for the piece of each.
+ * @typedef {{numbers: number[], cells: string}} CompressedPlace
  */
 
 /**
@@ -34,11 +41,43 @@
  */
 
 /**
- * Compile the world; each instance simulates one run at a time.
- * @param {string} base64
+ * Compile the world, and give as many as are needed; each simulates one run at a time.
+ * @param {Given} given
+ * @param {number} count
  */
-export function compileWorld(base64) {
-  return WebAssembly.compile(Uint8Array.from(atob(base64), (each) => each.charCodeAt(0)));
+export async function worldsOf(given, count) {
+  const code = await WebAssembly.compile(bytesOf(given.wasm));
+  return Promise.all(
+    Array.from({ length: count }, async () => {
+      const world = new World(given, await WebAssembly.instantiate(code));
+      if (given.place) await givePlace(world.exports, given.place);
+      return world;
+    }),
+  );
+}
+
+/** @param {string} base64 */
+function bytesOf(base64) {
+  return Uint8Array.from(atob(base64), (each) => each.charCodeAt(0));
+}
+
+/**
+ * Give a world its place.
+ * @param {Exports} exports
+ * @param {CompressedPlace} place
+ */
+export async function givePlace({ memory, world_place, world_cells }, { numbers, cells }) {
+  const stream = new Blob([bytesOf(cells)]).stream().pipeThrough(new DecompressionStream("deflate")),
+    bytes = new Uint8Array(await new Response(stream).arrayBuffer()),
+    count = numbers[0] * numbers[1],
+    plane = Math.ceil(count / 8),
+    kinds = (bytes.length - count) / plane,
+    kept = new Uint8Array(memory.buffer, world_cells(), 2 * count);
+  new Float64Array(memory.buffer, world_place()).set(numbers);
+  kept.fill(0);
+  for (let kind = 0; kind < kinds; kind++)
+    for (let k = 0; k < count; k++) kept[k] |= ((bytes[kind * plane + (k >> 3)] >> (k & 7)) & 1) << kind;
+  kept.set(bytes.subarray(kinds * plane), count);
 }
 
 /**
@@ -59,6 +98,7 @@ export class World {
     this.given = given;
     this.exports = /** @type {Exports} */ (/** @type {unknown} */ (instance.exports));
     this.robots = this.tasks = 0;
+    this.missing = 0; // robots without which the tasks aren't feasible
   }
 
   /** @param {Settings} settings */
@@ -71,6 +111,7 @@ export class World {
     this.tasks = tasks;
     const words = BigInt(seed);
     exports.world_begin(Number(words & 0xffffffffn), Number(words >> 32n), run);
+    this.missing = exports.world_missing();
   }
 
   /**

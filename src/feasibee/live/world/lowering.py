@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import base64
 import math
+import zlib
 from collections.abc import Iterator
 from fractions import Fraction
-from typing import Final
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
 
 from feasibee.errors import Problem, ScenarioError
-from feasibee.model.codes import exact
+from feasibee.model.codes import MOST_WALLS, exact
 from feasibee.reference.robot import settings_of
 from feasibee.robot.firmware import constant
 from feasibee.robot.given import numbers_of as given_numbers
+from feasibee.scenario.ground import Ground, ground_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import PAGE, unsupported
 from feasibee.simulation.lowering import fixed, probability, squared, unit_of
@@ -27,6 +33,12 @@ STEPS_LIMIT: Final = 10_000
 """Most steps of a run in a page."""
 WORDS_LIMIT: Final = 10_000
 """Most words that a robot knows in a page, and most words of a message."""
+CELLS_LIMIT: Final = 512 * 512
+"""Most cells of a place in a page."""
+PIECES_LIMIT: Final = 255
+"""Most pieces in which robots can be placed in a page."""
+CELL_BITS: Final = ("wall", "passable", "robots_zone", "tasks_zone")
+"""Bits of a cell in place.h, from the lowest on."""
 MOST: Final = {
     "robots.count": ROBOTS_LIMIT,
     "tasks.count": TASKS_LIMIT,
@@ -99,6 +111,47 @@ def numbers_of(scenario: Scenario) -> dict[str, float]:
     }
 
 
+def place_of(scenario: Scenario) -> dict[str, Any] | None:
+    """Return a scenario's place as world.c takes it; None if it has none.
+
+    These are its numbers, and its cells, compressed by zlib, in base64: for each of `CELL_BITS` a bit of each
+    cell, then a byte for the piece of each, from 1 on; a piece in which no robots are placed is 0.
+    """
+    ground = ground_of(scenario)
+    if ground is None:
+        return None
+    rows, columns = ground.passable.shape
+    radio, walls, unit = exact(scenario.radio.range), exact(scenario.radio.walls), ground.plan.unit
+    reaches = [
+        math.floor((radio * walls**k / unit) ** 2) + 1 if walls else 0 for k in range(1, MOST_WALLS + 1)
+    ]
+    halves = [half for reach in reaches for half in divmod(min(reach, 2**63 + 1), TURN)]
+    cells = zlib.compress(_cells(scenario, ground), 9)
+    return {
+        "numbers": [columns, rows, ground.plan.bits, *halves],
+        "cells": base64.b64encode(cells).decode(),
+    }
+
+
+def _cells(scenario: Scenario, ground: Ground) -> bytes:
+    """Return what is in each cell, and its piece; a cell that isn't passable has that of the one before it.
+
+    So zones and pieces take few bytes.
+    """
+    plan, places = ground.plan, _places_robots(ground)
+    everywhere = np.ones(plan.walls.shape, bool)
+    zones = (plan.zones.get(each.zone or "", everywhere) for each in (scenario.robots, scenario.tasks))
+    planes = [np.packbits(each, bitorder="little") for each in (plan.walls, ground.passable, *zones)]
+    before = np.maximum.accumulate(np.where(ground.passable.ravel(), np.arange(everywhere.size), 0))
+    pieces = (np.cumsum(places) * places).astype(np.uint8)[ground.pieces.ravel()[before]]
+    return b"".join(each.tobytes() for each in (*planes, pieces))
+
+
+def _places_robots(ground: Ground) -> NDArray[np.bool_]:
+    """Return whether robots may be placed in each piece, from number 0 on, no piece."""
+    return np.diff(ground.robots.first) > 0
+
+
 def _squared(name: str, length: float, unit: Fraction) -> dict[str, float]:
     """Return both halves of a range's square; no squared distance is larger than 2**63."""
     high, low = divmod(min(squared(length, unit), 2**63), TURN)
@@ -114,7 +167,24 @@ def _problems(scenario: Scenario) -> Iterator[Problem]:
             continue
         if (value := scenario.get(path)) > most:
             yield Problem(path, value, f"must be at most {most:,} in a page", f"use {most:,} or less")
+    yield from _place(scenario)
     yield from _combinations(scenario)
+
+
+def _place(scenario: Scenario) -> Iterator[Problem]:
+    """Yield the problems of a place that is too large for a page."""
+    ground = ground_of(scenario)
+    if ground is None:
+        return
+    rows, columns = ground.passable.shape
+    if rows * columns > CELLS_LIMIT:
+        kind, remedy = ("map", "a coarser one") if scenario.place.map else ("cell", "larger cells")
+        value, rule = f"{columns} x {rows} cells", f"a page has at most {CELLS_LIMIT:,}"
+        yield Problem(f"place.{kind}", value, rule, f"use {remedy}, or use feasibee watch")
+    if (pieces := _places_robots(ground).sum()) > PIECES_LIMIT:
+        rule = f"is in {pieces:,} pieces, above the limit of {PIECES_LIMIT} in a page"
+        remedy = "choose a zone in fewer pieces, or use feasibee watch"
+        yield Problem("robots.zone", scenario.robots.zone, rule, remedy)
 
 
 def _combinations(scenario: Scenario) -> Iterator[Problem]:

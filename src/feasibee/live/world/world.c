@@ -1,10 +1,11 @@
-/* The world in a page: arena, walk, sight and radio (docs/model.md 1 to 4, 6.1) around the controller of robots in C.
+/* The world in a page: arena, walk, sight and radio (docs/model.md 1 to 4, 6.1, 6.20) around the controller of robots in C.
  *
  * The page writes the numbers of a scenario to world_numbers(), calls world_begin() and then world_step(), and
  * reads the arrays. Each run equals that of the engine to the last bit.
  */
 #include "draws.h"
-#include "limits.h" /* made by build.py: WORLD_ROBOTS, WORLD_TASKS, WORLD_WORDS, WORLD_STRATEGIES */
+#include "limits.h" /* made by build.py: WORLD_ROBOTS, WORLD_TASKS, WORLD_WORDS, WORLD_CELLS, WORLD_STRATEGIES */
+#include "place.h"
 
 #define FEASIBEE_INBOX WORLD_ROBOTS
 #define FEASIBEE_WORDS WORLD_WORDS
@@ -53,16 +54,18 @@ static struct feasibee_robot minds[WORLD_ROBOTS];
 static struct feasibee_message messages[WORLD_ROBOTS];
 static bool speaks[WORLD_ROBOTS];
 static struct feasibee_thing robots_seen[WORLD_ROBOTS], tasks_seen[WORLD_TASKS];
-static uint32_t feasible, infeasible;
+static uint8_t robot_pieces[WORLD_ROBOTS], task_pieces[WORLD_TASKS];
+static uint32_t feasible, infeasible, missing;
 
 static uint32_t whole(enum number which)
 {
     return (uint32_t)numbers[which];
 }
 
-static uint64_t limit(enum number high)
+/* Return a number from its two halves. */
+static uint64_t joined(const double *halves)
 {
-    return (uint64_t)numbers[high] << 32 | (uint64_t)numbers[high + 1];
+    return (uint64_t)halves[0] << 32 | (uint64_t)halves[1];
 }
 
 static struct side side_of(enum number span)
@@ -78,11 +81,16 @@ static uint64_t distance(const struct side *side, uint32_t from, uint32_t to)
     return straight < other ? straight : other;
 }
 
-/* Return whether a place is within a range of a robot, given by its square. */
-static bool within(uint32_t robot, uint32_t to_x, uint32_t to_y, uint64_t reach)
+/* Return whether a place is within a range of a robot; walls shorten that of radio, and hide from sight. */
+static bool within(uint32_t robot, uint32_t to_x, uint32_t to_y, enum number range)
 {
     uint64_t across = distance(&side_x, x[robot], to_x), along = distance(&side_y, y[robot], to_y);
-    return across * across + along * along <= reach;
+    uint64_t squared = across * across + along * along;
+    if (squared > joined(numbers + range) || columns == 0)
+        return squared <= joined(numbers + range);
+    bool passes = range == RADIO_HIGH && joined(place_numbers + BEYOND) > 0;
+    int walls = walls_between(x[robot], y[robot], to_x, to_y, passes ? MOST_WALLS : 1);
+    return walls == 0 || (passes && squared < joined(place_numbers + BEYOND + 2 * (walls - 1)));
 }
 
 /* Return whether an event of a probability in 1/2^32 happens to a robot with another, or a task, in this step. */
@@ -161,10 +169,40 @@ static uint32_t id_of(uint32_t number)
     return other;
 }
 
+/* Share robots and tasks out among the pieces, and count the robots that are missing there (model.md 6.20.10). */
+static void fill_pieces(void)
+{
+    uint32_t robots[PIECES] = {0}, tasks[PIECES] = {0};
+    share(robot_pieces, whole(ROBOTS), &robots_stand, NULL);
+    for (uint32_t i = 0; i < whole(ROBOTS); i++)
+        robots[robot_pieces[i]]++;
+    share(task_pieces, whole(TASKS), &tasks_stand, robots);
+    for (uint32_t j = 0; j < whole(TASKS); j++)
+        tasks[task_pieces[j]]++;
+    missing = 0;
+    for (int piece = 0; piece < PIECES; piece++)
+        missing += tasks[piece] > robots[piece] ? tasks[piece] - robots[piece] : 0;
+}
+
+/* Draw a position in a piece's cells (model.md 6.20.7). */
+static void place_in(const struct words *drawn, const struct stands *stands, int piece, uint32_t *to_x, uint32_t *to_y)
+{
+    uint64_t first = stands->first[piece], count = stands->first[piece + 1] - first;
+    int64_t cell = stands->cells[first + (drawn->word[0] * count >> 32)];
+    *to_x = (uint32_t)((cell % columns << cell_bits) + (int64_t)((uint64_t)drawn->word[1] << cell_bits >> 32));
+    *to_y = (uint32_t)((cell / columns << cell_bits) + (int64_t)((uint64_t)drawn->word[2] << cell_bits >> 32));
+}
+
 /* Draw a place, at least a margin away from walls. */
 static void place(uint32_t number, enum purpose purpose, uint32_t margin, uint32_t *to_x, uint32_t *to_y)
 {
     struct words drawn = philox(seed, run, number, 0, purpose);
+    if (columns > 0) {
+        bool is_robot = purpose == PLACE_ROBOT;
+        const struct stands *stands = is_robot ? &robots_stand : &tasks_stand;
+        place_in(&drawn, stands, is_robot ? robot_pieces[number] : task_pieces[number], to_x, to_y);
+        return;
+    }
     *to_x = margin + (uint32_t)(drawn.word[0] * (side_x.length - 2 * margin) >> 32);
     *to_y = margin + (uint32_t)(drawn.word[1] * (side_y.length - 2 * margin) >> 32);
 }
@@ -234,7 +272,7 @@ static uint32_t moved(const struct side *side, uint32_t from, int64_t step, bool
 static void move(uint32_t i)
 {
     struct body *body = &bodies[i];
-    body->blocked = false;
+    body->blocked = columns > 0 && !goes(x[i], y[i], body->step_x, body->step_y);
     uint32_t to_x = moved(&side_x, x[i], body->step_x, &body->blocked);
     uint32_t to_y = moved(&side_y, y[i], body->step_y, &body->blocked);
     if (!body->blocked) {
@@ -247,15 +285,14 @@ static void move(uint32_t i)
 /* Let a robot that explores see all that is within range (model.md 1.4, 4.2, 6.3). */
 static void see(uint32_t i)
 {
-    uint64_t sight = limit(SIGHT_HIGH);
     uint16_t robots = 0, tasks = 0;
     for (uint32_t j = 0, count = whole(ROBOTS); j < count; j++)
-        if (j == i ? whole(COUNT_SELF) : within(i, x[j], y[j], sight) && !happens(i, j, MISS, MISS_ROBOT)) {
+        if (j == i ? whole(COUNT_SELF) : within(i, x[j], y[j], SIGHT_HIGH) && !happens(i, j, MISS, MISS_ROBOT)) {
             feasibee_recognise(&minds[i], &robots_seen[j]);
             robots++;
         }
     for (uint32_t j = 0, count = whole(TASKS); j < count; j++)
-        if (within(i, task_x[j], task_y[j], sight) && !happens(i, j, MISS, MISS_TASK)) {
+        if (within(i, task_x[j], task_y[j], SIGHT_HIGH) && !happens(i, j, MISS, MISS_TASK)) {
             feasibee_recognise(&minds[i], &tasks_seen[j]);
             tasks++;
         }
@@ -265,9 +302,8 @@ static void see(uint32_t i)
 /* Let a robot hear all that speak within range (model.md 4.5, 6.5). */
 static void listen(uint32_t i)
 {
-    uint64_t radio = limit(RADIO_HIGH);
     for (uint32_t j = 0, count = whole(ROBOTS); j < count; j++)
-        if (speaks[j] && j != i && within(i, x[j], y[j], radio) && !happens(i, j, LOST, LOSS))
+        if (speaks[j] && j != i && within(i, x[j], y[j], RADIO_HIGH) && !happens(i, j, LOST, LOSS))
             feasibee_hear(&minds[i], (feasibee_id)robots_seen[j].id, &messages[j]);
 }
 
@@ -275,6 +311,18 @@ static void listen(uint32_t i)
 EXPORT(world_numbers) double *world_numbers(void)
 {
     return numbers;
+}
+
+/* Return the numbers of the place, for the page to write. */
+EXPORT(world_place) double *world_place(void)
+{
+    return place_numbers;
+}
+
+/* Return the cells of the place, for the page to write: the bits of all, then the pieces of all. */
+EXPORT(world_cells) uint8_t *world_cells(void)
+{
+    return cells;
 }
 
 /* Begin a run with the present numbers. */
@@ -286,6 +334,8 @@ EXPORT(world_begin) void world_begin(uint32_t seed_low, uint32_t seed_high, uint
     side_x = side_of(SPAN_X);
     side_y = side_of(SPAN_Y);
     read_settings();
+    read_grid();
+    fill_pieces();
     for (uint32_t j = 0; j < whole(TASKS); j++)
         begin_task(j);
     for (uint32_t i = 0; i < whole(ROBOTS); i++)
@@ -331,6 +381,12 @@ EXPORT(world_play) uint32_t world_play(uint32_t steps)
         step++;
     }
     return step;
+}
+
+/* Return how many robots are missing, in all pieces together; 0 if the tasks are feasible. */
+EXPORT(world_missing) uint32_t world_missing(void)
+{
+    return missing;
 }
 
 EXPORT(world_feasible) uint32_t world_feasible(void)
