@@ -187,21 +187,23 @@ def _pairs(low: Numbers, high: Numbers) -> tuple[Numbers, Numbers]:
 
 def _leaps(pieces: NDArray[np.int32], most: int) -> tuple[Numbers, Numbers]:
     """Return pairs of different pieces that a quarter of a step joins."""
-    rows, columns = pieces.shape
+    count = int(pieces.max()) + 1
     largest = np.bincount(pieces.ravel())[1:].argmax() + 1  # one of a pair isn't in it, and few cells aren't
-    ys, xs = ((pieces > 0) & (pieces != largest)).nonzero()
-    found = [np.zeros((2, 0), np.int64)]
     reach = math.isqrt(most) + 1
+    padded = np.pad(pieces, reach)
+    closed = padded == 0
+    # From a cell without a closed neighbour, its piece has one that is no farther from any other cell.
+    closed[1:-1, 1:-1] |= closed[2:, 1:-1] | closed[:-2, 1:-1] | closed[1:-1, 2:] | closed[1:-1, :-2]
+    flat = padded.ravel()
+    cells = np.flatnonzero(closed.ravel() & (flat > 0) & (flat != largest))
+    here, found = flat[cells], [np.zeros(0, np.int64)]
     for dy in range(-reach, reach + 1):
         for dx in range(-reach, reach + 1):
-            if max(abs(dy) - 1, 0) ** 2 + max(abs(dx) - 1, 0) ** 2 > most:
-                continue
-            inside = (ys + dy >= 0) & (ys + dy < rows) & (xs + dx >= 0) & (xs + dx < columns)
-            here = pieces[ys[inside], xs[inside]]
-            there = pieces[ys[inside] + dy, xs[inside] + dx]
-            differ = (there > 0) & (there != here)
-            found.append(np.unique(np.array([here[differ], there[differ]], np.int64), axis=1))
-    first, second = np.concatenate(found, axis=1)
+            if max(abs(dy) - 1, 0) ** 2 + max(abs(dx) - 1, 0) ** 2 <= most:
+                there = flat[cells + (dy * padded.shape[1] + dx)]
+                differ = (there > 0) & (there != here)
+                found.append(np.unique(here[differ].astype(np.int64) * count + there[differ]))
+    first, second = np.divmod(np.unique(np.concatenate(found)), count)
     return first, second
 
 
