@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from feasibee import Scenario, ScenarioError
-from feasibee.scenario.bitmaps import cells_of, image_of
+from feasibee.scenario.bitmaps import cells_of, digest_of, image_of
 from feasibee.scenario.fields import Arena, Place
 from feasibee.scenario.maps import with_plans
 from feasibee.scenario.plan import plan_of
@@ -98,6 +98,15 @@ def test_a_map_is_read_as_navigation_reads_it(folder):
     assert drawn(found.walls) == CLOSED
     assert found.cell == Fraction(1, 2)
     assert not found.keepout.any()
+
+
+def test_a_cell_at_a_threshold_is_free_or_occupied(folder):
+    """Grey 204 is 0.2 and 102 is 0.6, exactly."""
+    save(np.array([[205, 204, 203, 103, 102]], np.uint8), "hall.pgm")
+    Path("hall.yaml").write_text("image: hall.pgm\nresolution: 1\nfree_thresh: 0.2\noccupied_thresh: 0.6\n")
+    found = plan(map="hall.yaml", keepout="hall.yaml")
+    assert drawn(found.walls) == ["..###"]
+    assert drawn(found.keepout) == ["....#"]
 
 
 WAYS = {
@@ -257,6 +266,7 @@ def test_the_hash_is_that_of_the_cells_however_they_are_encoded(rooms):
     other[12, 12] ^= True
     for changed in (other, cells[:-1]):
         assert Scenario(place={"map": {"cell": 0.5, "image": image_of(changed)}}).hash != scenario.hash
+    assert digest_of(image_of(cells)) != digest_of(image_of(cells.reshape(32, 24)))
     tables = scenario.to_dict()
     tables["place"]["map"]["image"] = "no image"
     assert hash_of(tables) != scenario.hash
