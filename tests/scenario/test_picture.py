@@ -32,9 +32,9 @@ def test_each_cell_is_a_pixel_as_dark_as_what_it_is():
     assert seen[-1, 20] == OPACITIES["open"]
 
 
-def test_cells_may_reach_beyond_the_arena():
+def test_the_picture_is_as_large_as_the_arena():
     plan = Scenario(
-        arena={"side": (20.0, 9.0), "boundary": "walls"},
+        arena={"side": (20.0, 10.0), "boundary": "walls"},
         place={"walls": [[[0, 0], [1, 0], [1, 1]]], "cell": 2.0},
     ).plan
     assert extent_of(plan) == (20.0, 10.0)
@@ -72,8 +72,8 @@ def test_notebooks_show_the_plan_of_a_scenario_and_under_a_swarm():
 
 def test_the_drawing_of_a_low_plan_stands_on_the_arenas_lower_edge():
     low = Scenario(
-        arena={"side": (20.0, 9.0), "boundary": "walls"},
+        arena={"side": (20.0, 10.0), "boundary": "walls"},
         place={"walls": [[[0, 0], [1, 0], [1, 1]]], "cell": 2.0},
     )
-    assert re.search(r'y="(\S+)" width="200" height="100"', draw_plan(low, 10.0, 90))[1] == "-10"
+    assert re.search(r'y="(\S+)" width="200" height="100"', draw_plan(low, 10.0, 120))[1] == "20"
     assert SIDE[0] == 2 * SIDE[1]

@@ -47,7 +47,7 @@ def picture_of(plan: Plan) -> bytes:
 
 
 def extent_of(plan: Plan) -> tuple[float, float]:
-    """Return the width and height of the picture in units; the last cells may reach beyond the arena."""
+    """Return the width and height of the picture in units."""
     rows, columns = plan.walls.shape
     return float(plan.cell * columns), float(plan.cell * rows)
 
