@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import webbrowser
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Final
 
 import click
 from click.core import ParameterSource
@@ -21,6 +22,12 @@ from feasibee.cli.options import (
     progress,
 )
 from feasibee.errors import FeasibeeError
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
+
+FIELDS: Final = {"file": "FILE", "changes": "--set", "seed": "--seed", "run": "--run"}
+"""Parameters that say which run of which scenario, as a field's log does."""
 
 
 @command()
@@ -74,12 +81,17 @@ def animate(
         "Steps to show; by default to 30 or more after the decision, or all if the world changes.",
         metavar="[FIRST:]LAST",
     ),
-    every: int = option("Steps per frame.", count_type, 1),
+    every: int = option("Steps per frame; with --heat between two looks, by default 5.", count_type, 1),
     fps: int = option(
         "Frames per second; for a GIF 1, 2, 4, 5, 10, 20, 25 or 50.", click.IntRange(1, 120), 20
     ),
     size: int = option("Width in pixels.", click.IntRange(240, 4096), 480),
     dark: bool = option("Use a dark background.", is_flag=True),
+    heat: int | None = option(
+        "Draw maps of where robots were and which places they saw, over so many runs: a .png, .pdf or .svg.",
+        count_type,
+        metavar="RUNS",
+    ),
     out: Path = option(
         "File to write: .gif, .webp, .mp4 (needs the extra 'video'), or .png for the last frame.",
         path_type,
@@ -97,12 +109,16 @@ def animate(
       feasibee animate mine.toml --run 417 --frames 200:300 --fps 10 --out wrong.mp4
       feasibee animate mine.toml --run 417 --frames 38 --out step38.png
       feasibee animate --field logs --out field.gif
+      feasibee animate mine.toml --heat 20 --out heat.png
     """
     from feasibee.figures.animation import animate as write_animation
     from feasibee.figures.animation import animate_field
 
     if field is not None:
-        _check_field()
+        _check_unused("--field", "the log has scenario, seed and run", FIELDS)
+    if heat is not None:
+        _heat(given.read(), heat, (seed, run), _steps(frames), None if _is_default("every") else every, out)
+        return
     scenario = given.read()
     look: dict[str, Any] = {"every": every, "fps": fps, "size": size, "dark": dark}
     with progress("Drawing") as advance:
@@ -114,18 +130,40 @@ def animate(
     click.echo(f"Wrote {out}")
 
 
-def _check_field() -> None:
-    """Raise an error if options say what a field's log says."""
-    context = click.get_current_context()
-    names = {"file": "FILE", "changes": "--set", "seed": "--seed", "run": "--run"}
-    given = [
-        shown
-        for name, shown in names.items()
-        if context.get_parameter_source(name) not in (ParameterSource.DEFAULT, None)
-    ]
+def _heat(
+    scenario: Scenario,
+    runs: int,
+    which: tuple[int, int],
+    steps: tuple[int, int] | None,
+    every: int | None,
+    out: Path,
+) -> None:
+    """Write heat maps; ``which`` is the seed and the first run."""
+    from feasibee.figures.heat import EVERY, heat_of, plot_heat
+    from feasibee.figures.style import save_figure
+    from feasibee.files import FIGURES, check_output
+
+    names = ("field", "fps", "size", "dark")
+    _check_unused("--heat", "a map has no frames", {name: f"--{name}" for name in names})
+    check_output(out, FIGURES, "--out")
+    with progress("Simulating") as advance:
+        look: dict[str, Any] = {"steps": steps, "every": every or EVERY, "progress": advance}
+        found = heat_of(scenario, runs, which[0], first=which[1], **look)
+    save_figure(plot_heat(scenario, found), out)
+    click.echo(f"Wrote {out}")
+
+
+def _check_unused(option: str, rule: str, names: Mapping[str, str]) -> None:
+    """Raise an error if parameters are given that an option excludes."""
+    given = [shown for name, shown in names.items() if not _is_default(name)]
     if given:
-        rule = "the log has scenario, seed and run"
-        raise FeasibeeError(f"--field with {' and '.join(given)}: {rule}; leave out {' and '.join(given)}")
+        raise FeasibeeError(f"{option} with {' and '.join(given)}: {rule}; leave out {' and '.join(given)}")
+
+
+def _is_default(name: str) -> bool:
+    """Return whether a parameter of the command isn't given."""
+    source = click.get_current_context().get_parameter_source(name)
+    return source in (ParameterSource.DEFAULT, None)
 
 
 def _steps(text: str | None) -> tuple[int, int] | None:

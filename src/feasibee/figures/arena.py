@@ -39,16 +39,22 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
         x, y = swarm.tasks.T
         look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
         axes.scatter(x, y, marker="^", s=26, zorder=2, **look)
-        axes.set(xlim=(0, width), ylim=(0, height), xlabel="x (units)", ylabel="y (units)", aspect="equal")
-        ticks = axes.get_xticks() if width >= height else axes.get_yticks()
-        axes.set_xticks([tick for tick in ticks if 0 <= tick <= width])
-        axes.set_yticks([tick for tick in ticks if 0 <= tick <= height])
-        axes.spines[:].set_visible(True)
-        if scenario.arena.boundary == "walls":
-            axes.spines[:].set_linewidth(2.5)
-        in_metres(axes, scenario.units.metres)
+        frame_arena(axes, scenario)
         _arena_legend(axes, scenario.declares)
         return axes
+
+
+def frame_arena(ax: Axes, scenario: Scenario) -> None:
+    """Draw the edges of the arena, and label its axes."""
+    width, height = scenario.arena.size
+    ax.set(xlim=(0, width), ylim=(0, height), xlabel="x (units)", ylabel="y (units)", aspect="equal")
+    ticks = ax.get_xticks() if width >= height else ax.get_yticks()
+    ax.set_xticks([tick for tick in ticks if 0 <= tick <= width])
+    ax.set_yticks([tick for tick in ticks if 0 <= tick <= height])
+    ax.spines[:].set_visible(True)
+    if scenario.arena.boundary == "walls":
+        ax.spines[:].set_linewidth(2.5)
+    in_metres(ax, scenario.units.metres)
 
 
 def draw_ground(ax: Axes, scenario: Scenario) -> None:
