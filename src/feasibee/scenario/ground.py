@@ -27,7 +27,7 @@ SLACK: Final = 16
 class Stands(NamedTuple):
     """The cells in which robots or tasks are placed."""
 
-    cells: Numbers
+    cells: NDArray[np.int32]
     """Numbers of cells, row by row, piece after piece."""
     first: Numbers
     """For each piece, from number 0 on (no piece), where its cells begin, and where the last one's end."""
@@ -231,7 +231,7 @@ def _stands(pieces: NDArray[np.int32], zone: Cells | None, held: Cells) -> Stand
     kinds = pieces.flat[cells]
     order = np.argsort(kinds, kind="stable") if len(held) > 2 else slice(None)
     first = np.cumsum(np.bincount(kinds + 1, minlength=len(held) + 1)[: len(held) + 1])
-    return Stands(cells[order], first, np.zeros(0, np.int64))
+    return Stands(cells[order].astype(np.int32), first, np.zeros(0, np.int64))
 
 
 def shares(areas: Numbers, count: int) -> Numbers:

@@ -41,9 +41,9 @@ def _robots(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
         rule = f"has no cell in which a robot of diameter {robots.diameter:g} could be"
         yield Conflict("robots.zone", rule, "enlarge the zone, or use smaller robots")
         return
-    for piece, (xs, _) in enumerate(ground.lattice, start=1):
+    for piece, (xs, _) in enumerate(ground.lattice if robots.avoid_collisions else (), start=1):
         inside = int((ground.robots.piece == piece).sum())
-        if robots.avoid_collisions and inside > len(xs):
+        if inside > len(xs):
             where = f"zone {robots.zone}" if robots.zone else f"piece {piece} of the place"
             rule = f"puts {inside} robots into {where}, where {len(xs)} discs fit on a square grid"
             remedy = "use fewer or smaller robots, or a larger zone"

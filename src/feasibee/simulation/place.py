@@ -33,6 +33,7 @@ def params_of(scenario: Scenario) -> PlaceParams:
     return PlaceParams(True, plan.bits, columns, rows, -(-columns // WORD), sight, radio)
 
 
+@lru_cache(maxsize=4)
 def tables_of(scenario: Scenario) -> Ground:
     """Return the arrays of a scenario's place; empty ones if it has none."""
     surface = ground_of(scenario)
@@ -79,7 +80,7 @@ def _stands(scenario: Scenario, surface: Surface) -> dict[str, Int32s]:
         rows.append(np.stack([first + before, each.first[pieces + 1] - first], axis=1))
         before += len(each.cells)
     lattice, numbers = np.zeros((counts.robots, 2), np.int32), own.piece
-    for piece, (xs, ys) in enumerate(surface.lattice, start=1):
+    for piece, (xs, ys) in enumerate(surface.lattice if scenario.robots.avoid_collisions else (), start=1):
         members = np.flatnonzero(numbers == piece)
         if len(members) and len(xs):
             sites = np.arange(len(members)) * len(xs) // len(members)
