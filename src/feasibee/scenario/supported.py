@@ -78,7 +78,7 @@ def unsupported(
         for key, field in section.model_fields.items():
             path, default = f"{name}.{key}", field.get_default(call_default_factory=True)
             if path not in supported and getattr(values, key) != default:
-                off = default in (None, ())
+                off = default in (None, (), {})
                 remedy = f"leave out {path}" if off else f"set {path} = {inline_toml(default)}"
                 yield Problem(path, values.model_dump()[key], rule, f"{remedy}{otherwise}")
     if scenario.events:
