@@ -1,8 +1,10 @@
 #include "world.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <argos3/core/utility/configuration/argos_configuration.h>
+#include <argos3/plugins/simulator/entities/box_entity.h>
 
 using namespace argos;
 
@@ -15,11 +17,23 @@ Real Around(Real f_difference, Real f_side) {
    return f_difference - f_side * std::round(f_difference / f_side);
 }
 
+/* Keep the part of a way, from 0 to 1, in which a coordinate is between two others. */
+void Clip(Real f_from, Real f_to, Real f_low, Real f_high, Real& f_first, Real& f_last) {
+   const Real fWay = f_to - f_from;
+   if(fWay == 0.0) {
+      f_last = f_from < f_low || f_from > f_high ? -1.0 : f_last;
+      return;
+   }
+   f_first = std::max(f_first, std::min((f_low - f_from) / fWay, (f_high - f_from) / fWay));
+   f_last = std::min(f_last, std::max((f_low - f_from) / fWay, (f_high - f_from) / fWay));
+}
+
 }
 
 void CFeasibeeWorld::Init(TConfigurationNode& t_node) {
    m_pcRandom = CRandom::CreateRNG("argos");
    ReadSettings(t_node);
+   FindWalls();
    PlaceAll();
    Reset();
 }
@@ -46,7 +60,52 @@ void CFeasibeeWorld::ReadSettings(TConfigurationNode& t_node) {
    GetNodeAttributeOrDefault(tRun, "runs_file", m_strRunsFile, m_strRunsFile);
 }
 
-/* Place robots and tasks uniformly at random; bodies so that none overlaps another. */
+/* Find the boxes that are walls of a place; those around the arena are others. */
+void CFeasibeeWorld::FindWalls() {
+   if(!m_bBodies) {
+      return; /* without any box, ARGoS doesn't know the type */
+   }
+   for(auto& tBox : GetSpace().GetEntitiesByType("box")) {
+      auto* pcBox = any_cast<CBoxEntity*>(tBox.second);
+      if(pcBox->GetId().rfind("place_", 0) == 0) {
+         const CVector3& cMiddle = pcBox->GetEmbodiedEntity().GetOriginAnchor().Position;
+         const CVector3 cHalf = 0.5 * pcBox->GetSize();
+         m_vecWalls.push_back({CVector2(cMiddle.GetX() - cHalf.GetX(), cMiddle.GetY() - cHalf.GetY()),
+                               CVector2(cMiddle.GetX() + cHalf.GetX(), cMiddle.GetY() + cHalf.GetY())});
+      }
+   }
+}
+
+/* Return whether a position is a margin away from all walls of the place. */
+bool CFeasibeeWorld::IsClear(const CVector2& c_position, Real f_margin) const {
+   for(const SWall& sWall : m_vecWalls) {
+      const Real fX = std::max({sWall.Low.GetX() - c_position.GetX(), 0.0, c_position.GetX() - sWall.High.GetX()});
+      const Real fY = std::max({sWall.Low.GetY() - c_position.GetY(), 0.0, c_position.GetY() - sWall.High.GetY()});
+      if(Square(fX) + Square(fY) <= Square(f_margin)) {
+         return false;
+      }
+   }
+   return true;
+}
+
+/* Return whether a position is in sight: within range, and no wall of the place between. */
+bool CFeasibeeWorld::Sees(const CVector2& c_from, const CVector2& c_to) const {
+   if(SquareDistance(c_from, c_to) > Square(m_fSight)) {
+      return false;
+   }
+   for(const SWall& sWall : m_vecWalls) {
+      Real fFirst = 0.0;
+      Real fLast = 1.0;
+      Clip(c_from.GetX(), c_to.GetX(), sWall.Low.GetX(), sWall.High.GetX(), fFirst, fLast);
+      Clip(c_from.GetY(), c_to.GetY(), sWall.Low.GetY(), sWall.High.GetY(), fFirst, fLast);
+      if(fFirst <= fLast) {
+         return false;
+      }
+   }
+   return true;
+}
+
+/* Place robots and tasks uniformly at random; bodies so that none overlaps another, and all off walls. */
 void CFeasibeeWorld::PlaceAll() {
    for(UInt32 i = 0; i < m_unRobots; ++i) {
       const CVector2 cPosition = FreePosition(i);
@@ -61,7 +120,7 @@ void CFeasibeeWorld::PlaceAll() {
       m_vecRobots.push_back({pcEntity, &cController, cPosition, std::vector<bool>(m_unRobots)});
    }
    for(UInt32 i = 0; i < m_unTasks; ++i) {
-      m_vecTasks.push_back(DrawPosition(0.0));
+      m_vecTasks.push_back(DrawPosition(m_vecWalls.empty() ? 0.0 : FOOTBOT_RADIUS));
    }
    for(size_t i = 0; i < m_vecRobots.size(); ++i) {
       Look(i);
@@ -73,8 +132,10 @@ CVector2 CFeasibeeWorld::DrawPosition(Real f_margin) {
    const Real fX = 0.5 * m_cSize.GetX() - f_margin;
    const Real fY = 0.5 * m_cSize.GetY() - f_margin;
    CVector2 cPosition;
-   cPosition.SetX(m_pcRandom->Uniform(CRange<Real>(-fX, fX))); /* two statements: the order is ours */
-   cPosition.SetY(m_pcRandom->Uniform(CRange<Real>(-fY, fY)));
+   do {
+      cPosition.SetX(m_pcRandom->Uniform(CRange<Real>(-fX, fX))); /* two statements: the order is ours */
+      cPosition.SetY(m_pcRandom->Uniform(CRange<Real>(-fY, fY)));
+   } while(!IsClear(cPosition, f_margin));
    return cPosition;
 }
 
@@ -151,15 +212,14 @@ void CFeasibeeWorld::Look(size_t un_robot) {
    int nRobots = m_bCountSelf;
    int nTasks = 0;
    for(size_t i = 0; i < m_vecRobots.size(); ++i) {
-      const bool bInSight =
-         i != un_robot && SquareDistance(cFrom, PositionOf(m_vecRobots[i])) <= Square(m_fSight);
+      const bool bInSight = i != un_robot && Sees(cFrom, PositionOf(m_vecRobots[i]));
       m_unMeetings += bInSight && !sRobot.InSight[i];
       sRobot.InSight[i] = bInSight;
       m_unRobotsInSight += bInSight;
       nRobots += bInSight && !(m_fMiss > 0.0 && m_pcRandom->Bernoulli(m_fMiss));
    }
    for(const CVector2& cTask : m_vecTasks) {
-      const bool bInSight = SquareDistance(cFrom, cTask) <= Square(m_fSight);
+      const bool bInSight = Sees(cFrom, cTask);
       m_unTasksInSight += bInSight;
       nTasks += bInSight && !(m_fMiss > 0.0 && m_pcRandom->Bernoulli(m_fMiss));
    }

@@ -33,7 +33,15 @@ private:
       std::vector<bool> InSight;        /* robots in sight at the end of the last step */
    };
 
+   struct SWall {
+      argos::CVector2 Low;
+      argos::CVector2 High;
+   };
+
    void ReadSettings(argos::TConfigurationNode& t_node);
+   void FindWalls();
+   bool IsClear(const argos::CVector2& c_position, argos::Real f_margin) const;
+   bool Sees(const argos::CVector2& c_from, const argos::CVector2& c_to) const;
    void PlaceAll();
    argos::CVector2 DrawPosition(argos::Real f_margin);
    argos::CVector2 FreePosition(size_t un_placed);
@@ -47,6 +55,7 @@ private:
    argos::CRandom::CRNG* m_pcRandom = nullptr;
    std::vector<SRobot> m_vecRobots;
    std::vector<argos::CVector2> m_vecTasks;
+   std::vector<SWall> m_vecWalls;       /* of a place: boxes along the axes */
 
    argos::UInt32 m_unRobots = 0;
    argos::UInt32 m_unTasks = 0;

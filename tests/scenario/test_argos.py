@@ -9,6 +9,7 @@ import subprocess
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError
@@ -18,9 +19,13 @@ from feasibee.scenario.supported import ARGOS
 from feasibee.strategies import STRATEGIES
 from tests.commands import invoke
 from tests.other_values import NEEDS, OTHER_VALUES
+from tests.places import rooms
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "argos"
 BODIES = {"arena": {"boundary": "walls"}, "robots": {"avoid_collisions": True}}
+PLACED = {"arena.boundary": "walls", "place.walls": rooms(2.0)}
+UNTIL_60 = {"steps": 60, "stop_at_decision": False}
+ROOMS = Scenario(**BODIES, place={"walls": rooms(0)}, sensing={"range": 9.0}, run=UNTIL_60)
 
 
 def exported(**sections):
@@ -141,6 +146,28 @@ def test_bodies_have_walls_physics_and_proximity_and_points_have_none():
     assert points.find(".//footbot_proximity") is None
 
 
+def test_a_places_walls_are_boxes():
+    scenario = ROOMS.replace(
+        {"place.walls": [*rooms(2.0), [[3.0, 3.0], [5.0, 4.0], [4.0, 6.0]]], "place.cell": 0.5}
+    )
+    metres, drawn = FOOTBOT_DIAMETER / 2, np.zeros((40, 40), int)  # a cell
+    boxes = [
+        each for each in ElementTree.fromstring(argos_text(scenario)).iter("box") if "place" in each.get("id")
+    ]
+    for box in boxes:
+        middle = np.array(numbers(box.find("body").get("position"))[:2]) / metres + 20
+        half = np.array(numbers(box.get("size"))[:2]) / metres / 2
+        (left, low), (right, top) = np.rint([middle - half, middle + half]).astype(int)
+        drawn[low:top, left:right] += 1
+    assert np.array_equal(drawn, scenario.plan.walls)
+    assert len(boxes) < scenario.plan.walls.any(axis=1).sum()  # equal runs of rows are one
+
+
+def test_points_have_no_boxes():
+    (problem,) = problems(ROOMS.replace({"robots.avoid_collisions": False}))
+    assert (problem.path, problem.remedy) == ("robots.avoid_collisions", "set robots.avoid_collisions = true")
+
+
 def test_each_field_that_must_have_its_default_is_named_with_a_remedy_that_works():
     """Deflecting robots were exported as standing ones: a field that nobody lists must be an error."""
     for path in OTHER_VALUES.keys() - ARGOS:
@@ -151,7 +178,8 @@ def test_each_field_that_must_have_its_default_is_named_with_a_remedy_that_works
 
 def test_each_field_that_can_be_exported_changes_the_experiment():
     for path in ARGOS:
-        base = {"arena.boundary": "walls"} if path == "robots.avoid_collisions" else NEEDS.get(path, {})
+        needs = {"robots.avoid_collisions": {"arena.boundary": "walls"}, "place.cell": PLACED}
+        base = {"robots.avoid_collisions": path.startswith("place"), **needs.get(path, NEEDS.get(path, {}))}
         scenario = Scenario().replace(base)
         assert argos_text(scenario.replace({path: OTHER_VALUES[path]})) != argos_text(scenario), path
 
@@ -222,6 +250,7 @@ def test_the_example_builds_and_a_swarm_decides(tmp_path):
     short = {"run": {"steps": 50}}
     for name in (name for name, each in STRATEGIES.items() if not each.knowledge):
         (folder / f"{name}.argos").write_text(argos_text(Scenario(decision={"strategy": name}, **short)))
+    (folder / "rooms.argos").write_text(argos_text(ROOMS))
     for command in (
         ["cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={prefix}"],
         ["cmake", "--build", "build"],
@@ -240,6 +269,9 @@ def test_the_example_builds_and_a_swarm_decides(tmp_path):
     assert meetings < robots
     in_range = math.pi * 2**2 / 20**2  # of a place on the torus, sight covers this share
     assert (robots, tasks) == pytest.approx((19 * in_range, 20 * in_range), rel=0.4)
+    assert float(ends["rooms"][7]) == pytest.approx(
+        6.57, rel=0.1
+    )  # 8.9 tasks are in range, 6.57 in the same room
     step, feasible, infeasible, _ = (folder / "steps.csv").read_text().splitlines()[-1].split(",")
     assert step == ends["walls"][2]  # the last in order of names
     assert max(int(feasible), int(infeasible)) > 18

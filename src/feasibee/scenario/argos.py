@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Final
 from xml.etree import ElementTree
 
+import numpy as np
+
 from feasibee.errors import Problem, ScenarioError
 from feasibee.model.codes import exact
 from feasibee.scenario.scenario import Scenario
@@ -72,6 +74,9 @@ def _problems(scenario: Scenario) -> Iterator[Problem]:
         rule = "bodies need walls: ARGoS has no torus"
         remedy = 'set arena.boundary = "walls", or robots.avoid_collisions = false'
         yield Problem("arena.boundary", "torus", rule, remedy)
+    if scenario.plan and not scenario.robots.avoid_collisions:
+        rule = "must be true in a place: ARGoS's points have no boxes"
+        yield Problem("robots.avoid_collisions", False, rule, "set robots.avoid_collisions = true")
     if scenario.robots.count > MOST_HEARD:
         rule = f"must be ≤ {MOST_HEARD:,}, the length of an inbox in examples/argos"
         yield Problem("robots.count", scenario.robots.count, rule, f"use 1 to {MOST_HEARD}")
@@ -224,16 +229,35 @@ def _arena(scenario: Scenario, unit: float) -> dict[str, Any]:
     x, y = (width + WALL) / 2, (height + WALL) / 2
     long, high = _metres(width + 2 * WALL, WALL, 0.3), _metres(WALL, height, 0.3)
     walls = (("north", long, 0, y), ("south", long, 0, -y), ("east", high, x, 0), ("west", high, -x, 0))
-    boxes = [
-        {
-            "id": f"wall_{name}",
-            "size": sides,
-            "movable": False,
-            "body": {"position": _metres(*place, 0), "orientation": "0,0,0"},
-        }
-        for name, sides, *place in walls
-    ]
+    boxes = [_box(f"wall_{name}", sides, *at) for name, sides, *at in walls]
+    for number, (left, low, right, top) in enumerate(_walls(scenario)):
+        sides = _metres((right - left) * unit, (top - low) * unit, 0.3)
+        middle = ((left + right) * unit - width) / 2, ((low + top) * unit - height) / 2
+        boxes.append(_box(f"place_{number}", sides, *middle))
     return {"size": size, "center": "0,0,0.5", "box": boxes if bodies else []}
+
+
+def _box(name: str, sides: str, x: float, y: float) -> dict[str, Any]:
+    """Return a box that stands on the ground, from its sides and middle."""
+    body = {"position": _metres(x, y, 0), "orientation": "0,0,0"}
+    return {"id": name, "size": sides, "movable": False, "body": body}
+
+
+def _walls(scenario: Scenario) -> Iterator[tuple[float, float, float, float]]:
+    """Yield rectangles in units, of which the walls of a scenario's place consist: left, low, right, top.
+
+    Rows' runs of wall cells are one rectangle with equal runs in the next rows.
+    """
+    if scenario.plan is None:
+        return
+    cell, begun = float(scenario.plan.cell), dict[tuple[int, int], int]()
+    for row, cells in enumerate(np.pad(scenario.plan.walls, ((0, 1), (1, 1)))):
+        runs = np.flatnonzero(np.diff(cells)).reshape(-1, 2).tolist()
+        ended = [run for run in begun if list(run) not in runs]
+        for left, right in ended:
+            yield left * cell, begun.pop((left, right)) * cell, right * cell, row * cell
+        for left, right in runs:
+            begun.setdefault((left, right), row)
 
 
 def _size(scenario: Scenario, unit: float) -> tuple[float, float]:

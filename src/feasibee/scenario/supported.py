@@ -38,7 +38,7 @@ PAGE: Final = IN_C | {
     *("robots.zone", "tasks.zone", "radio.walls"),
 }
 """Fields that a page simulates."""
-ARGOS: Final = IN_C | {"robots.avoid_collisions"}
+ARGOS: Final = IN_C | {"robots.avoid_collisions", "place.map", "place.walls", "place.cell"}
 """Fields that an experiment of ARGoS expresses."""
 THEORY: Final = (COMMON - {"decision.dissemination_floor"}) | {
     *("faults.byzantine", "faults.byzantine_says", "faults.stubborn"),
