@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from walled import PLACE
 
-from feasibee import FeasibeeError, Scenario
+from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.figures.heat import BINS, heat_of, plot_heat
 
 
@@ -70,13 +70,28 @@ def test_stopped_robots_are_there_and_see_nothing():
     assert sorted(value_at(heat, heat.sightings, each, each) for each in (5.0, 15.0)) == [0, 1]
 
 
+def test_opinions_are_shares_of_those_who_hold_one():
+    scenario = Scenario(decision={"strategy": "cross-inhibition"}, robots={"count": 200})
+    heat = heat_of(scenario, runs=1, seed=1, steps=(40, 40))
+    swarm = Swarm(scenario, seed=1)
+    swarm.advance(40)
+    assert len(set(swarm.opinions.tolist())) == 3
+    squares = (swarm.positions / heat.side).astype(int)
+    for x, y in np.unique(squares, axis=0):
+        held = swarm.opinions[(squares == (x, y)).all(axis=1)]
+        expected = held[held >= 0].mean() if (held >= 0).any() else np.nan
+        assert heat.feasible[y, x] == pytest.approx(expected, nan_ok=True)
+    assert np.isnan(heat.feasible[heat.robots == 0]).all()
+
+
 def test_the_figure_has_both_maps_over_the_plan():
     heat = heat_of(PLACE, runs=1, steps=(0, 20))
-    robots, sightings, *scales = plot_heat(PLACE, heat).axes
-    assert [each.get_ylabel() for each in scales] == ["robots per square unit", "robots that see the place"]
-    for ax, values in ((robots, heat.robots), (sightings, heat.sightings)):
+    axes = plot_heat(PLACE, heat).axes
+    labels = ["robots per square unit", "robots that see the place", "opinions feasible (%)"]
+    assert [each.get_ylabel() for each in axes[3:]] == labels
+    for ax, values in zip(axes, (heat.robots, heat.sightings, 100 * heat.feasible), strict=False):
         shown, plan = ax.images
-        assert np.ma.filled(shown.get_array(), 0).tolist() == values.tolist()
+        assert np.ma.filled(shown.get_array(), 0).tolist() == np.nan_to_num(values).tolist()
         assert shown.get_extent() == plan.get_extent() == [0, 20, 0, 10]
         assert shown.zorder < plan.zorder
         assert shown.origin == "lower"

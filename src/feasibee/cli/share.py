@@ -88,7 +88,7 @@ def animate(
     size: int = option("Width in pixels.", click.IntRange(240, 4096), 480),
     dark: bool = option("Use a dark background.", is_flag=True),
     heat: int | None = option(
-        "Draw maps of where robots were and which places they saw, over so many runs: a .png, .pdf or .svg.",
+        "Draw maps of robots, of what they saw and of opinions, over so many runs: a .png, .pdf or .svg.",
         count_type,
         metavar="RUNS",
     ),

@@ -1,4 +1,4 @@
-"""Heat maps of an arena: where robots were, and which places they saw, over the steps of some runs."""
+"""Heat maps of an arena: where robots were, which places they saw, and which opinions were where."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
 from feasibee.figures.arena import draw_ground, frame_arena
 from feasibee.figures.style import figure
+from feasibee.model.codes import COLOURS
 from feasibee.scenario.plan import Plan
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
@@ -23,6 +24,8 @@ from feasibee.simulation.swarm import Swarm
 
 BINS: Final = 50
 """Number of squares of a heat map along the longer side of the arena."""
+COUNTED: Final = ("there", "working", "feasible", "neutral")
+"""Flags of robots that are counted in each square."""
 RUNS: Final = 20
 EVERY: Final = 5
 """Number of steps between two looks at the robots."""
@@ -37,6 +40,8 @@ class Heat(NamedTuple):
     """Number of robots per square unit: shape (rows, columns)."""
     sightings: NDArray[np.float64]
     """Number of robots in whose sight the centre of each square is: shape (rows, columns)."""
+    feasible: NDArray[np.float64]
+    """Share of the robots with an opinion that hold feasible, NaN where none were: shape (rows, columns)."""
 
 
 def heat_of(
@@ -93,24 +98,23 @@ def _measured(scenario: Scenario, which: Runs, looks: range, progress: Callable[
     longer = max(scenario.arena.size)
     side = longer / BINS
     shape = tuple(max(1, math.ceil(each / side)) for each in reversed(scenario.arena.size))
-    counts, seeing = (np.zeros(shape[0] * shape[1]) for _ in range(2))
-    places = np.full((counts.size, 2), np.nan)
+    sums = np.zeros((len(COUNTED), shape[0] * shape[1]))
+    places = np.full((sums.shape[1], 2), np.nan)
+    bits = [FLAGS.index(name) for name in COUNTED]
     for number in range(which.count):
         swarm = Swarm(scenario, which.seed, which.first + number)
         for look in looks:
             swarm.advance(look - swarm.step)
             shown = swarm.snapshot()
-            there, working = (shown.flags >> FLAGS.index(name) & 1 for name in ("there", "working"))
             at = np.stack([shown.x, shown.y], axis=1) * (longer / 65_536)
             columns, rows = np.minimum((at / side).astype(np.int64), (shape[1] - 1, shape[0] - 1)).T
             squares = rows * shape[1] + columns
-            counts += np.bincount(squares, there, counts.size)
-            seeing += np.bincount(squares, working, counts.size)
+            sums += [np.bincount(squares, shown.flags >> bit & 1, len(places)) for bit in bits]
             places[squares] = at
         progress((number + 1) / which.count)
-    total = which.count * len(looks)
-    seen = _seen(scenario, side, seeing.reshape(shape) / total, places.reshape(*shape, 2))
-    return Heat(side, counts.reshape(shape) / total / side**2, seen)
+    there, working, feasible, neutral = sums.reshape(-1, *shape) / (which.count * len(looks))
+    held = np.divide(feasible, there - neutral, out=np.full(shape, np.nan), where=there > neutral)
+    return Heat(side, there / side**2, _seen(scenario, side, working, places.reshape(*shape, 2)), held)
 
 
 def _seen(
@@ -145,23 +149,20 @@ def _are_free(plan: Plan, start: NDArray[np.float64], end: NDArray[np.float64]) 
 
 
 def plot_heat(scenario: Scenario, heat: Heat) -> Figure:
-    """Draw heat maps over the plan of the scenario: robots on the left, sightings on the right."""
+    """Draw heat maps over the plan of the scenario: robots, sightings, opinions."""
     width, height = scenario.arena.size
-    with figure(7.2, min(6.0, max(1.6, 0.6 + 2.4 * height / width)), columns=2) as (drawn, axes):
-        _panel(axes[0], scenario, heat.robots, heat.side, ("Blues", "robots per square unit"))
-        _panel(axes[1], scenario, heat.sightings, heat.side, ("Oranges", "robots that see the place"))
-        axes[1].set_ylabel("")
+    opinions = LinearSegmentedColormap.from_list("", [COLOURS["infeasible"], "#DDDDDD", COLOURS["feasible"]])
+    shown: list[tuple[NDArray[np.float64], Any, str, float | None]] = [
+        (np.where(heat.robots > 0, heat.robots, np.nan), "Blues", "robots per square unit", None),
+        (np.where(heat.sightings > 0, heat.sightings, np.nan), "Oranges", "robots that see the place", None),
+        (100 * heat.feasible, opinions, "opinions feasible (%)", 100.0),
+    ]
+    with figure(9.6, min(6.0, max(1.6, 0.6 + 2.1 * height / width)), columns=3) as (drawn, axes):
+        for ax, (values, colours, label, most) in zip(axes, shown, strict=True):
+            extent = (0, heat.side * values.shape[1], 0, heat.side * values.shape[0])
+            look: dict[str, Any] = {"cmap": colours, "vmin": 0, "vmax": most, "zorder": 0.4}
+            image = ax.imshow(values, extent=extent, origin="lower", **look)
+            draw_ground(ax, scenario)
+            frame_arena(ax, scenario)
+            drawn.colorbar(image, ax=ax, label=label)
         return drawn
-
-
-def _panel(
-    ax: Axes, scenario: Scenario, values: NDArray[np.float64], side: float, look: tuple[str, str]
-) -> None:
-    """Draw one heat map with its scale; places without any are white."""
-    rows, columns = values.shape
-    shown: dict[str, Any] = {"extent": (0, side * columns, 0, side * rows), "origin": "lower", "zorder": 0.4}
-    image = ax.imshow(np.where(values > 0, values, np.nan), cmap=look[0], vmin=0, **shown)
-    draw_ground(ax, scenario)
-    frame_arena(ax, scenario)
-    assert ax.figure is not None
-    ax.figure.colorbar(image, ax=ax, label=look[1])
