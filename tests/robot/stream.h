@@ -93,7 +93,7 @@ static uint8_t read_setting(void)
     setting.id_bits = read_byte();
     setting.knows_count = read_byte();
     bool walled = read_byte();
-    double numbers[14];
+    double numbers[15];
     take(numbers, sizeof numbers);
 #ifdef FEASIBEE_DOUBLE
     setting.walled = walled;
@@ -105,11 +105,12 @@ static uint8_t read_setting(void)
     setting.exploration = numbers[5];
     setting.dissemination = numbers[6];
     setting.mean_run = numbers[7];
+    setting.flooding = numbers[8];
 #else
     (void)walled;
 #endif
     for (uint8_t k = 0; k < 6; k++)
-        setting.parameters[k] = FEASIBEE_REAL(numbers[8 + k]);
+        setting.parameters[k] = FEASIBEE_REAL(numbers[9 + k]);
     settings = feasibee_defaults(strategies[strategy]);
     settings.exploration = (feasibee_steps)(numbers[5] * FEASIBEE_STEP);
     settings.gain = (feasibee_steps)(numbers[6] * FEASIBEE_STEP);

@@ -16,6 +16,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.translate import Translation
 from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, roster
+from feasibee.strategies.certified import NEVER
 from feasibee.strategies.contract import Me, Thing
 from tests.robot.driving import Draws, assert_equal
 
@@ -137,6 +138,7 @@ def setting_of(strategy, draw, whole_numbers, fixed):
         exploration=draw.choice([1.0, 4.0, 10.0]),
         dissemination=draw.choice([0.0, 3.0, 10.0]),
         mean_run=draw.choice([0.2, 3.0, 100.0]),
+        flooding=draw.choice([0.0, 0.0, 7.0, float(NEVER)]),
     )
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
 
@@ -158,14 +160,15 @@ def wire_of(name, setting, names, declares=False):
 def setting_bytes(name, setting, declares, names=()):
     """Return what `read_setting` of stream.h reads."""
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
-    numbers += [setting.exploration, setting.dissemination, setting.mean_run, *setting.parameters]
+    numbers += [setting.exploration, setting.dissemination, setting.mean_run, setting.flooding]
+    numbers += setting.parameters
     return struct.pack(
-        "<BHHHHH6B14dBB",
+        "<BHHHHH6B15dBB",
         NAMES.index(name),
         *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
         *(setting.robot_classes, setting.task_classes, setting.colluding),
         *(setting.id_bits, setting.knows_count, setting.walled),
-        *(*numbers, *[0.0] * (14 - len(numbers))),
+        *(*numbers, *[0.0] * (15 - len(numbers))),
         *(RULE.rounds if declares else 0, STRATEGIES[name].memory),
     ) + struct.pack(f"<H{len(names)}I", len(names), *names)
 

@@ -19,7 +19,7 @@ STRATEGIES = (
     "average",
     "census",
     "quiet-census",
-    "map",
+    "roster",
     "turns",
     "tally",
     "sketch",
@@ -35,6 +35,7 @@ def random_place(random, counts):
     place = {"map": bitmap(closed, cell)}
     if random.random() < 0.4:
         place["keepout"] = bitmap(random_cells(random, rows, columns, 2), cell)
+    place["flooding"] = int(random.choice([3, 8, 200]))
     zone = {}
     if random.random() < 0.3:
         place["zones"] = {"dock": rectangle(0.0, 0.0, float(columns * cell / 2), float(rows * cell))}

@@ -33,6 +33,7 @@ from feasibee.scenario.runs import Runs
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.comparison import Outcome
+    from feasibee.studies.flooding import Flooding
     from feasibee.studies.limits import Limits
     from feasibee.studies.paper import Claim
     from feasibee.sweeps.sweep import Rounds
@@ -404,15 +405,33 @@ def _with_limits(
         stopped, drawn = rounds.stopped, min(each.runs for each in found)
     with progress("Computing the limits") as advance:
         bounds = limits_at(worlds, drawn, seed, cells, workforce.workers, advance)
+    names = _names_in(scenario)
     write_frontier(folder, found, bounds)
     if as_json:
         said = {number: [spoken(each) for each in found if each.tasks == number] for number in bounds}
-        words = {number: {"strategies": rows} if rows else {} for number, rows in said.items()}
+        more = {"names": names._asdict()} if names else {}
+        words = {number: {**more, **({"strategies": rows} if rows else {})} for number, rows in said.items()}
         print_json([{**each.to_dict(), **words[number]} for number, each in bounds.items()])
     else:
         _print_frontier(found) if found else _print_limits(list(bounds.values()))
+        if names:
+            at = f"{_step(names.median)}, 95 % {_step(names.p95)}, 99 % {_step(names.p99)}"
+            click.echo(
+                f"Nine of ten robots that take turns to look and to talk know all names by step: half {at}."
+            )
+            click.echo("For strategies that wait for the last name, set place.flooding to the last number.")
         click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
     _leave_if_stopped(stopped, found, runs)
+
+
+def _names_in(scenario: Scenario) -> Flooding | None:
+    """Return how soon names flood a scenario's place, if it has one."""
+    from feasibee.studies.flooding import flooding
+
+    if not scenario.place.exists:
+        return None
+    with progress("Flooding the place") as advance:
+        return flooding(scenario, advance)
 
 
 def _print_limits(bounds: Sequence[Limits]) -> None:
@@ -431,7 +450,8 @@ def _print_limits(bounds: Sequence[Limits]) -> None:
         print_numbers(title, ["limit", "median", "interval", "95 %", "interval"], rows)
     for name, words in LIMITS.items():
         out.print(f"{name.replace('_', ' ')}: {words}.", soft_wrap=True)
-    for line in (NOTE, *quiet_times_in_words(bounds[0].scenario)):
+    scenario = bounds[0].scenario
+    for line in (NOTE, *([] if scenario.place.exists else quiet_times_in_words(scenario))):
         out.print(line, soft_wrap=True)
 
 

@@ -131,6 +131,7 @@ def setting_of(params, state):
         params.decision.exploration,
         params.decision.gain + params.decision.dissemination_floor,
         params.walk.mean_run,
+        params.arena.place.flooding,
     )
 
 

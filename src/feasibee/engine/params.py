@@ -153,6 +153,7 @@ class PlaceParams(NamedTuple):
     row_words: int  # of `Ground.passable`
     sight: int  # cells that a robot surely sees past, if no wall is nearer
     radio: int  # likewise
+    flooding: float  # steps
 
 
 class ArenaParams(NamedTuple):

@@ -72,6 +72,7 @@ class _Setting(Section):
     exploration: Duration
     dissemination: Annotated[float, Field(gt=0, le=2e6)]
     mean_run: Duration
+    flooding: Annotated[float, Field(ge=0, le=2**30)] = 0.0
 
 
 class _Declare(Section):

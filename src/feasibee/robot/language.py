@@ -98,7 +98,9 @@ _WHOLE: Final = (
     "robots count tasks robot_ids task_ids id_bits".split()  # noqa: SIM905
 )
 _CLASSES: Final = ("robot_classes", "task_classes")
-_REALS: Final = "width height sight radio speed exploration dissemination mean_run".split()  # noqa: SIM905
+_REALS: Final = (
+    "width height sight radio speed exploration dissemination mean_run flooding".split()  # noqa: SIM905
+)
 _SETTING: Final = "{}->settings->setting"
 FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
     "setting": {

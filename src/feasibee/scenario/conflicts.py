@@ -415,6 +415,12 @@ RULES: Final[tuple[Rule, ...]] = (
     ),
     *both(_one_class),
     never(
+        "decision.strategy",
+        lambda s: s.manifest.needs_view and (s.place.map or s.place.walls),
+        "takes all in range as seen, but walls of the place hide things",
+        "choose quiet-census or turns, or give the obstacles as place.keepout",
+    ),
+    never(
         "decision.declare",
         lambda s: s.manifest.declares and s.decision.declare is not None,
         "{strategy} declares by its own word, and its messages have no opinion to agree with",

@@ -270,6 +270,13 @@ class Place(Section):
         description="Zones by name for robots.zone and tasks.zone: polygons in units, or GeoJSON files.",
         examples=[{"dock": [[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]}],
     )
+    flooding: Annotated[int, Field(ge=1, le=1_000_000)] | None = Field(
+        None,
+        description="Step by which 99 % of the swarms know all names of tasks, as feasibee compare --limits "
+        "computes it. Strategies by names wait 1.5 times as long before they declare feasible; without it, "
+        "they never do.",
+        examples=[714],
+    )
 
     @property
     def exists(self) -> bool:

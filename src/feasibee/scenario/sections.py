@@ -31,6 +31,7 @@ from feasibee.scenario.fields import (
 from feasibee.scenario.plan import Plan, plan_of, size_of
 from feasibee.scenario.setting import setting_from
 from feasibee.scenario.tables import PRESETS
+from feasibee.strategies.certified import NEVER
 from feasibee.strategies.contract import Manifest, Setting
 
 KINDS: Final = ("stopped", "byzantine", "stubborn")
@@ -183,6 +184,7 @@ class Sections(BaseModel):
             exploration=self.decision.exploration,
             dissemination=self.decision.gain + self.decision.dissemination_floor,
             mean_run=self.walk.mean_run,
+            flooding=float(self.place.flooding or NEVER) if self.place.exists else 0.0,
         )
 
 

@@ -25,12 +25,14 @@ def params_of(scenario: Scenario) -> PlaceParams:
     """Return the grid of a scenario's place; zeros if it has none."""
     plan = scenario.plan
     if plan is None:
-        return PlaceParams(False, 0, 0, 0, 0, 0, 0)
+        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0.0)
     rows, columns = plan.walls.shape
     sight, radio = (
         math.ceil(exact(reach) / plan.cell) + 1 for reach in (scenario.sensing.range, scenario.radio.range)
     )
-    return PlaceParams(True, plan.bits, columns, rows, -(-columns // WORD), sight, radio)
+    return PlaceParams(
+        True, plan.bits, columns, rows, -(-columns // WORD), sight, radio, scenario.setting.flooding
+    )
 
 
 @lru_cache(maxsize=4)

@@ -14,6 +14,8 @@ import math
 
 NEVER = 2**30
 """Number of steps that stands for no end."""
+QUIET_FLOODINGS = 1.5
+"""Quiet time of a census in a place, in times of flooding: see docs/places.md."""
 TESTED = {
     "robots": (5, 200),
     "longer side of the arena per shorter side": (1, 25),
@@ -64,7 +66,31 @@ def steps_for(sightings, robots, setting):
 
 
 def steps_with(exploring, sightings, robots, setting):
-    """Return `steps_for` for robots that explore in this share of their time."""
+    """Return `steps_for` for robots that explore in this share of their time.
+
+    In a place, a census waits for 1.5 times the time of flooding. Other times, such as those that tolerate
+    Byzantine robots, have the same ratio to it as in an open arena.
+    """
+    steps = open_steps(exploring, sightings, robots, setting)
+    if setting.flooding == 0.0 or steps >= NEVER:
+        return steps
+    everyone = setting.count if setting.knows_count else robots
+    usual = setting.exploration / (setting.exploration + setting.dissemination)
+    least = open_steps(usual, sightings_to_flood(everyone), everyone, setting)
+    wait = QUIET_FLOODINGS * setting.flooding * steps / least
+    return NEVER if least >= NEVER or wait >= NEVER else math.ceil(wait)
+
+
+def sightings_to_flood(robots):
+    """Return how often a swarm finds a given place until all robots surely know of all tasks.
+
+    Fitted to n robots and n + 1 tasks, for n from 5 to 200: at most 2 wrong runs in 1,000.
+    """
+    return 5.2 + 1.6 * math.log(max(robots, 1))
+
+
+def open_steps(exploring, sightings, robots, setting):
+    """Return `steps_with` in an arena without obstacles."""
     reach = min(setting.sight * exploring, setting.radio * (1.0 - exploring))
     each_step = swept(reach, robots, setting)
     area = room(setting)

@@ -143,6 +143,8 @@ class Setting(NamedTuple):
     """Mean duration of dissemination for an opinion of quality 1, in steps."""
     mean_run: float = 10.0
     """Mean duration of a straight walk between two turns, in steps."""
+    flooding: float = 0.0
+    """In a place: step by which 99 % of swarms know all names of tasks, 2**30 if unknown; elsewhere 0.0."""
 
 
 class Me(NamedTuple):
@@ -244,6 +246,8 @@ class Manifest:
     or a parameter, above 0 if so."""
     one_class: bool = False
     """``ONE_CLASS``: whether robots and tasks can't have classes."""
+    needs_view: bool = False
+    """``NEEDS_VIEW``: whether robots take all that is in range as seen, so that no wall may hide anything."""
     functions: frozenset[str] = frozenset()
     """The functions of `ARGUMENTS` that the file defines."""
     source: str = ""

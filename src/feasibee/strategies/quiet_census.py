@@ -35,6 +35,7 @@ import math
 from feasibee.strategies.census import POSITION_BITS, list_names, members
 from feasibee.strategies.certified import (
     NEVER,
+    sightings_to_flood,
     steps_given,
     steps_with,
     tasks_to_invent,
@@ -182,7 +183,7 @@ def patience(robots, tolerates):
     Fitted to n robots and n + 1 tasks, for n from 5 to 200: at most 2 wrong runs in 1,000 without Byzantine
     robots, 4 with 1 to 6 among 20 or 50, 14 with 1 among 5. With f of 2 f robots, no robot is ever sure.
     """
-    flooding = 5.2 + 1.6 * math.log(max(robots, 1))
+    flooding = sightings_to_flood(robots)
     if tolerates == 0:
         return flooding
     if robots <= 2 * tolerates:

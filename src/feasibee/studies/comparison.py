@@ -65,6 +65,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.tables import PRESETS
 from feasibee.simulation.ensemble import check_size
+from feasibee.studies.flooding import flooded
 from feasibee.studies.needs import strategy_change, suitable
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.schedule import run_work
@@ -309,7 +310,11 @@ def design_points(
 def outcomes_of(
     rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int, *, curves: bool = True
 ) -> list[Outcome]:
-    """Run one round of points; return their outcomes in the same order, by contender if they have any."""
+    """Run one round of points; return their outcomes in the same order, by contender if they have any.
+
+    In a place, strategies get the time in which names flood it.
+    """
+    designs = [replace(each, scenario=flooded(each.scenario)) for each in designs]
     parts = [list(rounds.run(study)) for study in studies_of(designs, runs, seed, curves=curves)]
     return [
         outcome_of(design.values.get(CONTENDER, ""), design.scenario, *records)

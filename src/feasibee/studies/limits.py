@@ -10,7 +10,6 @@ shows what both reach by their own word, near ratio one, with the limits of thei
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -21,7 +20,6 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.errors import Problem, ScenarioError
 from feasibee.figures.limits import Panel, Word, draw_frontier, draw_limits
 from feasibee.figures.style import save_both
 from feasibee.files import write_table
@@ -37,6 +35,7 @@ from feasibee.simulation.swarm import Swarm
 from feasibee.strategies.contract import Setting
 from feasibee.studies import oracle
 from feasibee.studies.comparison import Outcome, check_distinct, check_stays, origin
+from feasibee.studies.flooding import NEVER, Repeated, with_oracle
 
 LIMITS: Final[Mapping[str, str]] = {
     "pooled": "all sightings together name all tasks, or one more than there are robots",
@@ -47,13 +46,10 @@ LIMITS: Final[Mapping[str, str]] = {
 """What has happened by the step of each limit."""
 BOUNDS: Final[Mapping[str, str]] = {"infeasible": "flooding", "proved_feasible": "complete_map"}
 """Which limit bounds the step by which a swarm of any strategy declares, if none of its robots ever errs."""
-ROOM: Final = 2**28
-"""Largest memory in bytes of what an oracle's robots know."""
 STRIDE: Final = 80
 """Number of steps between two looks at what robots know; runs of the paper's world take about 70.
 
 To call the engine costs as much time as 40 steps of 20 robots."""
-NEVER: Final = -1
 
 
 @dataclass(frozen=True)
@@ -192,47 +188,14 @@ def oracle_world(scenario: Scenario, cells_per_range: int) -> Scenario:
     """
     check_stays(scenario, "limits")
     check_integer("cells_per_range", cells_per_range, 1, 64)
-    for path in ("robots.classes", "tasks.classes"):
-        classes = scenario.get(path)
-        if classes:
-            rule = "limits are those of robots that can all do all tasks"
-            names = [each.name for each in classes]
-            raise ScenarioError([Problem(path, names, rule, f"use {path.split('.')[0]}.count instead")])
-    world = scenario.replace(
-        {
-            "decision.strategy": str(Path(oracle.__file__)),
-            "decision.parameters": {"cells_per_range": float(cells_per_range)},
-            "decision.declare": None,
-            "decision.start": "coin",
-            "decision.listen": "always",
-            "decision.quality_floor": 0,
-            "sensing.false_robots": 0.0,
-            "sensing.false_tasks": 0.0,
-            "sensing.misname": 0.0,
-        }
-    )
-    setting = world.setting
-    needed = 8 * setting.robots * oracle.words(setting)
-    if needed > ROOM:
-        size = f"{setting.robots} robots with {oracle.cells(setting)} cells take {needed / 2**20:.0f} MiB"
-        fitting = setting.sight * math.sqrt(needed / ROOM) * 1.01
-        remedy = f"use fewer robots, a smaller arena, or a range of {fitting:.3g}"
-        problem = Problem("sensing.range", setting.sight, f"{size}, above {ROOM // 2**20}", remedy)
-        raise ScenarioError([problem])
-    return world
+    return with_oracle(scenario, cells_per_range, "limits are")
 
 
-class Tireless(Swarm):
+class Tireless(Repeated):
     """A swarm whose robots explore, broadcast and hear in every step, as no robot of the model can.
 
     The engine lets a robot broadcast that is in the set of those that speak, whatever its phase.
     """
-
-    def begin(self, run: int) -> None:
-        """Go to step 0 of a run."""
-        if self.step > 0 or run != self._which.first:
-            self._which = Runs.single(self._which.seed, run)
-            self._begin(self._inboxes)
 
     def _begin(self, room: Any) -> None:
         super()._begin(room)

@@ -15,6 +15,7 @@ from feasibee.strategies import STRATEGIES
 from feasibee.strategies.certified import TESTED, untested
 from feasibee.strategies.contract import Me
 from feasibee.strategies.words import Words
+from feasibee.studies.flooding import flooded
 
 IDS: Final = "ids that are never mistaken"
 NAMES: Final = "names of tasks"
@@ -115,7 +116,18 @@ def needs_of(scenario: Scenario) -> list[str]:
 
 
 def quiet_times_in_words(scenario: Scenario) -> list[str]:
-    """Return a warning if computed quiet times were not tested in worlds like the scenario's."""
+    """Return a warning if computed quiet times were not tested in worlds like the scenario's.
+
+    In a place, return what to set so that robots ever declare *feasible*.
+    """
+    if scenario.place.exists:
+        found = flooded(scenario).place.flooding
+        if scenario.place.flooding is not None or not scenario.manifest.needs_names:
+            return []
+        if found is None:
+            return ["Names take too long to flood this place: robots never declare feasible by a quiet time."]
+        without = "Without it, robots that wait for a quiet time never declare feasible in other runs."
+        return [f"Set place.flooding = {found}, the step by which names flood this place. {without}"]
     outside = untested(scenario.robots.count, scenario.setting)
     if not outside:
         return []

@@ -1,0 +1,196 @@
+"""How soon names flood a place: by it, robots there know how long to wait (place.flooding)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from pathlib import Path
+from threading import local
+from typing import Any, Final, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from feasibee.errors import Problem, ScenarioError
+from feasibee.results.statistics import declare_times
+from feasibee.scenario.fields import Response
+from feasibee.scenario.ground import ground_of
+from feasibee.scenario.runs import Runs
+from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.ensemble import check_progress, processors
+from feasibee.simulation.loading import load_engine
+from feasibee.simulation.swarm import Swarm
+from feasibee.studies import oracle
+
+RUNS: Final = 1000
+SEED: Final = 28
+"""Seed of all runs, whatever that of a study: one place has one time of flooding."""
+SHARE: Final = 0.9
+"""Share of the robots that know all names."""
+LONGEST: Final = 20_000
+"""Steps of a run at most; a place whose names take longer has no time of flooding."""
+STRIDE: Final = 100
+NEVER: Final = -1
+ROOM: Final = 2**28
+"""Largest memory in bytes of what an oracle's robots know."""
+STAYING: Final[dict[str, Any]] = {
+    **{"events": [], "robots.arrival_rate": None, "robots.failure_rate": None, "robots.most": None},
+    **{"tasks.arrival_rate": None, "tasks.lifetime": None},
+    **{f"response.{name}": field.default for name, field in Response.model_fields.items()},
+}
+"""What makes a world stay as it is at the start."""
+
+
+class Flooding(NamedTuple):
+    """The step by which nine of ten robots know all names of tasks, over runs."""
+
+    median: int | None
+    """None if half of the runs take more than 20,000 steps; likewise the quantiles."""
+    p95: int | None
+    p99: int | None
+    """What ``place.flooding`` is."""
+
+
+def flooding(scenario: Scenario, progress: Callable[[float], None] | None = None) -> Flooding:
+    """Simulate how soon names flood a scenario's arena, whatever its strategy.
+
+    Robots keep all names that they see and hear, and broadcast all, in the phases of the scenario. There is
+    one task more than robots, unless tasks are at given points. In a place, a robot knows all names of its
+    piece. In a world that changes, robots and tasks are those of the start.
+
+    Parameters
+    ----------
+    scenario : Scenario
+        The swarm and its place.
+    progress : callable, optional
+        Called with the share of the runs that are done, from 0 to 1.
+
+    Raises
+    ------
+    FeasibeeError
+        If robots or tasks have classes, or the arena is too large.
+    """
+    check_progress(progress)
+    return _flooding(_world_of(scenario), progress)
+
+
+def _world_of(scenario: Scenario) -> Scenario:
+    """Return the world in which names flood: the same for all scenarios that have equal times of flooding."""
+    changes: dict[str, Any] = {"run.steps": LONGEST, "run.stop_at_decision": False, **STAYING}
+    if scenario.tasks.placement != "points":
+        changes["tasks.count"] = scenario.robots.count + 1
+    if scenario.place.exists:
+        changes["place.flooding"] = None
+    world = with_oracle(scenario.replace({**changes, "run.stop_at_declarations": False}), 1, "flooding is")
+    return world.replace({"decision.listen": scenario.decision.listen})
+
+
+def _flooding(world: Scenario, progress: Callable[[float], None] | None) -> Flooding:
+    load_engine(world)
+    steps, wanted, own = np.empty(RUNS, np.int64), _wanted(world), local()
+
+    def found_in(run: int) -> int:
+        if not hasattr(own, "swarm"):  # one for each thread: to make one takes longer than its run
+            own.swarm = Repeated(world, SEED, run)
+        own.swarm.begin(run)
+        return _flooded_at(own.swarm, wanted)
+
+    with ThreadPoolExecutor(processors()) as pool:
+        for run, step in enumerate(pool.map(found_in, range(RUNS))):
+            steps[run] = step
+            if progress is not None:
+                progress((run + 1) / RUNS)
+    times, late = (
+        declare_times(steps),
+        np.sort(np.where(steps == NEVER, LONGEST + 1, steps))[RUNS * 99 // 100],
+    )
+    return Flooding(times.median, times.p95, int(late) if late <= LONGEST else None)
+
+
+def with_oracle(scenario: Scenario, cells_per_range: int, what: str) -> Scenario:
+    """Return the scenario with the oracle in place of its strategy.
+
+    Raises
+    ------
+    FeasibeeError
+        If robots or tasks have classes, or the oracle's robots would know too much.
+    """
+    for path in ("robots.classes", "tasks.classes"):
+        classes = scenario.get(path)
+        if classes:
+            rule = f"{what} those of robots that can all do all tasks"
+            names = [each.name for each in classes]
+            raise ScenarioError([Problem(path, names, rule, f"use {path.split('.')[0]}.count instead")])
+    world = scenario.replace(
+        {
+            "decision.strategy": str(Path(oracle.__file__)),
+            "decision.parameters": {"cells_per_range": float(cells_per_range)},
+            "decision.declare": None,
+            "decision.start": "coin",
+            "decision.listen": "always",
+            "decision.quality_floor": 0,
+            "sensing.false_robots": 0.0,
+            "sensing.false_tasks": 0.0,
+            "sensing.misname": 0.0,
+        }
+    )
+    setting = world.setting
+    needed = 8 * setting.robots * oracle.words(setting)
+    if needed > ROOM:
+        size = f"{setting.robots} robots with {oracle.cells(setting)} cells take {needed / 2**20:.0f} MiB"
+        fitting = setting.sight * math.sqrt(needed / ROOM) * 1.01
+        remedy = f"use fewer robots, a smaller arena, or a range of {fitting:.3g}"
+        problem = Problem("sensing.range", setting.sight, f"{size}, above {ROOM // 2**20}", remedy)
+        raise ScenarioError([problem])
+    return world
+
+
+class Repeated(Swarm):
+    """A swarm that plays one run after another."""
+
+    def begin(self, run: int) -> None:
+        """Go to step 0 of a run."""
+        if self.step > 0 or run != self._which.first:
+            self._which = Runs.single(self._which.seed, run)
+            self._begin(self._inboxes)
+
+
+def _wanted(world: Scenario) -> NDArray[np.bool_]:
+    """Return whether each robot can know each task: shape (robots, tasks)."""
+    ground = ground_of(world)
+    if ground is None:
+        return np.ones((world.robots.count, world.tasks.count), np.bool_)
+    return np.equal.outer(ground.robots.piece, ground.tasks.piece)
+
+
+def _flooded_at(swarm: Repeated, wanted: NDArray[np.bool_]) -> int:
+    start, honest = oracle.known_start(swarm.scenario.setting), swarm.counted
+    needed = math.ceil(SHARE * int(honest.sum()))
+    while swarm.step < LONGEST:
+        swarm.advance(STRIDE)
+        known = swarm.knowledge[:, start : start + wanted.shape[1]].astype(np.int64)
+        known[wanted & (known == 0)] = LONGEST + 1
+        last = np.sort(np.where(wanted, known, 0).max(axis=1, initial=0)[honest])[needed - 1]
+        if last <= LONGEST:
+            return int(last)
+    return NEVER
+
+
+def flooded(scenario: Scenario) -> Scenario:
+    """Return a scenario with the time of flooding in its place, if it has one and its strategy counts names.
+
+    A time that it has already is kept.
+    """
+    place = scenario.place
+    if not place.exists or place.flooding is not None or not scenario.manifest.needs_names:
+        return scenario
+    if scenario.robots.classes or scenario.tasks.classes:
+        return scenario
+    return scenario.replace({"place.flooding": _known(_world_of(scenario)).p99})
+
+
+@lru_cache(maxsize=256)
+def _known(world: Scenario) -> Flooding:
+    return _flooding(world, None)

@@ -1,0 +1,153 @@
+"""Time of flooding in a place, and strategies that wait by it (model.md 6.20)."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from commands import invoke
+
+from feasibee import Scenario, ScenarioError, simulate
+from feasibee.results.measures import declarations
+from feasibee.strategies import certified, quiet_census, turns
+from feasibee.strategies.certified import NEVER
+from feasibee.studies import flooding as module
+from feasibee.studies.comparison import design_points, outcomes_of
+from feasibee.studies.flooding import SHARE, Repeated, flooded, flooding
+from feasibee.studies.needs import quiet_times_in_words
+from feasibee.sweeps.sweep import Rounds
+from tests.places import rectangle
+
+DECLARING = {"decision.strategy": "quiet-census", "robots.know_count": True}
+BODIES = {"robots.diameter": 0.5, "robots.avoid_collisions": True, "robots.contact": "deflect"}
+RUNS = 40
+"""Fewer than in use, to save time."""
+
+
+@pytest.fixture(autouse=True)
+def few_runs(monkeypatch):
+    monkeypatch.setattr(module, "RUNS", RUNS)
+
+
+def place(door=1.0, side=12.0, **changes):
+    """Return two rooms with a door in the wall between them; 0: no door."""
+    half = side / 2
+    ends = [(0.0, half - door / 2), (half + door / 2, side)] if door else [(0.0, side)]
+    walls = [rectangle(half - 0.1, low, half + 0.1, high) for low, high in ends]
+    world = {"arena.side": side, "arena.boundary": "walls", "place.walls": walls, "run.steps": 3000}
+    return Scenario().replace({**world, **BODIES, "robots.count": 8, "tasks.count": 9, **changes})
+
+
+def test_robots_that_see_and_hear_all_know_all_names_at_once():
+    world = place(**{"sensing.range": 30.0, "arena.side": 4.0, "place.walls": [], "robots.count": 2})
+    world = world.replace({"place.zones": {"all": [rectangle(0.0, 0.0, 4.0, 4.0)]}})
+    assert flooding(world) == (1, 1, 1)
+
+
+def test_rooms_and_doors_delay_names_and_dead_radio_stops_them(monkeypatch):
+    wide, narrow = flooding(place(6.0)), flooding(place(0.8))
+    assert wide.p99 < narrow.p95 < narrow.p99
+    monkeypatch.setattr(module, "LONGEST", 100)
+    assert flooding(place(**{"sensing.miss": 1.0})) == (None, None, None)
+
+
+def test_robots_of_a_closed_room_need_its_names_only():
+    closed = flooding(place(0.0))
+    assert closed.p99 < flooding(place(0.8)).p99
+
+
+@pytest.mark.parametrize("changes", [{}, {"tasks.count": 3}, DECLARING, {"run.steps": 7}], ids=str)
+def test_strategy_tasks_and_length_of_a_run_change_no_flooding(changes):
+    assert flooding(place(**changes)) == flooding(place())
+
+
+def test_the_time_is_a_quantile_of_when_nine_in_ten_know_all():
+    world, last = module._world_of(place()), []
+    for run in range(RUNS):
+        swarm = Repeated(world, module.SEED, run)
+        share = 0.0
+        while share < SHARE:
+            swarm.advance(1)
+            start = module.oracle.names_start(swarm.scenario.setting)
+            known = [int(row[start]).bit_count() for row in swarm.knowledge]
+            share = np.mean([each == 9 for each in known])
+        last.append(swarm.step)
+    assert flooding(place()).p99 == max(last)
+    assert flooding(place()).median == sorted(last)[RUNS // 2 - 1]
+
+
+def setting_in(place_too=True, know_count=True, **changes):
+    """Return the setting of a scenario with 300 steps of flooding, or none."""
+    world = place(**{**DECLARING, "robots.know_count": know_count, **changes})
+    return world.replace({"place.flooding": 300 if place_too else None}).setting
+
+
+def test_quiet_times_in_a_place_are_in_proportion_to_flooding():
+    own = setting_in()
+    assert quiet_census.quiet_steps(8, own) == 450
+    unknown = setting_in(know_count=False)
+    assert [quiet_census.quiet_steps(k, unknown) for k in (1, 4, 8)] == [450] * 3
+    bearing = setting_in(**{"decision.parameters": {"tolerates": 2.0}})
+    ratio = quiet_census.patience(8, 2) / quiet_census.patience(8, 0)
+    assert quiet_census.quiet_steps(8, bearing) == pytest.approx(450 * ratio, rel=0.03)
+    one = setting_in(**{"decision.strategy": "turns", "decision.parameters": {"names": 1.0}})
+    assert turns.quiet_steps(one) == pytest.approx(450 * (1 + 8 / 50), rel=0.03)
+    alone = setting_in(**{"decision.strategy": "turns", "decision.parameters": {"names": 0.0}})
+    assert turns.quiet_steps(alone) > 3 * 450
+    given = setting_in(**{"decision.parameters": {"quiet": 70.0}})
+    assert quiet_census.quiet_steps(8, given) == 70
+
+
+def test_without_a_time_of_flooding_robots_wait_for_ever():
+    assert setting_in(place_too=False).flooding == NEVER
+    assert quiet_census.quiet_steps(8, setting_in(place_too=False)) == NEVER
+    hall = Scenario().replace({**DECLARING, "arena.boundary": "walls"}).setting
+    assert hall.flooding == 0.0
+    patience = quiet_census.patience(20, 0)
+    assert quiet_census.quiet_steps(20, hall) == certified.open_steps(0.5, patience, 20, hall)
+    assert certified.steps_with(1.0, 5.0, 8, setting_in()) == NEVER  # robots that never broadcast
+    assert not math.isnan(certified.sightings_to_flood(0))
+
+
+def test_robots_declare_feasible_only_with_a_time_of_flooding():
+    world = place(**DECLARING, **{"tasks.count": 4, "run.steps": 1000})
+    assert declarations(simulate(world, 20, seed=1), world).feasible == 0
+    assert flooded(world).place.flooding == flooding(world).p99
+    timed = world.replace({"place.flooding": 300})
+    assert flooded(timed) == timed
+    assert declarations(simulate(timed, 20, seed=1), timed).feasible > 0.9
+    assert "Set place.flooding" in quiet_times_in_words(world)[0]
+    assert quiet_times_in_words(timed) == []
+    assert flooded(place()) == place()  # it has no strategy by names
+
+
+def test_studies_add_the_time_of_flooding():
+    with Rounds(None) as rounds:
+        (found,) = outcomes_of(
+            rounds, design_points({"a": place(**DECLARING, **{"tasks.count": 4})}, (), 5, 1), 5, 1
+        )
+    assert found.spoken.feasible == 1.0
+
+
+def test_map_needs_places_without_walls():
+    using = {"decision.strategy": "map", "robots.know_count": True}
+    with pytest.raises(ScenarioError, match=r"place hide things; choose quiet-census"):
+        place(**using)
+    free = {
+        "place.walls": [],
+        "place.keepout": None,
+        "place.zones": {"all": [rectangle(0.0, 0.0, 12.0, 12.0)]},
+    }
+    assert place(**free, **using).strategy.needs_view
+
+
+def test_compare_says_the_time_of_flooding(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    world = place(**DECLARING)
+    (tmp_path / "mine.toml").write_text(world.to_toml())
+    command = ("compare", "mine.toml", "--limits", "--strategies", "none", "--runs", "5", "--out", "found")
+    expected = flooding(world)
+    assert f"99 % {expected.p99}." in invoke(*command).output
+    assert json.loads(invoke(*command, "--json").output)[0]["names"]["p99"] == expected.p99
