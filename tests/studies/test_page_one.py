@@ -187,6 +187,22 @@ def test_the_page_in_html_is_parted_after_page_one(assessment, tmp_path):
     assert action(assessment) == assessment.to_dict()["action"]
 
 
+def test_a_place_adds_its_plan_with_heat_maps_to_the_details(assessment, tmp_path):
+    wall = [[[5.0, 0.0], [6.0, 0.0], [6.0, 8.0]]]
+    placed = replace(assessment, scenario=SHORT.replace({"arena.boundary": "walls", "place.walls": wall}))
+    counts = []
+    for each in (assessment, placed):
+        write_report(each, tmp_path / "a.html")
+        first, details = (tmp_path / "a.html").read_text().split("<h1>Details</h1>")
+        assert first.count("data:image/png;base64,") == 1
+        counts.append(details.count("data:image/png;base64,"))
+    assert counts[1] == counts[0] + 1
+    assert 'alt="Floor plan: ' in details
+    assert "Means over 20 runs. On average, 1.5 robots see a place." in details
+    write_report(placed, tmp_path / "a.pdf")
+    assert (tmp_path / "a.pdf").stat().st_size > 0
+
+
 def test_a_change_has_a_column_for_each_number_of_tasks_it_was_turned_to(assessment):
     one, other = assessment.limits[:2]
     turned = [

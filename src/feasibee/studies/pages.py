@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 from matplotlib.figure import Figure
 
 from feasibee.figures.comparison import draw_against_bits, draw_against_time, draw_calibration
+from feasibee.figures.heat import RUNS, heat_of, plot_heat
 from feasibee.figures.sheets import Sheets, sheets
 from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
@@ -66,7 +67,7 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
     if path.suffix.lower() == ".pdf":
         _write_sheets(assessment, path, command)
         return
-    first, *figures = _figures(assessment)
+    first, *figures = [*_figures(assessment), *_maps(assessment)]
     brief, details = _parted(assessment)
     body = _verdict(assessment) + "".join(section_as_html(*each) for each in brief.items()) + _figure(first)
     body = f'<div class="first"><h1>{TITLE}</h1>{body}</div><h1>Details</h1>'
@@ -83,7 +84,7 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
 
 def _write_sheets(assessment: Assessment, path: Path, command: str) -> None:
     """Write an assessment as PDF."""
-    first, *figures = _figures(assessment)
+    first, *figures = [*_figures(assessment), *_maps(assessment)]
     brief, details = _parted(assessment)
     excluded = [f"{name}: {why}" for name, why in assessment.recommendation.excluded.items()]
     with sheets(path, f"{TITLE}, {datetime.now(UTC):%Y-%m-%d}") as document:
@@ -190,6 +191,21 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
             " ".join(agreement(assessment)),
             draw_calibration(found, keep=keep),
         )
+
+
+def _maps(assessment: Assessment) -> Iterator[Shown]:
+    """Yield the plan with heat maps, if the scenario has a place; of fewer runs for large swarms."""
+    scenario = assessment.scenario
+    if not scenario.place.exists:
+        return
+    runs = max(1, min(RUNS, 100 * RUNS // scenario.robots.count))
+    heat = heat_of(scenario, runs, assessment.seed)
+    each = "1 run" if runs == 1 else f"{runs} runs"
+    yield Shown(
+        "Floor plan: robots per square unit, robots that see each place, and opinions of those there",
+        f"Means over {each}. On average, {heat.sightings.mean():.2g} robots see a place.",
+        plot_heat(scenario, heat),
+    )
 
 
 def _best_in_words(assessment: Assessment) -> str:
