@@ -133,7 +133,7 @@ def test_studies_add_the_time_of_flooding():
 
 def test_map_needs_places_without_walls():
     using = {"decision.strategy": "map", "robots.know_count": True}
-    with pytest.raises(ScenarioError, match=r"place hide things; choose quiet-census"):
+    with pytest.raises(ScenarioError, match=r"map takes all in range as seen.*; choose quiet-census"):
         place(**using)
     free = {
         "place.walls": [],

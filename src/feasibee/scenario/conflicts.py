@@ -415,10 +415,11 @@ RULES: Final[tuple[Rule, ...]] = (
     ),
     *both(_one_class),
     never(
-        "decision.strategy",
+        "place.walls",
         lambda s: s.manifest.needs_view and (s.place.map or s.place.walls),
-        "takes all in range as seen, but walls of the place hide things",
+        "{strategy} takes all in range as seen, but walls hide things",
         "choose quiet-census or turns, or give the obstacles as place.keepout",
+        "walls",
     ),
     never(
         "decision.declare",

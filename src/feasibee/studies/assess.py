@@ -25,6 +25,8 @@ from feasibee.studies.recommend import (
     recommend,
 )
 from feasibee.studies.report import Assessment, Trial, judge
+from feasibee.studies.rooms import RUNS as ROOMS_RUNS
+from feasibee.studies.rooms import changes_of_place, splits_of
 from feasibee.studies.size import Rule, Sizing, band_of, looks, most_tests, size
 from feasibee.sweeps.schedule import run_work
 from feasibee.sweeps.sweep import Enough, Execution, Rounds
@@ -104,6 +106,7 @@ class _Assessing:
         rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
         chosen = scenario if recommended is None else recommended.scenario
         faults = self._raced("comparing faults", chosen, faults_of(chosen))
+        rooms = splits_of(scenario, self.seed, min(self.runs, ROOMS_RUNS))
         sizing = band = None
         with self._part("searching sizes"):
             sizing = self._sizing(rule)
@@ -127,6 +130,7 @@ class _Assessing:
             confidence=self.race.confidence,
             stopped=self.rounds.stopped,
             missing=tuple(self.missing),
+            rooms=rooms,
         )
 
     @contextmanager
@@ -272,6 +276,7 @@ def changes_of(scenario: Scenario) -> dict[str, Scenario]:
         tried["no message lost"] = {"radio.loss": 0.0}
     if any(scenario.faulty):
         tried["no faulty robot"] = {f"faults.{kind}": 0.0 for kind in KINDS}
+    tried |= changes_of_place(scenario)
     return _valid(scenario, tried)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from typing import Any, Final, NamedTuple
 
@@ -29,6 +29,7 @@ from feasibee.studies.comparison import (
 from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, quiet_times_in_words
 from feasibee.studies.race import MARGIN, is_clear, is_none
 from feasibee.studies.recommend import Candidate, Recommendation
+from feasibee.studies.rooms import Split, rooms_in_words
 from feasibee.studies.size import Band, Sizing, band_sentence, sentences
 
 READY, UNCERTAIN, NOT_READY = "ready", "uncertain", "not ready"
@@ -109,6 +110,8 @@ class Assessment:
     """Why the assessment ended early, if it did."""
     missing: tuple[str, ...] = ()
     """Phases that then were not complete."""
+    rooms: Mapping[str, Split] = field(default_factory=dict)
+    """In a place with rooms: how swarms split into them as it is, under an empty name, and with changes."""
 
     @property
     def shares(self) -> dict[str, Interval]:
@@ -158,6 +161,7 @@ class Assessment:
             "action": action(self),
             "scenario": self.scenario.to_dict(),
             "runs": self.outcome.runs,
+            **({"rooms": plain(self.rooms)} if self.rooms else {}),
             "stopped": self.stopped,
             "missing": list(self.missing),
             "steps": self.scenario.run.steps,
@@ -382,6 +386,7 @@ def _expected(assessment: Assessment) -> list[str]:
         f"The first collective decision is right in {percent(outcome.first)} of the swarms.",
         *_declared(outcome, assessment.scenario),
         *_tracking(outcome, assessment.scenario),
+        *rooms_in_words(assessment.rooms),
     ]
     other = assessment.opposite
     if other is not None:
