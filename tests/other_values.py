@@ -51,6 +51,7 @@ OTHER_VALUES = {
     "sensing.false_robots": 0.1,
     "sensing.false_tasks": 0.1,
     "sensing.misname": 0.1,
+    "sensing.view": 120.0,
     "radio.range": 4.0,
     "radio.loss": 0.1,
     "radio.walls": 0.5,

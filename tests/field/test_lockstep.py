@@ -85,6 +85,7 @@ WORLDS = {
         "robots.know_count": True,
         "run.stop_at_decision": False,
     },
+    "robots that see what is ahead": {"sensing.view": 120.0},
     "tasks under wrong names": {
         "decision.strategy": "quiet-census",
         "robots.know_count": True,

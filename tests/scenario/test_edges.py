@@ -209,6 +209,16 @@ EDGES = {
     ],
     "sensing.false_robots": [*((by(name), 0.0, 0.5, f"{name} counts things by name") for name in NAMING)],
     "sensing.false_tasks": [*((by(name), 0.0, 0.5, f"{name} counts things by name") for name in NAMING)],
+    "sensing.view": [
+        ({}, 360.0, 360.0001, "must be ≤ 360"),
+        ({"robots.speed": 0.0}, 360.0, 359.9, "must be 360 for robots that never move"),
+        (
+            {**by("totals"), "decision.parameters": {"arrivals": 1.0}, "robots.know_count": True},
+            360.0,
+            120.0,
+            "must be 360 for totals, which concludes from what it",
+        ),
+    ],
     "sensing.misname": [({}, 0.0, 0.5, "needs a strategy that counts tasks by name; dmmd doesn't")],
     "sensing.observation": [*((by(name), "repeated", "unique", f"{name} must see") for name in FOLLOWING)],
     "robots.know_count": [

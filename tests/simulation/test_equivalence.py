@@ -218,6 +218,7 @@ def beyond(draw):
     what = {"classes": draw(task_classes(tasks))} if split and draw(st.booleans()) else {"count": tasks}
     reach = st.floats(0.01, 1.6 if walls else 0.5).map(lambda share: share * shorter)
     chance = st.one_of(st.just(0.0), st.floats(0, 1), st.sampled_from([0.1, 1.0]))
+    views = st.sampled_from([360.0, 360.0, 180.0, 90.0, 1e-9]) | st.floats(1, 359.99)
     false = st.one_of(st.just(0.0), st.floats(0, 3), st.just(40.0))
     steps = draw(st.integers(1, 40))
     names_nothing = not STRATEGIES[decision["strategy"]].by_name
@@ -246,6 +247,7 @@ def beyond(draw):
             "false_robots": draw(false) if names_nothing else 0.0,
             "false_tasks": draw(false) if names_nothing else 0.0,
             "misname": draw(chance) if has_names else 0.0,
+            "view": draw(views) if speed and STRATEGIES[decision["strategy"]].all_round is False else 360.0,
         },
         radio={
             "range": draw(reach),

@@ -59,7 +59,7 @@ from feasibee.engine.layout import (
 )
 from feasibee.engine.motion import move_freely
 from feasibee.engine.params import ALWAYS, Action
-from feasibee.engine.place import drop_cut, visible_tasks
+from feasibee.engine.place import drop_cut
 from feasibee.engine.queues import store_members
 from feasibee.engine.sensing import (
     count_all_false_sightings,
@@ -68,6 +68,7 @@ from feasibee.engine.sensing import (
     observe_tasks,
     pack_place,
 )
+from feasibee.engine.view import drop_hidden, seen_tasks
 from feasibee.model.purposes import LOSS, MISS_ROBOT, MISS_TASK, PAIR
 
 
@@ -169,10 +170,10 @@ def find_near_exactly(params, robots, sight, w, other, limit):
 def observe_few(params, state, functions, part):
     """Observe the robots and tasks in sight of the exploring robots (model.md 6.3)."""
     find_sight(params, state, params.sensing, part)
-    if params.arena.place.exists:
-        drop_cut(params, state, part, int64(Sense.SIGHT), params.arena.place.sight)
     for w in range(part.first, part.last):
         state.sets[Set.LOOKING, w] = ~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w]
+    if params.sensing.hides:
+        drop_hidden(params, state, part, state.sets[Set.LOOKING])
     if not params.sensing.counts_all:
         drop_unlucky(params, state, part, state.sets[Set.LOOKING], MISS_ROBOT, state.clock[Clock.MISS])
     for w in range(part.first, part.last):
@@ -214,8 +215,8 @@ def observe_numbered(params, state, functions, part, i):
     total = int64(0)
     for w in range(-(-params.tasks.count // WORD)):
         seen = tasks_near(params, state, w, x, y)
-        if params.arena.place.exists and seen:
-            seen = visible_tasks(params, state, seen, w, x, y)
+        if params.sensing.hides and seen:
+            seen = seen_tasks(params, state, seen, w, i)
         if params.sensing.counts_all:
             total += popcount(seen)
             continue

@@ -125,7 +125,7 @@ def setting_of(params, state):
         params.arena.sides.width,
         params.arena.sides.height,
         params.arena.walls,
-        params.sensing.range,
+        params.sensing.swept,
         params.radio.range,
         params.robots.speed,
         params.decision.exploration,

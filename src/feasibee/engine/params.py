@@ -219,7 +219,7 @@ class WalkParams(NamedTuple):
 class SensingParams(NamedTuple):
     """Observation of robots and tasks (model.md 4.2, 6.3)."""
 
-    range: float  # units of length
+    swept: float  # half the width of the strip that a moving robot sees, in units of length
     limit: np.uint64  # in sight if the squared distance is below this
     band: Band  # in units of 2**16
     count_self: int  # 0 or 1
@@ -231,6 +231,10 @@ class SensingParams(NamedTuple):
     false_robots: float  # expected number per step
     false_tasks: float
     misname: np.uint64  # probability times 2**32
+    ahead: bool  # whether robots see only what is ahead
+    hides: bool  # whether some of what is in range isn't seen: behind walls, or out of view
+    view_cosine: float  # of half the view, times 2**30
+    view_sine: float
 
 
 class RadioParams(NamedTuple):

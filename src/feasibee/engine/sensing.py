@@ -45,6 +45,7 @@ from feasibee.engine.layout import (
 )
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
 from feasibee.engine.place import keep_uncut
+from feasibee.engine.view import keep_seen
 from feasibee.model import purposes
 
 PIECE = 16
@@ -209,9 +210,9 @@ def observe_all(params, state, functions, part, cells, grid, are_robots):
 def observe_queued(params, state, functions, part, queued, are_robots):
     """Observe the queued sights: is it seen, is it new, which class has it (model.md 6.3); return 0."""
     heard = state.heard[part.thread]
-    if params.arena.place.exists:
+    if params.sensing.hides:
         points = state.robots if are_robots else state.tasks
-        queued = keep_uncut(params, state, points, part, int64(Sense.SIGHT), queued, are_robots)
+        queued = keep_seen(params, state, points, part, queued, are_robots)
     for k in range(queued):
         i, number = int64(heard[Heard.RECEIVER, k]), int64(heard[Heard.SENDER, k])
         if are_robots:

@@ -210,6 +210,8 @@ def steps_of(section: Robots, world: World, robots: list[Robot], working: list[R
         clear = [robot for robot in blocked if not any(obstacles(world, robot, tried[robot], possible))]
         going |= {robot: tried[robot] for robot in clear}
         blocked = [robot for robot in blocked if robot not in clear]
+    for robot in blocked:
+        robot.velocity = tried[robot]  # it looks where it tried to go (model.md 6.22.1)
     return going
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from feasibee.model import purposes
 from feasibee.model.codes import CERTAIN, FEASIBLE, INFEASIBLE, MOST_WALLS, UNDECIDED, exact
 from feasibee.model.record import Record
-from feasibee.reference.draws import choose, duration, poisson, rounded, shuffle
+from feasibee.reference.draws import choose, cos_sin, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.reference.robot import Robot, steps_of
 from feasibee.reference.world import Names, Place, World
@@ -92,6 +92,8 @@ class Swarm:
         self._radio = [
             self.world.squared(radio * walls**k) if walls or not k else -1 for k in range(MOST_WALLS + 1)
         ]
+        half = cos_sin(math.floor(scenario.sensing.view * 2**32 / 720 + 0.5))
+        self._view = [math.floor(2**30 * part + 0.5) for part in half]
         self._dynamics = Dynamics(self) if scenario.dynamic else None
         self._look_up_truth()
 
@@ -195,9 +197,14 @@ class Swarm:
 
     def _sees(self, robot: Robot, place: Place, purpose: int, number: int) -> bool:
         """Return whether a place is within range (inclusive) and not missed (model.md 1.4, 6.3)."""
-        return self._reaches(robot.place, place, self._sight) and not robot.happens(
-            self.time, purpose + purposes.PAIR * number, self.miss
-        )
+        seen = self._reaches(robot.place, place, self._sight) and self._is_in_view(robot, place)
+        return seen and not robot.happens(self.time, purpose + purposes.PAIR * number, self.miss)
+
+    def _is_in_view(self, robot: Robot, place: Place) -> bool:
+        """Return whether a place is ahead of a robot, within half the angle of view (model.md 6.22.2)."""
+        cosine, sine = self._view
+        (u, v), (x, y) = robot.velocity, self.world.way(robot.place, place)
+        return float(u * x + v * y) * sine >= float(abs(u * y - v * x)) * cosine
 
     def hears(self, robot: Robot, sender: Robot) -> bool:
         """Return whether a sender's message arrives (model.md 6.5)."""

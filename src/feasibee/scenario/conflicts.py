@@ -20,7 +20,7 @@ from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
 from feasibee.scenario.standing import standing
 from feasibee.scenario.tables import FilePoints
-from feasibee.strategies.contract import Strategy
+from feasibee.strategies.contract import Strategy, is_there
 
 TASKS_LIMIT = 10_000_000
 """Tasks that may appear in one run."""
@@ -400,6 +400,18 @@ RULES: Final[tuple[Rule, ...]] = (
         lambda s: s.sensing.misname and s.manifest.needs_names is not True,
         "needs a strategy that counts tasks by name; {strategy} doesn't",
         "leave it out, or choose quiet-census",
+    ),
+    never(
+        "sensing.view",
+        lambda s: s.sensing.view < 360 and is_there(s.manifest.all_round, s.decision.parameters),
+        "must be 360 for {strategy}, which concludes from what it doesn't see in range",
+        "leave it out, or choose census",
+    ),
+    never(
+        "sensing.view",
+        lambda s: s.sensing.view < 360 and s.robots.speed == 0,
+        "must be 360 for robots that never move, and so have no heading",
+        "leave it out, or raise robots.speed",
     ),
     never(
         "sensing.observation",

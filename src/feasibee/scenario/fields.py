@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Final, Literal, LiteralString, get_args
 from unicodedata import category
@@ -136,6 +137,7 @@ Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
 Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny)]
 Lifetime = Annotated[float, Field(gt=0, le=1e9), TIME]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), SPEED]
+Angle = Annotated[float, Field(gt=0, le=360)]
 Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
 Quorum = Annotated[Share, AfterValidator(_few_decimals)]
 Lie = Literal["opposite", "feasible", "infeasible", "random", "colluding"]
@@ -419,6 +421,15 @@ class Sensing(Section):
     misname: Share = Field(
         0.0, description="Probability that a robot gives a task in sight a wrong name in a step."
     )
+    view: Angle = Field(
+        360.0, description="Angle of view in degrees, half of it on either side of the robot's heading."
+    )
+
+    @property
+    def swept(self) -> float:
+        """Half the width of the strip that a moving robot sees, in units: with a wide view, the range."""
+        narrow = math.sin(math.radians(self.view / 2)) if self.view < 180 else 1.0
+        return self.range if narrow == 1 else round(self.range * narrow, 9)
 
 
 class Radio(Section):

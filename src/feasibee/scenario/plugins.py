@@ -47,7 +47,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "MEMORY": ("a whole number from 0 to 64", lambda value: is_whole(value, 64)),
     "VALUE_BITS": ("a whole number from 0 to 16", lambda value: is_whole(value, 16)),
     **dict.fromkeys(("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "ONE_CLASS", "NEEDS_VIEW"), FLAG),
-    **dict.fromkeys(("NEEDS_IDS", "NEEDS_NAMES"), NEED),
+    **dict.fromkeys(("NEEDS_IDS", "NEEDS_NAMES", "ALL_ROUND"), NEED),
 }
 
 

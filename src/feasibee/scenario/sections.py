@@ -178,7 +178,7 @@ class Sections(BaseModel):
             knows_count=self.robots.know_count,
             colluding=self.faults.byzantine_says == "colluding",
             walled=self.arena.boundary == "walls",
-            sight=self.sensing.range,
+            sight=self.sensing.swept,
             radio=self.radio.range,
             speed=self.robots.speed,
             exploration=self.decision.exploration,

@@ -58,7 +58,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
             numbered=together and not fast and numbered,
         ),
         walk=_filled(numbers.WalkParams, scenario.walk),
-        sensing=_sensing(scenario, sight, not arena.place.exists or (numbered and together)),
+        sensing=_sensing(scenario, sight, numbered and together),
         radio=_radio(scenario, setting.id_bits, radio),
         strategy=_strategy(scenario, setting),
         decision=_decision(scenario, most.robots),
@@ -116,8 +116,12 @@ def _robots(
     )
 
 
-def _sensing(scenario: Scenario, squared_range: int, counts_all: bool) -> numbers.SensingParams:
+def _sensing(scenario: Scenario, squared_range: int, by_number: bool) -> numbers.SensingParams:
+    """Return the numbers of observation; ``by_number`` says that robots look through tasks by number."""
     sensing = scenario.sensing
+    ahead = sensing.view < 360
+    hides = ahead or scenario.place.exists
+    half = math.floor(sensing.view * TURN / 720 + 0.5) * (2 * math.pi / TURN)
     by_class = bool(scenario.robots.classes or scenario.tasks.classes)
     only_counts = not (by_class or scenario.strategy.knowledge)
     may_miss = sensing.miss > 0 or any(event.sensing.miss for event in scenario.events)
@@ -130,9 +134,16 @@ def _sensing(scenario: Scenario, squared_range: int, counts_all: bool) -> number
         unique=sensing.observation == "unique",
         by_class=by_class,
         only_counts=only_counts,
-        counts_all=counts_all and only_counts and not may_miss and sensing.observation == "repeated",
+        counts_all=(by_number or not hides)
+        and only_counts
+        and not may_miss
+        and sensing.observation == "repeated",
         miss=probability(sensing.miss),
         misname=probability(sensing.misname),
+        ahead=ahead,
+        hides=hides,
+        view_cosine=float(math.floor(2**30 * math.cos(half) + 0.5)),
+        view_sine=float(math.floor(2**30 * math.sin(half) + 0.5)),
     )
 
 
@@ -144,7 +155,9 @@ def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> numbers.Radi
         band=band_of(squared_range + 1, 16),
         loss=probability(radio.loss),
         id_bits=id_bits,
-        as_sight=radio.range == scenario.sensing.range and not (scenario.plan and radio.walls),
+        as_sight=radio.range == scenario.sensing.range
+        and scenario.sensing.view == 360
+        and not (scenario.plan and radio.walls),
         random_ids=radio.id_bits is not None,
         message_bits=bare_bits(scenario, id_bits),
     )

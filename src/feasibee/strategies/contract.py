@@ -132,7 +132,7 @@ class Setting(NamedTuple):
     walled: bool
     """Whether the arena has walls; otherwise it is a torus."""
     sight: float
-    """Range of sight, in units."""
+    """Range of sight, in units; with a narrow view, half the width of the strip that a moving robot sees."""
     radio: float
     """Range of the radio, in units."""
     speed: float
@@ -244,6 +244,9 @@ class Manifest:
     needs_names: bool | str = False
     """``NEEDS_NAMES``: whether all robots must name a task alike, such as by its position in a shared frame;
     or a parameter, above 0 if so."""
+    all_round: bool | str = False
+    """``ALL_ROUND``: whether robots must look all round, since what they don't see in range isn't there for
+    them; or a parameter, above 0 if so."""
     one_class: bool = False
     """``ONE_CLASS``: whether robots and tasks can't have classes."""
     needs_view: bool = False
@@ -280,11 +283,7 @@ class Manifest:
             Values of the strategy's parameters.
         """
         all_needs = {"names": self.needs_names, "ids": self.needs_ids, "count": self.needs_count}
-        return tuple(
-            name
-            for name, need in all_needs.items()
-            if (parameters[need] > 0 if isinstance(need, str) else need)
-        )
+        return tuple(name for name, need in all_needs.items() if is_there(need, parameters))
 
     @property
     def declares(self) -> bool:
@@ -300,6 +299,11 @@ class Manifest:
     def gives_probability(self) -> bool:
         """Whether robots have a probability of their own that the tasks are feasible."""
         return "probability" in self.functions
+
+
+def is_there(need: bool | str, parameters: Mapping[str, float]) -> bool:
+    """Return whether a need is there: always, never, or if the parameter that it names is above 0."""
+    return parameters[need] > 0 if isinstance(need, str) else need
 
 
 CONSTANTS: Final = {each.name.upper(): each.name for each in fields(Manifest)[1:-3]}

@@ -53,6 +53,7 @@ from feasibee.strategies.quiet_census import decide
 
 NEEDS_IDS = True
 ONE_CLASS = True
+ALL_ROUND = True
 PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "sees": 1.0, "fast": 0.0, "bounded": 0.0}
 TAU, MARGIN, RATIO, SEES, FAST, BOUNDED = 0, 1, 2, 3, 4, 5
 MEMORY = 10

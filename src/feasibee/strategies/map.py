@@ -41,6 +41,7 @@ NEEDS_IDS = "tolerates"
 NEEDS_NAMES = True
 ONE_CLASS = True
 NEEDS_VIEW = True
+ALL_ROUND = True
 PARAMETERS = {"cell": 1.0, "rows": 0.0, "tolerates": 0.0}
 MEMBERS = 31
 """Number of a set's members in a word; also most sub-cells of a cell per axis."""

@@ -42,6 +42,7 @@ BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
 ONE_CLASS = True
+ALL_ROUND = True
 PARAMETERS = {"task_timeout": 0.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates": 0.0}
 TASK_TIMEOUT, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 TASK_QUIETS, ROBOT_QUIETS = 2.0, 1.5

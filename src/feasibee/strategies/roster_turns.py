@@ -42,6 +42,7 @@ BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
 ONE_CLASS = True
+ALL_ROUND = True
 PARAMETERS = {"name_bits": 20.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates": 0.0}
 NAME_BITS, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 ROBOT_QUIETS, NEWS_QUIETS, VANISHED_QUIETS = 6, 2, 4

@@ -49,6 +49,7 @@ NEEDS_COUNT = True
 NEEDS_IDS = True
 NEEDS_NAMES = "arrivals"
 ONE_CLASS = True
+ALL_ROUND = "arrivals"
 PARAMETERS = {"arrivals": 0.0, "kappa": 1.19, "tolerates": 0.0}
 DIGITS = 6
 MOST = 63

@@ -126,7 +126,10 @@ def with_oracle(scenario: Scenario, cells_per_range: int, what: str) -> Scenario
     world = scenario.replace(
         {
             "decision.strategy": str(Path(oracle.__file__)),
-            "decision.parameters": {"cells_per_range": float(cells_per_range)},
+            "decision.parameters": {
+                "cells_per_range": float(cells_per_range),
+                "range": scenario.sensing.range,
+            },
             "decision.declare": None,
             "decision.start": "coin",
             "decision.listen": "always",
@@ -140,9 +143,9 @@ def with_oracle(scenario: Scenario, cells_per_range: int, what: str) -> Scenario
     needed = 8 * setting.robots * oracle.words(setting)
     if needed > ROOM:
         size = f"{setting.robots} robots with {oracle.cells(setting)} cells take {needed / 2**20:.0f} MiB"
-        fitting = setting.sight * math.sqrt(needed / ROOM) * 1.01
+        fitting = scenario.sensing.range * math.sqrt(needed / ROOM) * 1.01
         remedy = f"use fewer robots, a smaller arena, or a range of {fitting:.3g}"
-        problem = Problem("sensing.range", setting.sight, f"{size}, above {ROOM // 2**20}", remedy)
+        problem = Problem("sensing.range", scenario.sensing.range, f"{size}, above {ROOM // 2**20}", remedy)
         raise ScenarioError([problem])
     return world
 

@@ -15,7 +15,7 @@ never.
 import math
 
 BY_NAME = True
-PARAMETERS = {"cells_per_range": 4.0}
+PARAMETERS = {"cells_per_range": 4.0, "range": 2.0}
 MEMBERS = 31
 """Number of a set's members in a word."""
 MAP_STEP = 0
@@ -30,12 +30,12 @@ def decide(mind, inbox):
 
 def columns(setting):
     """Return the number of cells side by side."""
-    return math.ceil(setting.width * setting.parameters[0] / setting.sight)
+    return math.ceil(setting.width * setting.parameters[0] / setting.parameters[1])
 
 
 def rows(setting):
     """Return the number of cells one above the other."""
-    return math.ceil(setting.height * setting.parameters[0] / setting.sight)
+    return math.ceil(setting.height * setting.parameters[0] / setting.parameters[1])
 
 
 def cells(setting):
@@ -133,13 +133,13 @@ def look(known, me):
     setting = me.setting
     wide, high = columns(setting), rows(setting)
     width, height = setting.width / wide, setting.height / high
-    first_row = math.floor((me.y - setting.sight) / height)
-    last_row = math.floor((me.y + setting.sight) / height)
-    first_column = math.floor((me.x - setting.sight) / width)
-    last_column = math.floor((me.x + setting.sight) / width)
+    first_row = math.floor((me.y - setting.parameters[1]) / height)
+    last_row = math.floor((me.y + setting.parameters[1]) / height)
+    first_column = math.floor((me.x - setting.parameters[1]) / width)
+    last_column = math.floor((me.x + setting.parameters[1]) / width)
     for row in range(first_row, last_row + 1):
         way_y = (row + 0.5) * height - me.y
-        left = setting.sight * setting.sight - way_y * way_y
+        left = setting.parameters[1] * setting.parameters[1] - way_y * way_y
         if left >= 0.0 and (not setting.walled or 0 <= row < high):
             for column in range(first_column, last_column + 1):
                 way_x = (column + 0.5) * width - me.x

@@ -1,0 +1,71 @@
+"""What a robot sees of what is in range: not behind walls, and within its view (model.md 6.20, 6.22)."""
+
+from __future__ import annotations
+
+from numba import float64, int64, uint32
+
+from feasibee.engine.bodies import short_way
+from feasibee.engine.compile import called, inlined
+from feasibee.engine.intrinsics import bit, contains, lowest_member, place_of, without_lowest
+from feasibee.engine.layout import Heard, Link, Point, Robot, Sense
+from feasibee.engine.place import drop_cut, keep_uncut, visible_tasks
+
+
+@inlined
+def is_in_view(params, robots, i, points, k):
+    """Return whether a point is ahead of a robot, within half the angle of view."""
+    walls, sensing = params.arena.walls, params.sensing
+    x = short_way(robots[Robot.X, i], points[Point.X, k], params.arena.width, walls)
+    y = short_way(robots[Robot.Y, i], points[Point.Y, k], params.arena.height, walls)
+    u, v = int64(robots[Robot.STEP_X, i]), int64(robots[Robot.STEP_Y, i])
+    along, across = float64(u * x + v * y), float64(abs(u * y - v * x))
+    return along * sensing.view_sine >= across * sensing.view_cosine
+
+
+@called
+def drop_hidden(params, state, part, looking):
+    """Leave robots out of the sets in `Link.SIGHT` that are in range but not seen by those that look."""
+    if params.arena.place.exists:
+        drop_cut(params, state, part, int64(Sense.SIGHT), params.arena.place.sight)
+    if not params.sensing.ahead:
+        return
+    for other in range(part.first, part.last):
+        sight = state.links[Link.SIGHT, other]
+        for i in range(params.robots.count):
+            left = sight[i] & -uint32(contains(looking, i))
+            while left:
+                j = lowest_member(other, left)
+                if not is_in_view(params, state.robots, i, state.robots, j):
+                    sight[i] &= ~bit(j)
+                left = without_lowest(left)
+
+
+@called
+def seen_tasks(params, state, tasks, w, i):
+    """Return which tasks of a word, all in range of a robot, it sees."""
+    if params.arena.place.exists:
+        tasks = visible_tasks(params, state, tasks, w, state.robots[Robot.X, i], state.robots[Robot.Y, i])
+    left = tasks & -uint32(params.sensing.ahead)
+    while left:
+        task = lowest_member(w, left)
+        if not is_in_view(params, state.robots, i, state.tasks, task):
+            tasks &= ~bit(task)
+        left = without_lowest(left)
+    return tasks
+
+
+@called
+def keep_seen(params, state, points, part, queued, packed):
+    """Keep those pairs of the queue of which the first sees the second; return their number."""
+    if params.arena.place.exists:
+        queued = keep_uncut(params, state, points, part, int64(Sense.SIGHT), queued, packed)
+    if not params.sensing.ahead:
+        return queued
+    queue, kept = state.heard[part.thread], int64(0)
+    receivers, others = queue[Heard.RECEIVER], queue[Heard.SENDER]
+    for k in range(queued):
+        i, other = receivers[k], others[k]
+        seen = is_in_view(params, state.robots, int64(i), points, place_of(other) if packed else int64(other))
+        receivers[kept], others[kept] = i, other
+        kept += int64(seen)
+    return kept
