@@ -35,7 +35,7 @@ IN_C: Final = COMMON | {
 PAGE: Final = IN_C | {
     *("radio.id_bits", "robots.know_count", "units.metres", "units.seconds"),
     *("place.map", "place.walls", "place.keepout", "place.cell", "place.zones"),
-    *("robots.zone", "tasks.zone", "radio.walls"),
+    *("place.flooding", "robots.zone", "tasks.zone", "radio.walls"),
 }
 """Fields that a page simulates."""
 ARGOS: Final = IN_C | {"robots.avoid_collisions", "place.map", "place.walls", "place.cell"}
