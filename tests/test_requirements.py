@@ -25,6 +25,8 @@ FIXED = {"ziglang"}
 OWN = {"feasibee", "claims", "benchmarks", *(path.stem for path in (ROOT / "benchmarks").glob("*.py"))}
 ON_BOARDS = {"espnow", "network"}
 """Modules of MicroPython on an ESP32, which examples/micropython imports."""
+OF_IRSIM = {"shapely"}
+"""What IR-SIM brings along, which examples/irsim imports."""
 PLACES = {
     "src": [*chain(*EXTRAS.values())],
     "tests": GROUPS["test"],
@@ -58,7 +60,7 @@ def imported_by(folder):
     return {
         name: path
         for name, path in found.items()
-        if name not in sys.stdlib_module_names | local | OWN | ON_BOARDS
+        if name not in sys.stdlib_module_names | local | OWN | ON_BOARDS | OF_IRSIM
     }
 
 
