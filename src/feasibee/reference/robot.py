@@ -63,6 +63,7 @@ class Robot:
         self.joined: int = before.joined + 1 if before else 0
         self._walks: int = before._walks if before else 0
         self._turn()
+        self.heading = self.velocity
         self._names = names
         rate = self._scenario.robots.failure_rate
         self.leaves_at = step + duration(self.draw(self.joined, FAILURE), 1 / rate) if rate else None

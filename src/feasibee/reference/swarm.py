@@ -158,6 +158,8 @@ class Swarm:
         for robot, step in going.items():
             robot.velocity = step
             robot.move_to(self.world.moved(robot.place, step))
+        for robot in working:
+            robot.heading = robot.velocity  # until it turns at the end of the step (model.md 6.22.1)
         return set(working) - set(going)
 
     def sightings(self, robot: Robot) -> Iterator[tuple[Thing, int]]:
@@ -203,7 +205,7 @@ class Swarm:
     def _is_in_view(self, robot: Robot, place: Place) -> bool:
         """Return whether a place is ahead of a robot, within half the angle of view (model.md 6.22.2)."""
         cosine, sine = self._view
-        (u, v), (x, y) = robot.velocity, self.world.way(robot.place, place)
+        (u, v), (x, y) = robot.heading, self.world.way(robot.place, place)
         return float(u * x + v * y) * sine >= float(abs(u * y - v * x)) * cosine
 
     def hears(self, robot: Robot, sender: Robot) -> bool:
