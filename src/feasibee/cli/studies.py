@@ -415,10 +415,8 @@ def _with_limits(
     else:
         _print_frontier(found) if found else _print_limits(list(bounds.values()))
         if names:
-            at = f"{_step(names.median)}, 95 % {_step(names.p95)}, 99 % {_step(names.p99)}"
-            click.echo(
-                f"Nine of ten robots that take turns to look and to talk know all names by step: half {at}."
-            )
+            at = f"half {_step(names.median)}, 95 % {_step(names.p95)}, all {_step(names.slowest)}"
+            click.echo(f"Robots that take turns to look and to talk all know all names by step: {at}.")
             click.echo("For strategies that wait for the last name, set place.flooding to the last number.")
         click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
     _leave_if_stopped(stopped, found, runs)

@@ -15,7 +15,7 @@ import math
 NEVER = 2**30
 """Number of steps that stands for no end."""
 QUIET_FLOODINGS = 1.5
-"""Quiet time of a census in a place, in times of flooding: see docs/places.md."""
+"""Quiet time of a census in a place, in times of flooding."""
 TESTED = {
     "robots": (5, 200),
     "longer side of the arena per shorter side": (1, 25),

@@ -34,7 +34,7 @@ struct feasibee_setting {
     bool walled;
     double width, height, sight, radio, speed; /* in units, and units per step */
     double exploration, dissemination, mean_run; /* mean durations, in steps; mean_run: between two turns */
-    double flooding; /* in a place: step by which 99 % of swarms know all names; elsewhere 0 */
+    double flooding; /* in a place: step by which all surely know all names; elsewhere 0 */
 #endif
 };
 
