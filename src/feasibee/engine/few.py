@@ -68,7 +68,7 @@ from feasibee.engine.sensing import (
     observe_tasks,
     pack_place,
 )
-from feasibee.engine.view import drop_hidden, seen_tasks
+from feasibee.engine.view import drop_hidden, may_hide, seen_tasks
 from feasibee.model.purposes import LOSS, MISS_ROBOT, MISS_TASK, PAIR
 
 
@@ -212,10 +212,10 @@ def observe_neighbours(params, state, functions, part, i):
 def observe_numbered(params, state, functions, part, i):
     """Observe the tasks in sight of a robot, 32 at a time by number; return how many count."""
     x, y = state.robots[Robot.X, i], state.robots[Robot.Y, i]
-    total = int64(0)
+    total, hides = int64(0), params.sensing.hides and may_hide(params, state, i)
     for w in range(-(-params.tasks.count // WORD)):
         seen = tasks_near(params, state, w, x, y)
-        if params.sensing.hides and seen:
+        if hides and seen:
             seen = seen_tasks(params, state, seen, w, i)
         if params.sensing.counts_all:
             total += popcount(seen)

@@ -219,10 +219,8 @@ def drop_listed_cut(params, state, links, pairs, listed, sense):
 @called
 def visible_tasks(params, state, tasks, w, x, y):
     """Return which tasks of a word, all in range of a position, aren't hidden by walls."""
-    ground, place = state.tables.ground, params.arena.place
+    ground = state.tables.ground
     x, y = int64(uint32(x)), int64(uint32(y))
-    if is_in_the_open(place, ground, x, y, place.sight):
-        return tasks
     left = tasks
     while left:
         task = lowest_member(w, left)

@@ -8,7 +8,7 @@ from feasibee.engine.bodies import short_way
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.intrinsics import bit, contains, lowest_member, place_of, without_lowest
 from feasibee.engine.layout import Heard, Link, Point, Robot, Sense
-from feasibee.engine.place import drop_cut, keep_uncut, visible_tasks
+from feasibee.engine.place import drop_cut, is_in_the_open, keep_uncut, position, visible_tasks
 
 
 @inlined
@@ -38,6 +38,14 @@ def drop_hidden(params, state, part, looking):
                 if not is_in_view(params, state.robots, i, state.robots, j):
                     sight[i] &= ~bit(j)
                 left = without_lowest(left)
+
+
+@inlined
+def may_hide(params, state, i):
+    """Return whether some of what is in range of a robot may not be seen: not in the open, looking all around."""
+    place = params.arena.place
+    x, y = position(state.robots, i)
+    return params.sensing.ahead or not is_in_the_open(place, state.tables.ground, x, y, place.sight)
 
 
 @called
