@@ -42,7 +42,7 @@ def drop_hidden(params, state, part, looking):
 
 @inlined
 def may_hide(params, state, i):
-    """Return whether some of what is in range of a robot may not be seen: not in the open, looking all around."""
+    """Return whether a robot may not see all that is in range: walls are near, or it looks ahead only."""
     place = params.arena.place
     x, y = position(state.robots, i)
     return params.sensing.ahead or not is_in_the_open(place, state.tables.ground, x, y, place.sight)
