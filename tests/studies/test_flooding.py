@@ -133,14 +133,14 @@ def test_studies_add_the_time_of_flooding():
 
 def test_map_needs_places_without_walls():
     using = {"decision.strategy": "map", "robots.know_count": True}
-    with pytest.raises(ScenarioError, match=r"map takes all in range as seen.*; choose quiet-census"):
+    with pytest.raises(ScenarioError, match=r"map concludes from what it doesn't see.*; choose quiet-census"):
         place(**using)
     free = {
         "place.walls": [],
         "place.keepout": None,
         "place.zones": {"all": [rectangle(0.0, 0.0, 12.0, 12.0)]},
     }
-    assert place(**free, **using).strategy.needs_view
+    assert place(**free, **using).strategy.all_round
 
 
 def test_compare_says_the_time_of_flooding(tmp_path, monkeypatch):

@@ -335,6 +335,10 @@ def _overlaps(points: Any, diameter: float, torus: tuple[float, float] | None) -
         cells.setdefault((column, row), []).append(i)
 
 
+def _hides(scenario: Sections) -> bool:
+    return bool(scenario.place.map or scenario.place.walls)
+
+
 # --- Memory ---
 
 
@@ -428,8 +432,8 @@ RULES: Final[tuple[Rule, ...]] = (
     *both(_one_class),
     never(
         "place.walls",
-        lambda s: s.manifest.needs_view and (s.place.map or s.place.walls),
-        "{strategy} takes all in range as seen, but walls hide things",
+        lambda s: _hides(s) and is_there(s.manifest.all_round, s.decision.parameters),
+        "{strategy} concludes from what it doesn't see in range, but walls hide things",
         "choose quiet-census or turns, or give the obstacles as place.keepout",
         "walls",
     ),

@@ -245,12 +245,10 @@ class Manifest:
     """``NEEDS_NAMES``: whether all robots must name a task alike, such as by its position in a shared frame;
     or a parameter, above 0 if so."""
     all_round: bool | str = False
-    """``ALL_ROUND``: whether robots must look all round, since what they don't see in range isn't there for
-    them; or a parameter, above 0 if so."""
+    """``ALL_ROUND``: whether robots must look all round, without walls in between, since what they don't see in
+    range isn't there for them; or a parameter, above 0 if so."""
     one_class: bool = False
     """``ONE_CLASS``: whether robots and tasks can't have classes."""
-    needs_view: bool = False
-    """``NEEDS_VIEW``: whether robots take all that is in range as seen, so that no wall may hide anything."""
     functions: frozenset[str] = frozenset()
     """The functions of `ARGUMENTS` that the file defines."""
     source: str = ""

@@ -40,7 +40,6 @@ NEEDS_COUNT = True
 NEEDS_IDS = "tolerates"
 NEEDS_NAMES = True
 ONE_CLASS = True
-NEEDS_VIEW = True
 ALL_ROUND = True
 PARAMETERS = {"cell": 1.0, "rows": 0.0, "tolerates": 0.0}
 MEMBERS = 31
