@@ -245,8 +245,8 @@ class Manifest:
     """``NEEDS_NAMES``: whether all robots must name a task alike, such as by its position in a shared frame;
     or a parameter, above 0 if so."""
     all_round: bool | str = False
-    """``ALL_ROUND``: whether robots must look all round, without walls in between, since what they don't see in
-    range isn't there for them; or a parameter, above 0 if so."""
+    """``ALL_ROUND``: whether robots must see all that is in range: what they don't see isn't there for them.
+    Or a parameter, above 0 if so."""
     one_class: bool = False
     """``ONE_CLASS``: whether robots and tasks can't have classes."""
     functions: frozenset[str] = frozenset()
