@@ -90,6 +90,12 @@ def test_robots_know_their_number_where_they_must(own):
     assert knows(SHORT.replace({"robots.know_count": True}), own)
 
 
+def test_contenders_that_a_place_rejects_are_left_out():
+    place = {"walls": [[[9.9, 0.0], [10.1, 0.0], [10.1, 9.0]]]}
+    names = speakers(Scenario(arena={"boundary": "walls"}, place=place))
+    assert set(speakers(Scenario())) - set(names) == {"map"}
+
+
 def test_the_default_contenders_fit_the_paper():
     scenarios = speakers(Scenario())
     assert list(scenarios) == [name for name, _ in CONTENDERS]

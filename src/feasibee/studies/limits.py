@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from threading import local
@@ -20,6 +21,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.errors import ScenarioError
 from feasibee.figures.limits import Panel, Word, draw_frontier, draw_limits
 from feasibee.figures.style import save_both
 from feasibee.files import write_table
@@ -306,6 +308,7 @@ def speakers(scenario: Scenario, strategies: Sequence[str] = ()) -> dict[str, Sc
         What all contenders have in common.
     strategies : sequence of str
         Names or files, each with its default parameters; by default `CONTENDERS`.
+        Of these, the ones that the scenario rejects are left out.
 
     Raises
     ------
@@ -315,7 +318,13 @@ def speakers(scenario: Scenario, strategies: Sequence[str] = ()) -> dict[str, Sc
     names = [Path(name).name for name in strategies]
     check_distinct(names)
     named = [(name, _using(given)) for name, given in zip(names, strategies, strict=True)]
-    return {name: _speaker(scenario, changes) for name, changes in named or CONTENDERS}
+    if named:
+        return {name: _speaker(scenario, changes) for name, changes in named}
+    found = {}
+    for name, changes in CONTENDERS:
+        with suppress(ScenarioError):  # such as map, behind walls
+            found[name] = _speaker(scenario, changes)
+    return found
 
 
 def _speaker(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:

@@ -1,0 +1,142 @@
+"""Measure how often robots declare wrongly in rooms, and how soon names flood them, for docs/places.md."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+
+from feasibee import Scenario, simulate
+from feasibee.results.measures import declarations
+from feasibee.studies.flooding import flooding
+from feasibee.studies.rooms import splits_of
+
+Polygon = list[list[float]]
+RUNS = {"quiet-census": 1000, "turns": 400}
+SEED = 5
+SPLIT = ("2 rooms, door 1", "8 rooms on a corridor, doors 1")
+SPLIT_RUNS = 200
+
+
+def box(left: float, low: float, right: float, top: float) -> Polygon:
+    """Return a rectangle."""
+    return [[left, low], [right, low], [right, top], [left, top]]
+
+
+def wall(
+    at: float, ends: tuple[float, float], doors: list[float], width: float, upright: bool
+) -> list[Polygon]:
+    """Return a wall 0.2 thick with doors around some centres."""
+    edges = [ends[0], *(each + half for each in doors for half in (-width / 2, width / 2)), ends[1]]
+    parts = zip(edges[::2], edges[1::2], strict=True)
+    found = [box(at - 0.1, low, at + 0.1, top) for low, top in parts]
+    return found if upright else [[[y, x] for x, y in each] for each in found]
+
+
+def four(width: float) -> list[Polygon]:
+    """Return four rooms, each with doors to two others."""
+    return [part for upright in (True, False) for part in wall(10, (0, 20), [5, 15], width, upright)]
+
+
+def eight(width: float) -> list[Polygon]:
+    """Return eight rooms on a corridor 3 units wide."""
+    found = [part for y in (8.5, 11.5) for part in wall(y, (0, 20), [2.5, 7.5, 12.5, 17.5], width, False)]
+    return found + [box(x - 0.1, low, x + 0.1, low + 8.5) for x in (5, 10, 15) for low in (0, 11.5)]
+
+
+def obstacles(seed: int, number: int, least: float, most: float) -> list[Polygon]:
+    """Return obstacles of random sizes at random places."""
+    random, found = np.random.default_rng(seed), []
+    for _ in range(number):
+        width, height = (round(float(each), 2) for each in random.uniform(least, most, 2))
+        x, y = (round(float(random.uniform(0, 20 - side)), 2) for side in (width, height))
+        found.append(box(x, y, round(x + width, 2), round(y + height, 2)))
+    return found
+
+
+def drawn(random: np.random.Generator, area: tuple[float, float, float, float], depth: int) -> list[Polygon]:
+    """Return walls that halve an area again and again, each with a door of 1 to 2.5 units at random."""
+    left, low, right, top = area
+    wide, high = right - left, top - low
+    if depth == 0 or max(wide, high) < 7:
+        return []
+    upright, width = wide >= high, round(float(random.uniform(1, 2.5)), 1)
+    start, longer, ends = (left, wide, (low, top)) if upright else (low, high, (left, right))
+    at = round(start + longer * float(random.uniform(0.35, 0.65)), 1)
+    door = round(float(random.uniform(ends[0] + width / 2 + 0.3, ends[1] - width / 2 - 0.3)), 1)
+    first = (left, low, at, top) if upright else (left, low, right, at)
+    second = (at, low, right, top) if upright else (left, at, right, top)
+    own = wall(at, ends, [door], width, upright)
+    return own + drawn(random, first, depth - 1) + drawn(random, second, depth - 1)
+
+
+SHELVES = [
+    box(2.5 + 4.2 * j, 2.5 + 5.8 * i, 3.5 + 4.2 * j, 5.9 + 5.8 * i) for i in range(3) for j in range(4)
+]
+DRAWN = [((20, 20), 1), ((20, 20), 2), ((20, 20), 3), ((30, 13), 2), ((30, 13), 3), ((25, 16), 3)]
+PLACES: dict[str, tuple[list[Polygon], tuple[float, float]]] = {
+    "hall": ([], (20, 20)),
+    **{f"2 rooms, door {width:g}": (wall(10, (0, 20), [10], width, True), (20, 20)) for width in (4, 2, 1)},
+    **{f"4 rooms, doors {width:g}": (four(width), (20, 20)) for width in (2, 1)},
+    **{f"8 rooms on a corridor, doors {width:g}": (eight(width), (20, 20)) for width in (2, 1)},
+    "corridor of 100 by 4": ([], (100, 4)),
+    "12 shelves": (SHELVES, (20, 20)),
+    "40 obstacles": (obstacles(1, 40, 0.5, 2), (20, 20)),
+    **{
+        f"drawn rooms {k}": (drawn(np.random.default_rng(100 + k), (0, 0, *size), depth), size)
+        for k, (size, depth) in enumerate(DRAWN, start=1)
+    },
+    "25 large obstacles": (obstacles(7, 25, 1, 3), (20, 20)),
+    "80 small obstacles": (obstacles(8, 80, 0.3, 1.2), (20, 20)),
+}
+
+
+def scenario_in(walls: list[Polygon], size: tuple[float, float]) -> Scenario:
+    """Return 20 robots and 21 tasks in a place."""
+    return Scenario(
+        arena={"side": list(map(float, size)), "boundary": "walls"},
+        place={"walls": walls} if walls else {"zones": {"all": [box(0, 0, *size)]}},
+        robots={"diameter": 0.5, "avoid_collisions": True, "contact": "deflect", "know_count": True},
+        tasks={"count": 21},
+        run={"stop_at_declarations": True},
+    )
+
+
+def splits() -> list[dict[str, object]]:
+    """Return how swarms split into rooms, by place and change."""
+    found: list[dict[str, object]] = []
+    for name in SPLIT:
+        changes = {"decision.strategy": "dmmd", "tasks.count": 16, "run.steps": 500}
+        world = scenario_in(*PLACES[name]).replace({**changes, "run.stop_at_declarations": False})
+        for change, each in splits_of(world, SEED, SPLIT_RUNS).items():
+            shown = {"split": each.split.estimate, "low": each.split.low, "high": each.split.high}
+            found.append({"place": name, "change": change or "as it is", "passages": each.passages, **shown})
+    return found
+
+
+def main() -> None:
+    """Print the measures of each place."""
+    rows = []
+    for name, (walls, size) in PLACES.items():
+        scenario = scenario_in(walls, size)
+        times = flooding(scenario)
+        found: dict[str, object] = {"place": name, **times._asdict()}
+        for strategy, runs in RUNS.items():
+            last = 10 * (times.slowest or 2000)
+            one = scenario.replace(
+                {"decision.strategy": strategy, "place.flooding": times.slowest, "run.steps": last}
+            )
+            told = declarations(simulate(one, runs, seed=SEED), one)
+            assert told is not None
+            said = {"wrong": told.wrong.estimate, "high": told.wrong.high}
+            found[strategy.replace("-", "_")] = {
+                **said,
+                "median": told.step_90.median,
+                "p95": told.step_90.p95,
+            }
+        rows.append(found)
+    print(json.dumps({"rows": rows, "splits": splits()}, indent=2))
+
+
+if __name__ == "__main__":
+    main()
