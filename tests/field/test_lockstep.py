@@ -12,6 +12,7 @@ from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 from feasibee.scenario.plugins import strategy_of
 from feasibee.strategies import STRATEGIES
+from tests.places import rooms
 from tests.robot.driving import needs
 
 
@@ -86,6 +87,15 @@ WORLDS = {
         "run.stop_at_decision": False,
     },
     "robots that see what is ahead": {"sensing.view": 120.0},
+    "two rooms": {
+        "arena.boundary": "walls",
+        "place.walls": rooms(2.0, 8.0),
+        "place.flooding": 20,
+        "radio.walls": 0.6,
+        "robots.know_count": True,
+        "decision.strategy": "quiet-census",
+        "run.stop_at_decision": False,
+    },
     "tasks under wrong names": {
         "decision.strategy": "quiet-census",
         "robots.know_count": True,
