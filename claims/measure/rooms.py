@@ -129,7 +129,7 @@ def splits() -> list[dict[str, object]]:
 
 
 def worst() -> dict[str, float]:
-    """Return the largest share of swarms of quiet-census that declare wrongly in a fresh place, and its limit."""
+    """Return the largest share of swarms that declare wrongly in a fresh place, and its upper limit."""
     found = []
     for walls, size in fresh().values():
         scenario = scenario_in(walls, size)
