@@ -14,7 +14,7 @@ from feasibee.engine.crowd import queue_near
 from feasibee.engine.intrinsics import bit_if, contains, has_bit, lowest_member, place_of, without_lowest
 from feasibee.engine.layout import HEARD_ROOM, WORD, Heard, Robot, Set
 from feasibee.engine.motion import move_freely, shortened
-from feasibee.engine.place import find_blocked_by_place, find_place_beside, find_still_blocked
+from feasibee.engine.place import find_blocked_by_place, find_place_beside
 from feasibee.engine.team import wait_for_all
 
 SURELY = 1e-14
@@ -72,7 +72,7 @@ def find_blocked(params, state, part, w, tried, at_first):
     Another robot moves, or may stay: ``at_first`` any, later the blocked ones.
     """
     limit = params.robots.meet_limit
-    found, found_left, found_right = find_beyond_walls(params, state, w) & tried, uint32(0), uint32(0)
+    found, found_left, found_right = find_beyond_walls(params, state, tried, w), uint32(0), uint32(0)
     if not params.robots.avoid_collisions:
         return found, found_left, found_right
     queued, left = int64(0), tried
@@ -184,19 +184,11 @@ def around(coordinate, side):
 
 
 @inlined
-def find_beyond_walls(params, state, w):
-    """Return the set of robots of a word whose step walls block."""
+def find_beyond_walls(params, state, tried, w):
+    """Return which robots of a set in a word have steps that walls block."""
     if params.arena.place.exists:
-        return find_blocked_by_place(params, state.tables.ground, state.robots, w)
-    return find_beyond_edges(params, state.robots, w)
-
-
-@inlined
-def find_still_beyond_walls(params, state, blocked, w):
-    """Return which blocked robots of a word, which have turned away, walls still block."""
-    if params.arena.place.exists:
-        return find_still_blocked(params, state.tables.ground, state.robots, blocked, w)
-    return find_beyond_edges(params, state.robots, w)
+        return find_blocked_by_place(params, state.tables.ground, state.robots, tried, w)
+    return uint32(find_beyond_edges(params, state.robots, w) & tried)
 
 
 @inlined

@@ -16,7 +16,6 @@ from feasibee.engine.bodies import (
     TOGETHER,
     around,
     find_beyond_walls,
-    find_still_beyond_walls,
     find_walls_beside,
     meets,
     meets_exactly,
@@ -399,7 +398,8 @@ def find_standing(params, state, part):
     find_meeting(params, robots, sets, pairs, listed, True)
     some = uint32(0)
     for w in range(part.first, part.last):
-        blocked = uint32(sets[Set.MET, w] | find_beyond_walls(params, state, w)) & sets[Set.WORKING, w]
+        working = sets[Set.WORKING, w]
+        blocked = uint32(sets[Set.MET, w] & working) | find_beyond_walls(params, state, working, w)
         sets[Set.BLOCKED, w] = blocked
         some |= blocked
     if params.robots.deflects and some:
@@ -556,7 +556,7 @@ def deflect_few(params, state, pairs, listed, part):
         some = uint32(0)
         for w in range(part.first, part.last):
             blocked = sets[Set.BLOCKED, w]
-            sets[Set.BLOCKED, w] &= sets[Set.MET, w] | find_still_beyond_walls(params, state, blocked, w)
+            sets[Set.BLOCKED, w] &= sets[Set.MET, w] | find_beyond_walls(params, state, blocked, w)
             some |= sets[Set.BLOCKED, w]
         if some == 0:
             break

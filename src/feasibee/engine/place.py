@@ -49,27 +49,14 @@ def passable_ends(place, ground, x, y, u, v):
 
 
 @called
-def find_blocked_by_place(params, ground, robots, w):
-    """Return the set of robots of a word whose steps the place blocks."""
-    xs, ys = robots[Robot.X], robots[Robot.Y]
-    steps_x, steps_y = robots[Robot.STEP_X], robots[Robot.STEP_Y]
-    place, found, base = params.arena.place, uint32(0), uint64(WORD * w)
-    for k in range(32):
-        i = uint64(base + k)
-        ends = passable_ends(place, ground, xs[i], ys[i], steps_x[i], steps_y[i])
-        found |= bit_if(ends < 4, k)
-    return found
-
-
-@called
-def find_still_blocked(params, ground, robots, blocked, w):
-    """Return which robots of a set in a word the place still blocks."""
+def find_blocked_by_place(params, ground, robots, tried, w):
+    """Return which robots of a set in a word have steps that the place blocks."""
     found = uint32(0)
-    while blocked:
-        i = lowest_member(w, blocked)
+    while tried:
+        i = lowest_member(w, tried)
         x, y, u, v = robots[Robot.X, i], robots[Robot.Y, i], robots[Robot.STEP_X, i], robots[Robot.STEP_Y, i]
         found |= bit_if(passable_ends(params.arena.place, ground, x, y, u, v) < 4, i)
-        blocked = without_lowest(blocked)
+        tried = without_lowest(tried)
     return found
 
 

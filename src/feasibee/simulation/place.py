@@ -16,6 +16,7 @@ from feasibee.scenario.bitmaps import Cells
 from feasibee.scenario.ground import Ground as Surface
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.sections import Most
 
 FARTHEST = 255
 """Largest distance that a byte holds."""
@@ -35,7 +36,6 @@ def params_of(scenario: Scenario) -> PlaceParams:
     )
 
 
-@lru_cache(maxsize=4)
 def tables_of(scenario: Scenario) -> Ground:
     """Return the arrays of a scenario's place; empty ones if it has none."""
     surface = ground_of(scenario)
@@ -52,11 +52,18 @@ def tables_of(scenario: Scenario) -> Ground:
     radio, walls = exact(scenario.radio.range), exact(scenario.radio.walls)
     sight = [exact(scenario.sensing.range), *[None] * MOST_WALLS]
     ranges = [*sight, *(radio * walls**k if walls or k == 0 else None for k in range(MOST_WALLS + 1))]
+    limits = np.array([_limit(each, surface.plan.unit) for each in ranges], np.uint64)
+    return _tables(surface, scenario.most, scenario.robots.avoid_collisions)._replace(limits=limits)
+
+
+@lru_cache(maxsize=4)
+def _tables(surface: Surface, most: Most, avoid_collisions: bool) -> Ground:
+    """Return the arrays of a place that don't depend on ranges."""
     return Ground(
         passable=_words(surface.passable),
         open_around=_open_around(surface),
-        limits=np.array([_limit(each, surface.plan.unit) for each in ranges], np.uint64),
-        **_stands(scenario, surface),
+        limits=np.zeros(0, np.uint64),
+        **_stands(surface, most, avoid_collisions),
     )
 
 
@@ -71,18 +78,18 @@ def _words(cells: Cells) -> NDArray[np.uint32]:
     return np.packbits(padded, axis=1, bitorder="little").view("<u4").astype(np.uint32).ravel()
 
 
-def _stands(scenario: Scenario, surface: Surface) -> dict[str, Int32s]:
+def _stands(surface: Surface, most: Most, avoid_collisions: bool) -> dict[str, Int32s]:
     """Return where robots and tasks are placed; those beyond the start are where the first robot is."""
-    counts, rows, before = scenario.most, [], 0
+    rows, before = [], 0
     own, others = surface.robots, surface.tasks
-    for each, count in ((own, counts.robots), (others, counts.tasks)):
+    for each, count in ((own, most.robots), (others, most.tasks)):
         pieces = np.full(count, own.piece[0])
         pieces[: len(each.piece)] = each.piece
         first = each.first[pieces]
         rows.append(np.stack([first + before, each.first[pieces + 1] - first], axis=1))
         before += len(each.cells)
-    lattice, numbers = np.zeros((counts.robots, 2), np.int32), own.piece
-    for piece, (xs, ys) in enumerate(surface.lattice if scenario.robots.avoid_collisions else (), start=1):
+    lattice, numbers = np.zeros((most.robots, 2), np.int32), own.piece
+    for piece, (xs, ys) in enumerate(surface.lattice if avoid_collisions else (), start=1):
         members = np.flatnonzero(numbers == piece)
         if len(members) and len(xs):
             sites = np.arange(len(members)) * len(xs) // len(members)
