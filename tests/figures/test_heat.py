@@ -70,6 +70,7 @@ def test_stopped_robots_are_there_and_see_nothing():
     assert sorted(value_at(heat, heat.sightings, each, each) for each in (5.0, 15.0)) == [0, 1]
 
 
+@pytest.mark.slow
 def test_opinions_are_shares_of_those_who_hold_one():
     scenario = Scenario(decision={"strategy": "cross-inhibition"}, robots={"count": 200})
     heat = heat_of(scenario, runs=1, seed=1, steps=(40, 40))

@@ -74,6 +74,7 @@ def test_runs_in_generated_places_equal_the_engines(play):
     compare(play, runs)
 
 
+@pytest.mark.slow
 def test_runs_in_generated_places_equal_the_references(play):
     draw = np.random.default_rng(29)
     runs = [(each, 5, k) for k, each in enumerate(scenarios(draw, 12, 40, [0.5], [(10.0, 7.5)]))]

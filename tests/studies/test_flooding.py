@@ -40,6 +40,7 @@ def place(door=1.0, side=12.0, **changes):
     return Scenario().replace({**world, **BODIES, "robots.count": 8, "tasks.count": 9, **changes})
 
 
+@pytest.mark.slow
 def test_robots_that_see_and_hear_all_know_all_names_at_once():
     world = place(**{"sensing.range": 30.0, "arena.side": 4.0, "place.walls": [], "robots.count": 2})
     world = world.replace({"place.zones": {"all": [rectangle(0.0, 0.0, 4.0, 4.0)]}})
@@ -63,7 +64,8 @@ def test_strategy_tasks_and_length_of_a_run_change_no_flooding(changes):
     assert flooding(place(**changes)) == flooding(place())
 
 
-def test_the_time_is_a_quantile_of_when_nine_in_ten_know_all():
+@pytest.mark.slow
+def test_the_times_are_those_by_which_all_robots_know_all_names():
     world, last = module._world_of(place()), []
     for run in range(RUNS):
         swarm = Repeated(world, module.SEED, run)

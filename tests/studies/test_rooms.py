@@ -70,6 +70,7 @@ def test_what_may_help_depends_on_the_place():
     assert changes_of_place(Scenario()) == {}
 
 
+@pytest.mark.slow
 def test_a_narrow_door_splits_swarms_and_a_wide_one_less():
     found = splits_of(world(rooms(1.0)), seed=1, runs=40)
     own, wider = found[""], found["doors wider by 1"]
