@@ -89,10 +89,15 @@ def _rule(schema: dict[str, Any]) -> str:
     if kind == "array":
         if schema.get("minItems") == schema.get("maxItems") == 2:
             return "two such numbers, `[width, height]`"
+        if "items" not in schema:
+            return "polygons"
         if schema["items"].get("type") == "array":
-            return "a list of pairs `[x, y]`"
+            pairs = "a list of pairs `[x, y]`"
+            return pairs if "prefixItems" in schema["items"] else f"a list of polygons, each {pairs}"
         most = f" of {schema['maxItems']} at most" if "maxItems" in schema else ""
         return f"a list{most}, each {_rule(schema['items'])}"
+    if kind == "object" and "additionalProperties" not in schema:
+        return "the cells of such a map"
     if kind == "object":
         name, values = schema.get("propertyNames", {}).get("const"), _rule(schema["additionalProperties"])
         return f"`{{...}}` with {name} = {values}" if name else f"a table of names, each with {values}"
