@@ -91,18 +91,12 @@ def assert_same_way(scenario, seed):
         assert swarm.truth == reference.truth
 
 
-@pytest.mark.parametrize("seed", range(12))
+FURTHER = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(100, 140)]
+
+
+@pytest.mark.parametrize("seed", [*range(12), *FURTHER])
 def test_engine_and_reference(seed):
     """Few robots in random places have the same runs, bit for bit."""
-    scenario = places(seed, [3, 20, 45])
-    assert_equal(scenario, seed)
-    assert_same_way(scenario, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(100, 140))
-def test_engine_and_reference_further(seed):
-    """More of the same."""
     scenario = places(seed, [3, 20, 45])
     assert_equal(scenario, seed)
     assert_same_way(scenario, seed)

@@ -13,7 +13,7 @@ from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.reference.robot import Robot, steps_of
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot.controller import Message
-from feasibee.scenario.feasibility import explain_kinds
+from feasibee.scenario.feasibility import explain_kinds, kinds_of
 from feasibee.scenario.fields import Robots, Tasks
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -450,14 +450,9 @@ class Operator:
 
 def _kinds(section: Robots | Tasks, most: int, purpose: int, world: World) -> list[int]:
     """Return the class of each number; beyond those of the start, that of one drawn from them."""
-    kinds = [i for i, count in enumerate(_counts(section)) for _ in range(count)]
+    kinds = kinds_of(section)
     drawn = (world.draw(number, 0, purpose)[0] for number in range(len(kinds), most))
     return kinds + [kinds[choose(word, len(kinds))] if kinds else 0 for word in drawn]
-
-
-def _counts(section: Robots | Tasks) -> list[int]:
-    """Return the numbers of the start by class, or all if there are no classes."""
-    return [each.count for each in section.classes] or [section.count]
 
 
 def _faults(scenario: Scenario, draw: Callable[[int], int]) -> list[str]:

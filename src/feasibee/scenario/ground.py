@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -15,6 +15,7 @@ from feasibee.model.codes import exact
 from feasibee.scenario.bitmaps import Cells
 from feasibee.scenario.fields import Place, Placed, Point
 from feasibee.scenario.plan import Plan, plan_of
+from feasibee.scenario.raster import spread
 
 if TYPE_CHECKING:
     from feasibee.scenario.sections import Sections
@@ -54,7 +55,7 @@ class Ground:
         pieces = np.concatenate([self.robots.piece, self.tasks.piece])
         return bool((pieces == pieces[0]).all())
 
-    @property
+    @cached_property
     def lattice(self) -> list[tuple[Numbers, Numbers]]:
         """The x and y of the sites of each piece, from piece 1 on, in fixed point (model.md 6.20.8)."""
         cells = self.robots.cells
@@ -114,14 +115,17 @@ def _surface(
     radius = math.ceil(exact(bodies[0]) / plan.unit / 2)
     most = (_least(bodies, plan, radius) - 1) // (64 * 4**plan.bits)
     passable = ~grown(plan.walls | plan.keepout, most)
-    step = math.ceil(exact(bodies[1]) / plan.unit) + SLACK
-    return plan, radius, passable, connected(passable, step**2 // (16 * 4**plan.bits))
+    return plan, radius, passable, connected(passable, _step(bodies, plan) ** 2 // (16 * 4**plan.bits))
+
+
+def _step(bodies: tuple[float, float], plan: Plan) -> int:
+    """Return a length that no step exceeds, in units of fixed point."""
+    return math.ceil(exact(bodies[1]) / plan.unit) + SLACK
 
 
 def _least(bodies: tuple[float, float], plan: Plan, radius: int) -> int:
     """Return 64 times the square of the least distance from a wall (model.md 6.20.3)."""
-    step = math.ceil(exact(bodies[1]) / plan.unit) + SLACK
-    return int(64 * radius**2 + step**2)
+    return int(64 * radius**2 + _step(bodies, plan) ** 2)
 
 
 def cells_at(plan: Plan, points: Sequence[Point]) -> list[int]:
@@ -168,7 +172,8 @@ def connected(passable: Cells, most: int) -> NDArray[np.int32]:
     # A run touches those of the next row that begin before its end and end after its begin, corners included.
     low = np.searchsorted(ends, starts + width, side="left")
     high = np.searchsorted(starts, ends + width, side="right")
-    names = joined(len(starts), *_pairs(low, high))
+    below, above = spread(low, high)
+    names = joined(len(starts), above, below)
     pieces = np.zeros((rows, columns), np.int32)
     pieces[passable] = np.repeat(names, ends - starts) + 1
     if most == 0 or not names.any():
@@ -176,13 +181,6 @@ def connected(passable: Cells, most: int) -> NDArray[np.int32]:
     first, second = _leaps(pieces, most)
     merged = joined(int(names.max()) + 1, first - 1, second - 1)
     return np.concatenate([[0], merged + 1]).astype(np.int32)[pieces]
-
-
-def _pairs(low: Numbers, high: Numbers) -> tuple[Numbers, Numbers]:
-    """Return each number with all those from its ``low`` to its ``high`` (excluded)."""
-    counts = np.maximum(high - low, 0)
-    first = np.repeat(np.arange(len(low)), counts)
-    return first, np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts) + low[first]
 
 
 def _leaps(pieces: NDArray[np.int32], most: int) -> tuple[Numbers, Numbers]:

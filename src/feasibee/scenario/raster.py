@@ -107,7 +107,7 @@ def _within(value: Any, most: int) -> Any:
     return np.minimum(np.maximum(value, 0), most).astype(np.int64)
 
 
-def _spread(first: Any, last: Any) -> tuple[Any, Any]:
+def spread(first: Any, last: Any) -> tuple[Any, Any]:
     """Return each whole number of some ranges, and the index of its range."""
     lengths = np.maximum(last - first, 0)
     index = np.repeat(np.arange(len(lengths)), lengths)
@@ -119,7 +119,7 @@ def _pieces(edges: _Edges, first: Any, last: Any) -> Iterator[tuple[Any, _Edges]
     """Yield a row and an edge for each row from ``first`` to below ``last`` of each edge."""
     for start in range(0, len(first), _CHUNK):
         some = slice(start, start + _CHUNK)
-        rows, index = _spread(first[some], last[some])
+        rows, index = spread(first[some], last[some])
         yield rows, edges.of(some).of(index)
 
 
@@ -165,5 +165,5 @@ def _flat_rows(flat: _Edges) -> tuple[Any, Any]:
 def _close(cells: Cells, rows: Any, low: Any, high: Any) -> None:
     """Close the cells of each row from column ``low`` to below ``high``."""
     width = cells.shape[1]
-    columns, index = _spread(_within(low, width), _within(high, width))
+    columns, index = spread(_within(low, width), _within(high, width))
     cells[rows[index], columns] = True

@@ -15,6 +15,7 @@ from feasibee.model.codes import MOST_WALLS, exact
 from feasibee.scenario.bitmaps import Cells
 from feasibee.scenario.ground import Ground as Surface
 from feasibee.scenario.ground import ground_of
+from feasibee.scenario.plan import Plan
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import Most
 
@@ -61,7 +62,7 @@ def _tables(surface: Surface, most: Most, avoid_collisions: bool) -> Ground:
     """Return the arrays of a place that don't depend on ranges."""
     return Ground(
         passable=_words(surface.passable),
-        open_around=_open_around(surface),
+        open_around=_open_around(surface.plan),
         limits=np.zeros(0, np.uint64),
         **_stands(surface, most, avoid_collisions),
     )
@@ -101,17 +102,14 @@ def _stands(surface: Surface, most: Most, avoid_collisions: bool) -> dict[str, I
     }
 
 
-def _open_around(surface: Surface) -> NDArray[np.uint8]:
-    """Return each cell's distance to the nearest wall, in cells, the larger one along both axes."""
-    return _distances(surface.plan.walls.tobytes(), surface.plan.walls.shape)
-
-
 @lru_cache(maxsize=4)
-def _distances(walls: bytes, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return the distances: those in a row, and at most one more than in the row before; down, then up."""
-    closed = np.frombuffer(walls, np.bool_).reshape(shape)
-    found = np.where(closed, 0, FARTHEST).astype(np.int16)
-    places = np.arange(shape[1], dtype=np.int16)
+def _open_around(plan: Plan) -> NDArray[np.uint8]:
+    """Return each cell's distance to the nearest wall, in cells, the larger one along both axes.
+
+    That is the distance in its row, and at most one more than in the row before: first down, then up.
+    """
+    found = np.where(plan.walls, 0, FARTHEST).astype(np.int16)
+    places = np.arange(found.shape[1], dtype=np.int16)
     for order in (slice(None), slice(None, None, -1)):
         before = None
         for row in found[order]:

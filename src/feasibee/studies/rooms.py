@@ -144,10 +144,10 @@ def widened(scenario: Scenario) -> dict[str, Any] | None:
     cells = float(
         exact(scenario.robots.diameter / 2 + scenario.robots.speed / 8 + WIDER / 2) / ground.plan.cell
     )
-    inner = np.pad(doors, math.ceil(cells) + 2)
-    pad = math.ceil(cells) + 2
-    around = grown(inner, math.ceil(cells**2))[pad:-pad, pad:-pad]
-    return {"cell": float(ground.plan.cell), "image": image_of(ground.plan.walls & ~around)}
+    return {
+        "cell": float(ground.plan.cell),
+        "image": image_of(ground.plan.walls & ~_grown(doors, cells)),
+    }
 
 
 def _grown(cells: Cells, reach: float) -> Cells:
