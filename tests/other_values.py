@@ -52,6 +52,8 @@ OTHER_VALUES = {
     "sensing.false_robots": 0.1,
     "sensing.false_tasks": 0.1,
     "sensing.misname": 0.1,
+    "sensing.position_error": 0.05,
+    "sensing.gate": 0.3,
     "sensing.view": 120.0,
     "radio.range": 4.0,
     "radio.loss": 0.1,

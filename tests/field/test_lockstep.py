@@ -102,6 +102,12 @@ WORLDS = {
         "sensing.misname": 0.1,
         "run.stop_at_decision": False,
     },
+    "noisy positions": {
+        "decision.strategy": "census",
+        "tasks.count": 30,
+        "sensing.position_error": 0.1,
+        "sensing.gate": 0.5,
+    },
     "tasks under wrong names and liars, by position": {
         "robots.count": 6,
         "decision.strategy": "roster",

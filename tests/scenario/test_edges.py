@@ -220,6 +220,19 @@ EDGES = {
         ),
     ],
     "sensing.misname": [({}, 0.0, 0.5, "needs a strategy that counts tasks by name; dmmd doesn't")],
+    "sensing.position_error": [
+        *(
+            (
+                {**by(name), "robots.know_count": True},
+                0.0,
+                0.1,
+                f"must be 0 for {name}, whose robots can't compare",
+            )
+            for name in ("turns", "map", "sketch")
+        ),
+        ({"events": [{"step": 5, "tasks": 1}]}, 0.0, 0.1, "must be 0 in a world that changes"),
+        (by("census"), 0.44, 0.445, "makes tasks one name that are farther apart than sensing.range"),
+    ],
     "sensing.observation": [*((by(name), "repeated", "unique", f"{name} must see") for name in FOLLOWING)],
     "robots.know_count": [
         *((by(name), True, False, f"{name} needs the number of robots") for name in ("map", "turns"))

@@ -46,6 +46,7 @@ PAPER = {
         "false_robots": 0.0,
         "false_tasks": 0.0,
         "misname": 0.0,
+        "position_error": 0.0,
         "view": 360.0,
     },
     "radio": {"range": 2.0, "loss": 0.0, "walls": 0.0},

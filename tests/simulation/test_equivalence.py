@@ -223,7 +223,8 @@ def beyond(draw):
     steps = draw(st.integers(1, 40))
     names_nothing = not STRATEGIES[decision["strategy"]].by_name
     judges = STRATEGIES[decision["strategy"]].judges
-    has_names = STRATEGIES[decision["strategy"]].needs_names is True
+    has_names, sight = STRATEGIES[decision["strategy"]].needs_names, draw(reach)
+    compares = not has_names or STRATEGIES[decision["strategy"]].sends_positions
     return Scenario(
         arena={
             "side": width if square else [width, height],
@@ -240,13 +241,15 @@ def beyond(draw):
         tasks=draw(placing((width, height), what, spots)),
         walk={"mean_run": draw(st.floats(0.1, 15))},
         sensing={
-            "range": draw(reach),
+            "range": sight,
             "count_self": draw(st.booleans()),
             "observation": draw(st.sampled_from(["repeated"] if judges else ["repeated", "unique"])),
             "miss": draw(chance),
             "false_robots": draw(false) if names_nothing else 0.0,
             "false_tasks": draw(false) if names_nothing else 0.0,
-            "misname": draw(chance) if has_names else 0.0,
+            "misname": draw(chance) if has_names is True else 0.0,
+            "position_error": draw(st.sampled_from([0.0, 0.02, 0.1])) * sight if compares else 0.0,
+            "gate": draw(st.none() | st.floats(0.01, 1).map(lambda share: share * sight)),
             "view": draw(views) if speed and STRATEGIES[decision["strategy"]].all_round is False else 360.0,
         },
         radio={
@@ -297,6 +300,7 @@ def changing(draw):
         "run.stop_at_decision": False,
         "run.stop_at_declarations": False,
         "events": draw(st.lists(events(scenario.run.steps), max_size=4)),
+        "sensing.position_error": 0.0,
         "tasks.lifetime": draw(st.one_of(st.none(), st.floats(0.5, 60))),
         "tasks.arrival_rate": draw(rates),
         "robots.failure_rate": draw(rates),

@@ -331,6 +331,7 @@ class State(Struct):
     hashes: Annotated[Words, "robot, then task, then invention"]  # if robots pass on knowledge
     pools: Annotated[Floats, "robot", "Pool", "draw"]  # in large swarms of each thread
     tasks: Annotated[Int32s, "Point", "task"]
+    names: Annotated[Int32s, "task"]  # the task whose name each has, if positions have errors
     tasks_there: Annotated[Words, "word of tasks"]
     vanish_at: Annotated[Int32s, "task"]  # steps at which lifetimes end, if tasks have any
     task_cells: Cells
@@ -425,6 +426,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
         pools=aligned(_pool_shape(params, threads), np.float64),
         tasks=np.zeros((len(Point), params.tasks.count), np.int32),
+        names=np.zeros(params.tasks.count if params.sensing.merges else 0, np.int32),
         tasks_there=np.zeros(-(-params.tasks.count // WORD), np.uint32),
         vanish_at=np.zeros(params.tasks.count if params.tasks.lifetime > 0 else 0, np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid),

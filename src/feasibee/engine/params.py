@@ -231,6 +231,8 @@ class SensingParams(NamedTuple):
     false_robots: float  # expected number per step
     false_tasks: float
     misname: np.uint64  # probability times 2**32
+    merges: bool  # whether positions have errors, so that tasks may share a name
+    merge_limit: np.uint64  # two tasks do if their squared distance is below this
     ahead: bool  # whether robots see only what is ahead
     hides: bool  # whether some of what is in range isn't seen: behind walls, or out of view
     view_cosine: float  # of half the view, times 2**30

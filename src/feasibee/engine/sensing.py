@@ -270,7 +270,8 @@ def observe_task(params, state, functions, i, task):
     own = number_of(state.robots[Robot.LABEL, i])
     seen = not happens(params, state, own, purposes.MISS_TASK + purposes.PAIR * task, state.clock[Clock.MISS])
     if seen and is_new(params, state, own, WORD * state.sets.shape[1] + task):
-        number, kind = params.robots.count + task, int64(state.tables.class_of[params.robots.count + task])
+        number = params.robots.count + (int64(state.names[task]) if params.sensing.merges else task)
+        kind = int64(state.tables.class_of[number])
         if happens(params, state, own, purposes.MISNAME + purposes.PAIR * task, params.sensing.misname):
             mark_next(state, draw_words(params, state.clock[Clock.RUN], number, 0, purposes.IDENTITY)[2])
             number += params.tasks.count

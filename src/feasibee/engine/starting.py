@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from numba import int32, int64, uint32
 
-from feasibee.engine.cells import near, sort_into_cells
+from feasibee.engine.cells import block, near, sort_into_cells
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.draws import (
     choose,
@@ -350,9 +350,37 @@ def sort_tasks(params, state):
     if lists.bits > 0:
         limit = params.sensing.limit
         fill_lists(state.task_lists, lists.bits, lists.shift, limit, xs, ys, params.tasks.count)
+    if params.sensing.merges:
+        name_tasks(params, state)
     if params.tasks.numbered:
         for task in range(params.tasks.count):
             state.task_lists.places[task] = pack_place(xs[task], ys[task], uint32(16))
+
+
+@called
+def name_tasks(params, state):
+    """Give each task the name of the lowest in its chain of tasks under one name (model.md 6.24)."""
+    names, chain, cells = state.names, state.heard[0, Heard.RECEIVER], state.task_cells
+    names[:] = -1
+    for lowest in range(names.size):
+        if names[lowest] >= 0:
+            continue
+        names[lowest] = chain[0] = lowest
+        waiting = int64(1)
+        while waiting > 0:
+            waiting -= 1
+            x, y = state.tasks[Point.X, chain[waiting]], state.tasks[Point.Y, chain[waiting]]
+            first, last, other_first, other_last = block(cells, params.tasks.grid, x, y)
+            for _ in range(2):
+                for begin in range(first, last, WORD):
+                    close = near(params, cells.points, begin, last, x, y, params.sensing.merge_limit)
+                    while close:
+                        task = cells.points[Point.NUMBER, lowest_member(0, close) + begin]
+                        if names[task] < 0:
+                            names[task], chain[waiting] = lowest, task
+                            waiting += 1
+                        close = without_lowest(close)
+                first, last = other_first, other_last
 
 
 @spliced

@@ -84,6 +84,7 @@ class Swarm:
         self.bits_sent = 0
         self.miss, self.loss = scenario.sensing.miss, scenario.radio.loss
         self.tasks = {i: self.world.task_place(i) for i in range(scenario.tasks.count)}
+        self._called = self.world.chains(self.tasks) if scenario.sensing.position_error else {}
         self.robots = [
             self.new_robot(i, place, faults[i]) for i, place in enumerate(self.world.robot_places())
         ]
@@ -172,10 +173,11 @@ class Swarm:
                 yield self.names.robot(other.number, other.kind, *where), other.number
         for number, place in self.tasks.items():
             if self._sees(robot, place, purposes.MISS_TASK, number):
-                where = self.world.in_units(place)
-                wrong = robot.happens(self.time, purposes.MISNAME + purposes.PAIR * number, sensing.misname)
+                called = self._called.get(number, number)
+                where = self.world.in_units(self.tasks[called])
+                wrong = robot.happens(self.time, purposes.MISNAME + purposes.PAIR * number, sensing.wrong)
                 name = self.names.misnamed if wrong else self.names.task
-                yield name(number, self.task_kinds[number], *where), number
+                yield name(called, self.task_kinds[called], *where), number
         robots, tasks = self.scenario.robots.count, self.scenario.tasks.count
         for is_robot, mean, kinds, number, kind in (
             (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from functools import cache
 
@@ -99,6 +99,19 @@ class World:
     def task_place(self, i: int) -> Place:
         """Return the place of a task (model.md 1.3, 6.4, 6.17.4)."""
         return next(iter(self._candidates(self.scenario.tasks, i, 0, TASK_PURPOSES)))
+
+    def chains(self, tasks: Mapping[int, Place]) -> dict[int, int]:
+        """Return for each task the lowest number in its chain of tasks under one name (model.md 6.24)."""
+        merged = exact(self.scenario.sensing.merged)
+        limit = self.squared(merged) if merged >= 0 else -1
+        near = {
+            i: [j for j, other in tasks.items() if i == j or self.squared_distance(place, other) <= limit]
+            for i, place in tasks.items()
+        }
+        lowest = {i: i for i in tasks}
+        while lowest != (spread := {i: min(lowest[j] for j in others) for i, others in near.items()}):
+            lowest = spread
+        return lowest
 
     def joining_place(self, i: int, joined: int, others: Iterable[Place]) -> Place | None:
         """Return a place for a robot that joins as the given one of its number; None if none is free."""

@@ -406,6 +406,28 @@ RULES: Final[tuple[Rule, ...]] = (
         "leave it out, or choose quiet-census",
     ),
     never(
+        "sensing.position_error",
+        lambda s: (
+            s.sensing.position_error
+            and is_there(s.manifest.needs_names, s.decision.parameters)
+            and not s.manifest.sends_positions
+        ),
+        "must be 0 for {strategy}, whose robots can't compare tasks' positions with a gate",
+        "set it to 0, or choose quiet-census",
+    ),
+    never(
+        "sensing.position_error",
+        lambda s: s.sensing.position_error and s.dynamic,
+        "must be 0 in a world that changes",
+        "set it to 0, or leave out what changes the world",
+    ),
+    never(
+        "sensing.position_error",
+        lambda s: s.sensing.merged > s.sensing.range,
+        "makes tasks one name that are farther apart than sensing.range",
+        "use a smaller error, or a smaller sensing.gate",
+    ),
+    never(
         "sensing.view",
         lambda s: s.sensing.view < 360 and is_there(s.manifest.all_round, s.decision.parameters),
         "must be 360 for {strategy}, which concludes from what it doesn't see in range",

@@ -124,6 +124,13 @@ LENGTH: Final = "units"
 TIME: Final = "steps"
 SPEED: Final = "units per step"
 
+GATE: Final = 8
+MERGED: Final = 3.5
+"""In standard deviations: the gate by default, and by how much less two tasks under one name are apart.
+
+Of 600 looks at two tasks farther apart, some miss the gate, and both have names: claims/measure/names.py.
+"""
+
 Million = Annotated[int, Field(ge=0, le=1_000_000)]
 Some = Annotated[int, Field(ge=1, le=1_000_000)]
 ManyTasks = Annotated[int, Field(ge=0, le=10_000_000)]
@@ -138,6 +145,7 @@ Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny)]
 Lifetime = Annotated[float, Field(gt=0, le=1e9), TIME]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), SPEED]
 Angle = Annotated[float, Field(gt=0, le=360)]
+Deviation = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), LENGTH]
 Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
 Quorum = Annotated[Share, AfterValidator(_few_decimals)]
 Lie = Literal["opposite", "feasible", "infeasible", "random", "colluding"]
@@ -421,6 +429,15 @@ class Sensing(Section):
     misname: Share = Field(
         0.0, description="Probability that a robot gives a task in sight a wrong name in a step."
     )
+    position_error: Deviation = Field(
+        0.0, description="Standard deviation of a task's position as a robot sees it, in units, per axis."
+    )
+    gate: Length | None = Field(
+        None,
+        description="Distance up to which robots take two positions for one task, in units; by default 8 "
+        "times position_error.",
+        examples=[0.4],
+    )
     view: Angle = Field(
         360.0, description="Angle of view in degrees, half of it on either side of the robot's heading."
     )
@@ -430,6 +447,24 @@ class Sensing(Section):
         """Half the width of the strip that a moving robot sees, in units: with a wide view, the range."""
         narrow = math.sin(math.radians(self.view / 2)) if self.view < 180 else 1.0
         return self.range if narrow == 1 else round(self.range * narrow, 9)
+
+    @property
+    def gated(self) -> float:
+        """Distance up to which robots take two positions for one task, in units (model.md 6.24)."""
+        return round(GATE * self.position_error, 9) if self.gate is None else self.gate
+
+    @property
+    def merged(self) -> float:
+        """Largest distance of two tasks under one name, in units; below 0 without position errors."""
+        return round(self.gated - MERGED * self.position_error, 9) if self.position_error else -1.0
+
+    @property
+    def wrong(self) -> float:
+        """Probability that a robot gives a task in sight a wrong name in a step, by either error."""
+        if not self.position_error:
+            return self.misname
+        beyond = math.exp(-((self.gated / self.position_error / 2) ** 2))
+        return float(f"{self.misname + (1 - self.misname) * beyond:.9g}")
 
 
 class Radio(Section):

@@ -46,7 +46,9 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
     "MEMORY": ("a whole number from 0 to 64", lambda value: is_whole(value, 64)),
     "VALUE_BITS": ("a whole number from 0 to 16", lambda value: is_whole(value, 16)),
-    **dict.fromkeys(("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "ONE_CLASS"), FLAG),
+    **dict.fromkeys(
+        ("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "SENDS_POSITIONS", "ONE_CLASS"), FLAG
+    ),
     **dict.fromkeys(("NEEDS_IDS", "NEEDS_NAMES", "ALL_ROUND"), NEED),
 }
 

@@ -172,7 +172,7 @@ class Sections(BaseModel):
             self.faulty[1] > 0,
             self.radio.id_bits,
             self.decision.parameters.values(),
-            misnames=self.sensing.misname > 0,
+            misnames=self.sensing.wrong > 0,
             size=self.arena.size,
             count=self.robots.count,
             knows_count=self.robots.know_count,

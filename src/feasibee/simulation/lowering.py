@@ -41,8 +41,9 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
     unit, setting = unit_of(scenario), scenario.setting
     arena, most = _arena(scenario, unit), scenario.most
     together, knows = most.robots <= FEW, scenario.strategy.knowledge
-    numbered = arena.wraps and most.tasks <= NUMBERED and scenario.sensing.misname == 0
-    sight, radio = (squared(reach, unit) for reach in (scenario.sensing.range, scenario.radio.range))
+    sensing = scenario.sensing
+    numbered = arena.wraps and most.tasks <= NUMBERED and not (sensing.misname or sensing.position_error)
+    sight, radio = (squared(reach, unit) for reach in (sensing.range, scenario.radio.range))
     return numbers.Params(
         seed=numbers.SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
         arena=arena,
@@ -58,7 +59,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
             numbered=together and not fast and numbered,
         ),
         walk=_filled(numbers.WalkParams, scenario.walk),
-        sensing=_sensing(scenario, sight, numbered and together),
+        sensing=_sensing(scenario, sight, numbered and together, unit),
         radio=_radio(scenario, setting.id_bits, radio),
         strategy=_strategy(scenario, setting),
         decision=_decision(scenario, most.robots),
@@ -116,7 +117,9 @@ def _robots(
     )
 
 
-def _sensing(scenario: Scenario, squared_range: int, by_number: bool) -> numbers.SensingParams:
+def _sensing(
+    scenario: Scenario, squared_range: int, by_number: bool, unit: Fraction
+) -> numbers.SensingParams:
     """Return the numbers of observation; ``by_number`` says that robots look through tasks by number."""
     sensing = scenario.sensing
     ahead = sensing.view < 360
@@ -139,7 +142,9 @@ def _sensing(scenario: Scenario, squared_range: int, by_number: bool) -> numbers
         and not may_miss
         and sensing.observation == "repeated",
         miss=probability(sensing.miss),
-        misname=probability(sensing.misname),
+        misname=probability(sensing.wrong),
+        merges=sensing.position_error > 0,
+        merge_limit=limit_of(squared(sensing.merged, unit) + 1 if sensing.merged >= 0 else 0),
         ahead=ahead,
         hides=hides,
         view_cosine=float(math.floor(2**30 * math.cos(half) + 0.5)),

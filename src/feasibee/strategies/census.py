@@ -18,6 +18,7 @@ Our own; sets that only grow merge in any order (Shapiro et al., "Conflict-free 
 BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
+SENDS_POSITIONS = True
 POSITION_BITS = 32
 SHIFT, LAST = 5, 31
 """Member k of a set is bit ``k & LAST`` of word ``k >> SHIFT``."""

@@ -244,6 +244,9 @@ class Manifest:
     needs_names: bool | str = False
     """``NEEDS_NAMES``: whether all robots must name a task alike, such as by its position in a shared frame;
     or a parameter, above 0 if so."""
+    sends_positions: bool = False
+    """``SENDS_POSITIONS``: whether robots name tasks by positions that they send whole, so that they can
+    compare them with a gate."""
     all_round: bool | str = False
     """``ALL_ROUND``: whether robots must see all that is in range: what they don't see isn't there for them.
     Or a parameter, above 0 if so."""

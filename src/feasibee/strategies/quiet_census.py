@@ -47,6 +47,7 @@ from feasibee.strategies.clock import has_come
 BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
+SENDS_POSITIONS = True
 STARTS_NEUTRAL = True
 ONE_CLASS = True
 PARAMETERS = {"quiet": 0.0, "tolerates": 0.0, "hurry": 0.0, "lasts": 0.0}

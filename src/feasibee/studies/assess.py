@@ -269,7 +269,7 @@ def changes_of(scenario: Scenario) -> dict[str, Scenario]:
         tried[f"{more} robots instead of {robots.count}"] = {"robots.count": more}
     tried["radio 1.5 times as far"] = {"radio.range": MORE * radio.range}
     tried["sight 1.5 times as far"] = {"sensing.range": MORE * sensing.range, "radio.range": radio.range}
-    errors = ("miss", "false_robots", "false_tasks", "misname")
+    errors = ("miss", "false_robots", "false_tasks", "misname", "position_error")
     if any(getattr(sensing, name) for name in errors):
         tried["a perfect sensor"] = {f"sensing.{name}": 0.0 for name in errors}
     if radio.loss:

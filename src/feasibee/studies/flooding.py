@@ -132,6 +132,7 @@ def with_oracle(scenario: Scenario, cells_per_range: int, what: str) -> Scenario
             "sensing.false_robots": 0.0,
             "sensing.false_tasks": 0.0,
             "sensing.misname": 0.0,
+            "sensing.position_error": 0.0,
         }
     )
     setting = world.setting

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -25,6 +26,9 @@ WORD_BITS: Final = 32
 FLOAT_BITS: Final = 64
 LOOKS: Final = 20
 """Number of steps of a run, evenly spaced, at which messages are measured."""
+FEW_PAIRS: Final = 0.02
+RARELY: Final = 1e-6
+"""Expected pairs of tasks under one name, and probability of a wrong name, that need no warning."""
 
 
 def suitable(scenario: Scenario) -> tuple[dict[str, Scenario], dict[str, ScenarioError]]:
@@ -138,6 +142,26 @@ def quiet_times_in_words(scenario: Scenario) -> list[str]:
         f"The quiet times that robots compute were not tested here ({'; '.join(ranges)}): they may declare "
         "feasible too soon. Set the parameter quiet of their strategy, or rely on rates simulated here."
     ]
+
+
+def noisy_names_in_words(scenario: Scenario) -> list[str]:
+    """Return a warning if names of tasks are expected to be merged or wrong at noisy positions."""
+    sensing, tasks, (width, height) = scenario.sensing, scenario.tasks.count, scenario.arena.size
+    if not (sensing.position_error and scenario.manifest.sends_positions):
+        return []
+    pairs = tasks * (tasks - 1) / 2 * math.pi * max(sensing.merged, 0.0) ** 2 / (width * height)
+    found = []
+    if pairs > FEW_PAIRS:
+        found.append(
+            f"At uniform positions, {pairs:.2g} pairs of tasks on average are at most {sensing.merged:.3g} "
+            "units apart. That is too near for two names, so robots count them as one."
+        )
+    if sensing.wrong > RARELY:
+        found.append(
+            f"One look in {1 / sensing.wrong:,.0f} gives a task a wrong name. One may make a robot declare "
+            f"infeasible: raise sensing.gate, now {sensing.gated:.3g}, or choose a strategy without names."
+        )
+    return found
 
 
 def _longest_parts(scenario: Scenario, seed: int) -> tuple[int, int]:

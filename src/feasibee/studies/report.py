@@ -26,7 +26,7 @@ from feasibee.studies.comparison import (
     wait_for,
     wait_interval,
 )
-from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, quiet_times_in_words
+from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, noisy_names_in_words, quiet_times_in_words
 from feasibee.studies.race import MARGIN, is_clear, is_none
 from feasibee.studies.recommend import Candidate, Recommendation
 from feasibee.studies.rooms import Split, rooms_in_words
@@ -387,6 +387,7 @@ def _expected(assessment: Assessment) -> list[str]:
         *_declared(outcome, assessment.scenario),
         *_tracking(outcome, assessment.scenario),
         *rooms_in_words(assessment.rooms),
+        *noisy_names_in_words(assessment.scenario),
     ]
     other = assessment.opposite
     if other is not None:

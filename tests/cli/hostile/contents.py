@@ -44,7 +44,7 @@ FINE = {
     *(f"{field} true" for field in ("sensing.count_self", "decision.own_vote")),
     *(f"radio.{field} tiny" for field in ("range", "loss")),
     "decision.switching tiny",
-    "sensing.view tiny",
+    *(f"sensing.{field} tiny" for field in ("view", "position_error", "gate")),
     "place.walls list",
     "place.zones table",
     "robots.speed tiny",
