@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +14,15 @@ from feasibee.studies.flooding import flooding
 from feasibee.studies.rooms import splits_of
 
 Polygon = list[list[float]]
-RUNS = {"quiet-census": 1000, "turns": 400}
-SEED = 5
+RUNS, MORE_RUNS = 1000, 3000
+SEED, FRESH_SEED = 5, 77
+WORST = "40 obstacles"
+CHANGES = {
+    "unknown": {"robots.know_count": False},
+    "dock": {"place.zones": {"dock": [[[0, 0], [4, 0], [4, 4], [0, 4]]]}, "robots.zone": "dock"},
+    "colluding": {"faults.byzantine": {"count": 1}, "faults.byzantine_says": "colluding"},
+}
+CHANGED = ("2 rooms, door 1", "8 rooms on a corridor, doors 1", "12 shelves")
 SPLIT = ("2 rooms, door 1", "8 rooms on a corridor, doors 1")
 SPLIT_RUNS = 200
 
@@ -128,42 +137,57 @@ def splits() -> list[dict[str, object]]:
     return found
 
 
-def worst() -> dict[str, float]:
-    """Return the largest share of swarms that declare wrongly in a fresh place, and its upper limit."""
+flooding_in = cache(flooding)
+
+
+def wrong_in(
+    scenario: Scenario, strategy: str, runs: int = RUNS, seed: int = SEED, **parameters: float
+) -> dict[str, Any]:
+    """Return how soon names flood, how many swarms declare wrongly, and when they declare."""
+    times = flooding_in(scenario)
+    assert times.slowest is not None
+    changes = {"decision.strategy": strategy, "decision.parameters": parameters}
+    one = scenario.replace({**changes, "place.flooding": times.slowest, "run.steps": 10 * times.slowest})
+    told = declarations(simulate(one, runs, seed=seed), one)
+    assert told is not None
+    steps = {"step": told.step_90.median, "step_95": told.step_90.p95}
+    return {**times._asdict(), "wrong": told.wrong.estimate, "high": told.wrong.high, **steps}
+
+
+def changed() -> list[dict[str, Any]]:
+    """Return how often swarms of a place declare wrongly with n unknown, from a dock, and lied to."""
     found = []
-    for walls, size in fresh().values():
-        scenario = scenario_in(walls, size)
-        slowest = flooding(scenario).slowest
-        changes = {"decision.strategy": "quiet-census", "place.flooding": slowest}
-        one = scenario.replace({**changes, "run.steps": 10 * (slowest or 2000)})
-        told = declarations(simulate(one, RUNS["quiet-census"], seed=77), one)
-        assert told is not None
-        found.append({"wrong": told.wrong.estimate, "high": told.wrong.high})
-    return max(found, key=lambda each: each["high"])
+    for place in CHANGED:
+        row: dict[str, Any] = {"place": place}
+        for name, changes in CHANGES.items():
+            scenario = scenario_in(*PLACES[place]).replace(changes)
+            tolerates = {"tolerates": 1.0} if name == "colluding" else {}
+            row[name] = wrong_in(scenario, "quiet-census", **tolerates)
+        found.append(row)
+    return found
 
 
 def main() -> None:
     """Print the measures of each place."""
-    rows = []
-    for name, (walls, size) in PLACES.items():
-        scenario = scenario_in(walls, size)
-        times = flooding(scenario)
-        found: dict[str, object] = {"place": name, **times._asdict()}
-        for strategy, runs in RUNS.items():
-            last = 10 * (times.slowest or 2000)
-            one = scenario.replace(
-                {"decision.strategy": strategy, "place.flooding": times.slowest, "run.steps": last}
-            )
-            told = declarations(simulate(one, runs, seed=SEED), one)
-            assert told is not None
-            said = {"wrong": told.wrong.estimate, "high": told.wrong.high}
-            found[strategy.replace("-", "_")] = {
-                **said,
-                "median": told.step_90.median,
-                "p95": told.step_90.p95,
-            }
-        rows.append(found)
-    print(json.dumps({"rows": rows, "fresh": worst(), "splits": splits()}, indent=2))
+    worlds = {name: scenario_in(*each) for name, each in PLACES.items()}
+    rows = [
+        {
+            "place": name,
+            "quiet_census": wrong_in(world, "quiet-census"),
+            "turns": wrong_in(world, "turns"),
+        }
+        for name, world in worlds.items()
+    ]
+    fresh_worlds = [scenario_in(*each) for each in fresh().values()]
+    fresh_rows = [wrong_in(world, "quiet-census", seed=FRESH_SEED) for world in fresh_worlds]
+    found = {
+        "rows": rows,
+        "fresh": max(fresh_rows, key=lambda each: each["high"]),
+        "more": wrong_in(worlds[WORST], "quiet-census", MORE_RUNS, FRESH_SEED),
+        "changed": changed(),
+        "splits": splits(),
+    }
+    print(json.dumps(found, indent=2))
 
 
 if __name__ == "__main__":
