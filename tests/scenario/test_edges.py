@@ -231,7 +231,7 @@ EDGES = {
             for name in ("turns", "map", "sketch")
         ),
         ({"events": [{"step": 5, "tasks": 1}]}, 0.0, 0.1, "must be 0 in a world that changes"),
-        (by("census"), 0.44, 0.445, "makes tasks one name that are farther apart than sensing.range"),
+        (by("census"), 0.47, 0.471, "makes tasks one name that are farther apart than sensing.range"),
     ],
     "sensing.observation": [*((by(name), "repeated", "unique", f"{name} must see") for name in FOLLOWING)],
     "robots.know_count": [

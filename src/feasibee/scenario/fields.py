@@ -125,7 +125,7 @@ TIME: Final = "steps"
 SPEED: Final = "units per step"
 
 GATE: Final = 8
-MERGED: Final = 3.5
+MERGED: Final = 3.75
 """In standard deviations: the gate by default, and by how much less two tasks under one name are apart.
 
 Of 600 looks at two tasks farther apart, some miss the gate, and both have names: claims/measure/names.py.
