@@ -57,6 +57,7 @@ OTHER_VALUES = {
     "sensing.view": 120.0,
     "radio.range": 4.0,
     "radio.loss": 0.1,
+    "radio.delay": 5,
     "radio.walls": 0.5,
     "radio.id_bits": 8,
     "decision.strategy": "voter",

@@ -86,6 +86,13 @@ WORLDS = {
         "robots.know_count": True,
         "run.stop_at_decision": False,
     },
+    "late messages of robots that stop, leave and join": {
+        "radio.delay": 3,
+        "robots.count": 6,
+        "faults.stopped": 0.2,
+        "faults.stop_step": 12,
+        "events": [{"step": 8, "robots": -2}, {"step": 16, "robots": 2}],
+    },
     "robots that see what is ahead": {"sensing.view": 120.0},
     "two rooms": {
         "arena.boundary": "walls",

@@ -93,7 +93,7 @@ static uint8_t read_setting(void)
     setting.id_bits = read_byte();
     setting.knows_count = read_byte();
     bool walled = read_byte();
-    double numbers[15];
+    double numbers[16];
     take(numbers, sizeof numbers);
 #ifdef FEASIBEE_DOUBLE
     setting.walled = walled;
@@ -106,11 +106,12 @@ static uint8_t read_setting(void)
     setting.dissemination = numbers[6];
     setting.mean_run = numbers[7];
     setting.flooding = numbers[8];
+    setting.delay = numbers[9];
 #else
     (void)walled;
 #endif
     for (uint8_t k = 0; k < 6; k++)
-        setting.parameters[k] = FEASIBEE_REAL(numbers[9 + k]);
+        setting.parameters[k] = FEASIBEE_REAL(numbers[10 + k]);
     settings = feasibee_defaults(strategies[strategy]);
     settings.exploration = (feasibee_steps)(numbers[5] * FEASIBEE_STEP);
     settings.gain = (feasibee_steps)(numbers[6] * FEASIBEE_STEP);

@@ -139,6 +139,7 @@ def setting_of(strategy, draw, whole_numbers, fixed):
         dissemination=draw.choice([0.0, 3.0, 10.0]),
         mean_run=draw.choice([0.2, 3.0, 100.0]),
         flooding=draw.choice([0.0, 0.0, 7.0, float(NEVER)]),
+        delay=draw.choice([0.0, 0.0, 5.0]),
     )
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
 
@@ -160,15 +161,15 @@ def wire_of(name, setting, names, declares=False):
 def setting_bytes(name, setting, declares, names=()):
     """Return what `read_setting` of stream.h reads."""
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
-    numbers += [setting.exploration, setting.dissemination, setting.mean_run, setting.flooding]
+    numbers += [setting.exploration, setting.dissemination, setting.mean_run, setting.flooding, setting.delay]
     numbers += setting.parameters
     return struct.pack(
-        "<BHHHHH6B15dBB",
+        "<BHHHHH6B16dBB",
         NAMES.index(name),
         *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
         *(setting.robot_classes, setting.task_classes, setting.colluding),
         *(setting.id_bits, setting.knows_count, setting.walled),
-        *(*numbers, *[0.0] * (15 - len(numbers))),
+        *(*numbers, *[0.0] * (16 - len(numbers))),
         *(RULE.rounds if declares else 0, STRATEGIES[name].memory),
     ) + struct.pack(f"<H{len(names)}I", len(names), *names)
 

@@ -46,6 +46,7 @@ def events(*pairs):
 
 TASK_POINT = {**TASKS_AT_POINTS, "tasks.points": [[1, 2]]}
 MANY = {**by("map"), "robots.count": 2000, "robots.know_count": True}
+CENSUS_OF_4000 = {**by("census"), "robots.count": 4000, "tasks.count": 4000}
 VALUES, FOLLOWING = ("dc", "average"), ("roster", "fading")
 NAMING = ("census", "sketch", "quiet-census")
 KNOWING = ("tally", "estimate", *NAMING)
@@ -109,6 +110,11 @@ EDGES = {
         ),
     ],
     "tasks.placement": [(PLACED, "uniform", "clusters", "can't be combined with a place")],
+    "radio.delay": [
+        ({}, 1000, 1001, "must be ≤ 1000"),
+        ({"robots.count": 1_000_000}, 178, 179, "keeps 4.0 GiB of messages, above the limit of 4 GiB"),
+        (CENSUS_OF_4000, 535, 536, "decision.strategy = 'census': what 4000 robots know and say within"),
+    ],
     "radio.walls": [({}, 0.0, 0.5, "needs a place: without one, there are no walls on the way")],
     "robots.speed": [(WALLS, 10.0, 10.0001, "must be at most half the side of the arena per step, 10 units")],
     "robots.diameter": [

@@ -49,7 +49,7 @@ PAPER = {
         "position_error": 0.0,
         "view": 360.0,
     },
-    "radio": {"range": 2.0, "loss": 0.0, "walls": 0.0},
+    "radio": {"range": 2.0, "loss": 0.0, "delay": 0, "walls": 0.0},
     "decision": {
         "strategy": "dmmd",
         "exploration": 10.0,

@@ -256,6 +256,7 @@ def beyond(draw):
             "range": draw(reach),
             "loss": draw(chance),
             "id_bits": draw(ids()),
+            "delay": draw(st.sampled_from([0, 0, 1, 3, 20])),
         },
         decision=decision,
         faults={

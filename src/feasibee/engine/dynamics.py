@@ -24,7 +24,7 @@ from feasibee.engine.intrinsics import (
     set_member,
     without_lowest,
 )
-from feasibee.engine.knowledge import defer, update_pending
+from feasibee.engine.knowledge import defer, drop_delayed, update_pending
 from feasibee.engine.layout import WORD, Clock, Event, Heard, Robot, Set
 from feasibee.engine.motion import head
 from feasibee.engine.params import Action
@@ -349,5 +349,6 @@ def leave(params, state, i):
     state.clock[Clock.CHANGED] = 1
     empty(params, state, int64(0), i)
     stand_still(state.robots, i)
+    drop_delayed(state, i)
     state.robots[Robot.LABEL, i] = pack_label(i, False, False)
     state.robots[Robot.JOINED, i] += int32(1)

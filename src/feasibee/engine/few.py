@@ -355,7 +355,7 @@ def find_heard(params, state, part, other):
 def receive_heard(params, state, part):
     """Add what robots hear to their inboxes."""
     for other in range(part.first, part.last):
-        said = sent_opinions(state, other)
+        said = sent_opinions(params, state, other)
         if params.decision.inbox_is_set:
             receive_together(params, state, part, other, state.sets[Set.SPEAKING, other], said)
             continue
@@ -369,14 +369,16 @@ def receive_heard(params, state, part):
 
 
 @inlined
-def sent_opinions(state, w):
-    """Return which robots' messages say *feasible*, of a word; the labels of Byzantine robots have it."""
+def sent_opinions(params, state, w):
+    """Return which robots' messages say *feasible*, of a word; labels have it of lies and late messages."""
     said = state.sets[Set.SAYS_FEASIBLE, w]
-    lying = uint32(state.sets[Set.BYZANTINE, w] & state.sets[Set.SPEAKING, w])
-    while lying:
-        i = lowest_member(w, lying)
+    differing = state.sets[Set.SPEAKING, w]
+    if params.radio.delay == 0:
+        differing = uint32(differing & state.sets[Set.BYZANTINE, w])
+    while differing:
+        i = lowest_member(w, differing)
         said = uint32(said & ~bit(i)) | bit_if(says_feasible(state.robots[Robot.LABEL, i]) == 1, i)
-        lying = without_lowest(lying)
+        differing = without_lowest(differing)
     return said
 
 

@@ -23,6 +23,7 @@ from feasibee.engine.intrinsics import (
     popcount,
     row_of,
     says_feasible,
+    set_member,
     sure_row_of,
     tuple_of,
     without_lowest,
@@ -33,6 +34,7 @@ from feasibee.engine.layout import (
     Clock,
     Copy,
     Count,
+    Delayed,
     Pending,
     Point,
     Robot,
@@ -132,6 +134,7 @@ def setting_of(params, state):
         params.decision.gain + params.decision.dissemination_floor,
         params.walk.mean_run,
         params.arena.place.flooding,
+        float64(params.radio.delay),
     )
 
 
@@ -221,7 +224,10 @@ def speak_all(params, state, now, number):
                 raise ValueError("bits must return a whole number from 0 to 2**40")
             if repeats and says < 0:
                 state.counts[Count.SENT_BITS, i] = length
-        total += length
+        if params.radio.delay > 0:
+            state.delayed[slot_of(state, now), i, Delayed.LENGTH] = length
+        else:
+            total += length
     return total
 
 
@@ -479,3 +485,54 @@ def publish(params, state, functions, part):
             speaking = without_lowest(speaking)
     part.shared[part.thread, Share.BITS] = bits_sent
     update_pending(params, state, functions, Action.SPEAK)
+    if params.radio.delay > 0:
+        part.shared[part.thread, Share.BITS] = delay_messages(params, state, part)
+
+
+@inlined
+def slot_of(state, step):
+    """Return where `State.delayed` has the messages of a step."""
+    return step % state.delayed.shape[0]
+
+
+@called
+def delay_messages(params, state, part):
+    """Keep the messages of this step, and take those that are due in their place; return their bits."""
+    now, bits_sent = state.clock[Clock.STEP], int64(0)
+    due = slot_of(state, now + 1)  # one step later it takes the next messages
+    for i in range(WORD * part.first, WORD * part.last):
+        own = state.delayed[slot_of(state, now), i]
+        own[Delayed.SAYS] = state.robots[Robot.LABEL, i] & 3
+        own[Delayed.VALUE] = state.robots[Robot.SENT_VALUE, i]
+        told = told_by(params, state, i)
+        for k in range(len(told)):
+            own[Delayed.TOLD + k] = told[k]
+        take_message(params, state, due, i)
+        if contains(state.sets[Set.SPEAKING], i):
+            bits_sent += params.radio.message_bits + state.delayed[due, i, Delayed.LENGTH]
+    return bits_sent
+
+
+@inlined
+def take_message(params, state, slot, i):
+    """Let a robot's message be the one that `State.delayed` has."""
+    held = state.delayed[slot, i]
+    state.robots[Robot.LABEL, i] = int32(state.robots[Robot.LABEL, i] & ~3) | int32(held[Delayed.SAYS])
+    set_member(state.sets, Set.SPEAKING, i, held[Delayed.SAYS] & 1 == 1)
+    state.robots[Robot.SENT_VALUE, i] = int32(held[Delayed.VALUE])
+    told = told_by(params, state, i)
+    for k in range(len(told)):
+        told[k] = int32(held[Delayed.TOLD + k])
+
+
+@called
+def take_own_messages(params, state, part):
+    """Let each robot's message be that of this step again, once delayed ones have been heard."""
+    for i in range(WORD * part.first, WORD * part.last):
+        take_message(params, state, slot_of(state, state.clock[Clock.STEP]), i)
+
+
+@inlined
+def drop_delayed(state, i):
+    """Drop the delayed messages of a robot that stops or leaves."""
+    state.delayed[:, i, Delayed.SAYS] = 0

@@ -159,6 +159,15 @@ class Copy(IntEnum):
     SENT = 1  # in the messages of this step
 
 
+class Delayed(IntEnum):
+    """Numbers of a message in `State.delayed`."""
+
+    SAYS = 0  # the lowest bits of its label: opinion, and whether it is broadcast
+    VALUE = 1
+    LENGTH = 2  # of its knowledge, in bits
+    TOLD = 3  # words of its knowledge from here on
+
+
 class Pending(IntEnum):
     """Rows of `State.pending`; the second has a meaning for each action."""
 
@@ -327,6 +336,7 @@ class State(Struct):
     tiles: Annotated[Int32s, "thread", "tile"]  # where its robots are sorted to
     memory: Annotated[Floats, "robot", "rated quality of *feasible*, then the strategy's own"]
     knowledge: Annotated[Int32s, "Copy", "robot", "word"]  # see `feasibee.engine.knowledge`
+    delayed: Annotated[Int64s, "step", "robot", "Delayed"]  # messages of the last steps, if they are delayed
     pending: Annotated[Int32s, "Pending", "entry"]  # calls of the functions of a strategy's knowledge
     hashes: Annotated[Words, "robot, then task, then invention"]  # if robots pass on knowledge
     pools: Annotated[Floats, "robot", "Pool", "draw"]  # in large swarms of each thread
@@ -422,6 +432,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         tiles=np.zeros((threads if params.in_space_order else 0, tiles), np.int32),
         memory=np.zeros((padded, 1 + memory), np.float64),
         knowledge=np.zeros((len(Copy), padded, copy_length(params)), np.int32),
+        delayed=np.zeros(_delayed_shape(params), np.int64),
         pending=np.zeros((Pending.MARK + 1, PENDING_ROOM if knowledge.enabled else 0), np.int32),
         hashes=np.zeros(knowledge.robot_ids + knowledge.task_ids if knowledge.enabled else 0, np.uint32),
         pools=aligned(_pool_shape(params, threads), np.float64),
@@ -456,7 +467,14 @@ def size_of(params: Params, tables: Tables, room: Room) -> int:
     words = -(-params.robots.count // WORD)
     padded = words * WORD
     remembered = words + -(-params.tasks.count // WORD) if params.sensing.unique else 0
-    return 4 * (math.prod(_inbox_shape(params, room)) + padded * (remembered + 2 * copy_length(params)))
+    own = math.prod(_inbox_shape(params, room)) + padded * (remembered + 2 * copy_length(params))
+    return 4 * own + 8 * math.prod(_delayed_shape(params))
+
+
+def _delayed_shape(params: Params) -> tuple[int, int, int]:
+    padded = -(-params.robots.count // WORD) * WORD
+    delay = params.radio.delay
+    return delay + 1 if delay else 0, padded, Delayed.TOLD + params.strategy.knowledge.message_words
 
 
 def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:

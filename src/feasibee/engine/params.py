@@ -247,6 +247,7 @@ class RadioParams(NamedTuple):
     band: Band  # in units of 2**16
     loss: np.uint64  # probability times 2**32
     id_bits: int  # length of an id
+    delay: int  # steps
     as_sight: bool  # whether robots hear whom they see, but for misses
     random_ids: bool  # whether ids are random, and may collide
     message_bits: int  # length of a message without its knowledge

@@ -20,6 +20,7 @@ from feasibee.engine.draws import (
 )
 from feasibee.engine.inbox import clear_inbox, free_all_tables
 from feasibee.engine.intrinsics import first_bits, lowest_member, pack_label, set_member, without_lowest
+from feasibee.engine.knowledge import drop_delayed
 from feasibee.engine.layout import WORD, Clock, Heard, Point, Robot, Set
 from feasibee.engine.motion import head
 from feasibee.engine.opinions import set_opinion
@@ -273,6 +274,7 @@ def stop(params, state, w):
     while stopping:
         i = lowest_member(w, stopping)
         state.robots[Robot.LABEL, i] = label_of(state, i)
+        drop_delayed(state, i)
         stopping = without_lowest(stopping)
 
 
@@ -296,6 +298,8 @@ def clear(params, state, run):
     state.clock[Clock.ROBOTS], state.clock[Clock.TASKS] = params.robots.at_start, params.tasks.at_start
     state.clock[Clock.MISS], state.clock[Clock.LOSS] = params.sensing.miss, params.radio.loss
     state.clock[Clock.TRUTH] = int64(params.truth)
+    for i in range(state.delayed.shape[1]):
+        drop_delayed(state, i)
     set_inventions(params, state.clock)
     set_quorum(params, state.clock, params.robots.at_start - params.faults.byzantine)
 

@@ -12,7 +12,7 @@ from feasibee.engine.draws import draw_phases, draw_words, list_members, phase_d
 from feasibee.engine.dynamics import draw_dynamics
 from feasibee.engine.few import move_few, sense_general_few, sense_together
 from feasibee.engine.intrinsics import contains, lowest_member, number_of, set_member, without_lowest
-from feasibee.engine.knowledge import defer, known_by, setting_of, update_pending
+from feasibee.engine.knowledge import defer, known_by, setting_of, take_own_messages, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
 from feasibee.engine.opinions import adopt, count_opinions, opinion_of, set_declared
@@ -153,6 +153,8 @@ def begin_to_know(params, state, functions):
 @spliced
 def end_general(params, state, functions, part):
     """Ask robots whether they are sure, or for their opinions, and rate what they know."""
+    if params.radio.delay > 0:
+        take_own_messages(params, state, part)
     if params.strategy.declares:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.DECLARE)

@@ -136,12 +136,17 @@ class Plan(NamedTuple):
     jitter: float
     """Largest deviation of a step's duration, as a share."""
     delay: float
-    """Delay of messages, in steps."""
+    """Delay of messages in addition to the scenario's, in steps."""
     faults: tuple[Fault, ...]
     patience: float
     """Seconds of silence after which a robot is lost."""
     wait: float
     """Seconds that the robots have to join."""
+
+    @property
+    def message_delay(self) -> float:
+        """Delay of messages, in steps (model.md 6.21.2)."""
+        return self.scenario.radio.delay + self.delay
 
 
 def plan_from(plain: Mapping[str, Any]) -> Plan:

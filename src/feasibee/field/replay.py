@@ -73,6 +73,7 @@ class _Setting(Section):
     dissemination: Annotated[float, Field(gt=0, le=2e6)]
     mean_run: Duration
     flooding: Annotated[float, Field(ge=0, le=2**30)] = 0.0
+    delay: Annotated[float, Field(ge=0, le=1_000)] = 0.0
 
 
 class _Declare(Section):

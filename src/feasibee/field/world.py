@@ -376,10 +376,14 @@ class Lockstep(World):
 
     def _end(self) -> None:
         """End the step with its messages, or delayed ones; the robots report their opinions."""
-        delayed = self._air.setdefault(self.step + round(self.plan.delay), [])
+        delayed = self._air.setdefault(self.step + round(self.plan.message_delay), [])
         everyone = self.bodies.everyone
         delayed.extend((everyone[each], text) for each, text in sorted(self.said.items()) if text is not None)
-        arriving = self._air.pop(self.step, [])
+        arriving = [
+            (each, text)
+            for each, text in self._air.pop(self.step, [])
+            if each.works(self.step) and not each.has_left
+        ]
         orders = {}
         for receiver in self._begun:
             if not receiver.lost:
@@ -476,7 +480,7 @@ class FreeRunning(World):
         self.said[sender.process] = text
         if text is None:
             return
-        arrives = time.monotonic() + self.plan.delay / self.plan.hz
+        arrives = time.monotonic() + self.plan.message_delay / self.plan.hz
         for receiver in self.bodies.bodies:
             if receiver.works(self.bodies.time) and self.reaches(sender, receiver):
                 if len(self._air) >= AIR_LIMIT:

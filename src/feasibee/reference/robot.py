@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Collection, Iterator, Mapping
 from itertools import combinations
 from typing import Any
@@ -17,6 +18,10 @@ from feasibee.robot import controller
 from feasibee.robot.controller import Declare, Message
 from feasibee.scenario.fields import Robots
 from feasibee.scenario.scenario import Scenario
+
+Said = tuple[Message | None, int]
+"""A message, if any, and its length in bits."""
+SILENCE: Said = (None, 0)
 
 
 class Robot:
@@ -69,6 +74,7 @@ class Robot:
         self.leaves_at = step + duration(self.draw(self.joined, FAILURE), 1 / rate) if rate else None
         phases = before.mind.phases if before else 0
         self.mind: Mind = self.mind_of(self._settings(phases, step))
+        self._waiting = deque([SILENCE] * self._scenario.radio.delay)
 
     def mind_of(self, settings: Settings) -> Mind:
         """Return the robot's mind; that of a robot of ``feasibee launch`` is in another process."""
@@ -81,6 +87,11 @@ class Robot:
     def says(self, step: int) -> Message | None:
         """Return the message that the robot broadcasts in a step, if any; a Byzantine robot lies."""
         return self.mind.says(step, self._names.truth, self._names.inventions)
+
+    def delayed(self, said: Said) -> Said:
+        """Return what it broadcasts: what it said ``radio.delay`` steps before (model.md 6.21.2)."""
+        self._waiting.append(said)
+        return self._waiting.popleft()
 
     def move_to(self, place: Place) -> None:
         """Move to a place."""

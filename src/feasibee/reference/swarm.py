@@ -10,9 +10,8 @@ from feasibee.model.codes import CERTAIN, FEASIBLE, INFEASIBLE, MOST_WALLS, UNDE
 from feasibee.model.record import Record
 from feasibee.reference.draws import choose, cos_sin, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
-from feasibee.reference.robot import Robot, steps_of
+from feasibee.reference.robot import SILENCE, Robot, Said, steps_of
 from feasibee.reference.world import Names, Place, World
-from feasibee.robot.controller import Message
 from feasibee.scenario.feasibility import explain_kinds, kinds_of
 from feasibee.scenario.fields import Robots, Tasks
 from feasibee.scenario.runs import Runs
@@ -141,13 +140,13 @@ class Swarm:
         working = [robot for robot in self.robots if robot.works(self.time)]
         blocked = self.move(working)
         # What is said is fixed before anyone changes: the opinions held when the step began.
-        messages = [(robot, robot.says(self.time)) for robot in working]
-        self.bits_sent += sum(self._bits(sender, message) for sender, message in messages if message)
+        messages = [(robot, *robot.delayed(self._said_by(robot))) for robot in working]
+        self.bits_sent += sum(bits for _, _, bits in messages)
         for robot in working:
             if not robot.mind.disseminating:
                 robot.mind.see(self.sightings(robot))
             if robot.mind.listens:
-                for sender, message in messages:
+                for sender, message, _ in messages:
                     if message and sender is not robot and self.hears(robot, sender):
                         robot.mind.hear(self.names.id(sender.number), message)
         for robot in working:
@@ -224,13 +223,16 @@ class Swarm:
         walls = self.world.ground.walls_between(place, other)
         return distance <= limits[min(walls, len(limits) - 1)]
 
-    def _bits(self, sender: Robot, message: Message) -> int:
-        """Return the length of a message in bits: id, opinion, value and declaration, or knowledge."""
+    def _said_by(self, sender: Robot) -> Said:
+        """Return what a robot says, and its length: id, opinion, value and declaration, or knowledge."""
+        message = sender.says(self.time)
+        if message is None:
+            return SILENCE
         says_declared = self.scenario.decision.declare is not None
         if sender.mind.knowledge:
             bits = sender.mind.knowledge.bits(message.knowledge)
-            return bits + (self.names.id_bits + 2 if says_declared else 0)
-        return self.names.id_bits + 1 + sender.mind.strategy.value_bits + says_declared
+            return message, bits + (self.names.id_bits + 2 if says_declared else 0)
+        return message, self.names.id_bits + 1 + sender.mind.strategy.value_bits + says_declared
 
     @property
     def counted(self) -> list[Robot]:

@@ -99,7 +99,7 @@ _WHOLE: Final = (
 )
 _CLASSES: Final = ("robot_classes", "task_classes")
 _REALS: Final = (
-    "width height sight radio speed exploration dissemination mean_run flooding".split()  # noqa: SIM905
+    "width height sight radio speed exploration dissemination mean_run flooding delay".split()  # noqa: SIM905
 )
 _SETTING: Final = "{}->settings->setting"
 FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {

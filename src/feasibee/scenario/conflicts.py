@@ -351,6 +351,14 @@ def _unique_memory(scenario: Sections) -> Iterator[Conflict]:
         yield Conflict("sensing.observation", rule, 'use fewer robots or tasks, or observation = "repeated"')
 
 
+def _delay_memory(scenario: Sections) -> Iterator[Conflict]:
+    """Find messages under way that don't fit; `_knowledge_memory` counts what they say beyond an opinion."""
+    needed = 24 * scenario.radio.delay * scenario.most.robots
+    if needed > UNIQUE_LIMIT:
+        rule = f"keeps {needed / 2**30:.1f} GiB of messages, above the limit of {UNIQUE_LIMIT // 2**30} GiB"
+        yield Conflict("radio.delay", rule, "lower it, or use fewer robots")
+
+
 def _knowledge_memory(scenario: Sections) -> Iterator[Conflict]:
     """Find built-in strategies whose robots together know more than fits; a user's file isn't run here."""
     strategy = scenario.manifest
@@ -517,6 +525,7 @@ RULES: Final[tuple[Rule, ...]] = (
     *PLACES,
     standing,
     _unique_memory,
+    _delay_memory,
     _knowledge_memory,
 )
 """All rules between fields but that about points, which shows them as they were given."""

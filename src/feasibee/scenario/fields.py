@@ -136,6 +136,7 @@ Some = Annotated[int, Field(ge=1, le=1_000_000)]
 ManyTasks = Annotated[int, Field(ge=0, le=10_000_000)]
 Step = Annotated[int, Field(ge=0, le=1_000_000_000), TIME]
 Steps = Annotated[int, Field(ge=1, le=1_000_000_000), TIME]
+Late = Annotated[int, Field(ge=0, le=1_000), TIME]
 Bits = Annotated[int, Field(ge=1, le=32)]
 Length = Annotated[float, Field(gt=0, le=1e6), LENGTH]
 Duration = Annotated[float, Field(gt=0, le=1e6), TIME]
@@ -476,6 +477,9 @@ class Radio(Section):
         json_schema_extra=without_default,
     )
     loss: Share = Field(0.0, description="Probability that a robot in range misses a message.")
+    delay: Late = Field(
+        0, description="Steps by which messages are late: a robot broadcasts what it would have said then."
+    )
     walls: Share = Field(
         0.0, description="Factor by which each wall on the way shortens the range: 0 blocks, 1 lets pass."
     )

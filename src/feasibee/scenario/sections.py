@@ -185,6 +185,7 @@ class Sections(BaseModel):
             dissemination=self.decision.gain + self.decision.dissemination_floor,
             mean_run=self.walk.mean_run,
             flooding=float(self.place.flooding or NEVER) if self.place.exists else 0.0,
+            delay=float(self.radio.delay),
         )
 
 

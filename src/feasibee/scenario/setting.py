@@ -85,8 +85,9 @@ def knowledge_words(strategy: Strategy, setting: Setting) -> tuple[int, int]:
 
 def excess(setting: Setting, known: int, told: int) -> str:
     """Return what is wrong with the memory that all robots' words take; empty if they fit."""
-    needed = 4 * setting.robots * (known + told)
+    needed = 4 * setting.robots * (known + told + 2 * int(setting.delay) * told)
     if needed <= KNOWLEDGE_LIMIT:
         return ""
     gibibytes = f"{needed / 2**30:.0f} GiB, over {KNOWLEDGE_LIMIT // 2**30}"
-    return f"what {setting.robots} robots know would take {gibibytes}"
+    late = " and say within radio.delay" if setting.delay else ""
+    return f"what {setting.robots} robots know{late} would take {gibibytes}"

@@ -69,7 +69,8 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
         truth=truth(scenario),
         changes=scenario.dynamic,
         together=together,
-        in_space_order=scenario.robots.count > POOLED and not (knows or scenario.dynamic),
+        in_space_order=scenario.robots.count > POOLED
+        and not (knows or scenario.dynamic or scenario.radio.delay),
         in_sender_order=not fast
         and bool(knows or scenario.radio.id_bits is not None or scenario.decision.inbox_size),
     )
@@ -160,6 +161,7 @@ def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> numbers.Radi
         band=band_of(squared_range + 1, 16),
         loss=probability(radio.loss),
         id_bits=id_bits,
+        delay=radio.delay,
         as_sight=radio.range == scenario.sensing.range
         and scenario.sensing.view == 360
         and not (scenario.plan and radio.walls),

@@ -145,6 +145,8 @@ class Setting(NamedTuple):
     """Mean duration of a straight walk between two turns, in steps."""
     flooding: float = 0.0
     """In a place: step by which names surely are known by all of tasks, 2**30 if unknown; elsewhere 0.0."""
+    delay: float = 0.0
+    """Delay of messages, in steps."""
 
 
 class Me(NamedTuple):

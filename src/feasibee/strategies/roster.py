@@ -186,19 +186,21 @@ def look(known, me):
 
 
 def encode(message, known, me):
-    """Write the ages of all states that aren't too old, and the positions of the tasks."""
+    """Write the ages that all states have when the message arrives, and the positions of the tasks."""
     robots, tasks = robot_entries(me.setting), me.setting.task_ids
     task_timeout, robot_timeout = known[TASK_TIMEOUT], known[ROBOT_TIMEOUT]
     longest = task_timeout if robots == 0 else max(task_timeout, robot_timeout)
+    late = 2 * int(me.setting.delay)
     message[0] = longest.bit_length()
     if robots > 0:
         known[STATES + me.id] = state_at(me.step, 1)
     for k in range(robots):
         entry = entry_of(known[STATES + k], me)
-        message[ENTRIES + k] = 0 if (entry & 1 == 0) | (entry > 2 * robot_timeout + 2) else entry
+        is_news = (entry & 1 == 1) & (entry <= 2 * robot_timeout + 2 - late)
+        message[ENTRIES + k] = entry + late if is_news else 0
     for k in range(robots, robots + tasks):
         entry = entry_of(known[STATES + k], me)
-        message[ENTRIES + k] = 0 if entry > 2 * task_timeout + 2 else entry
+        message[ENTRIES + k] = 0 if entry > 2 * task_timeout + 2 - late else entry + late
     for k in range(robots, robots + tasks):
         message[ENTRIES + tasks + k] = known[STATES + tasks + k] if message[ENTRIES + k] != 0 else 0
 

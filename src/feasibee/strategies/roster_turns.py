@@ -266,13 +266,13 @@ def next_in_turn(known, me):
 
 
 def write_robot(message, known, me):
-    """Write the next robot that was there lately, and its age."""
+    """Write the next robot that was there lately, and its age when the message arrives."""
     robots, first = me.setting.robot_ids, first_robot(me.setting)
     message[KIND] = 1
     for _ in range(robots):
         known[ROBOT_TURN] = known[ROBOT_TURN] + 1 if known[ROBOT_TURN] + 1 < robots else 0
         state = known[first + known[ROBOT_TURN] * robot_words(me.setting)]
-        age = entry_of(state, me) // 2
+        age = entry_of(state, me) // 2 + int(me.setting.delay)
         if known[ROBOT_TURN] != me.id and state % 2 == 1 and age <= OLDEST:
             message[WHAT], message[VALUE] = known[ROBOT_TURN] + 1, age
             return

@@ -274,6 +274,8 @@ def changes_of(scenario: Scenario) -> dict[str, Scenario]:
         tried["a perfect sensor"] = {f"sensing.{name}": 0.0 for name in errors}
     if radio.loss:
         tried["no message lost"] = {"radio.loss": 0.0}
+    if radio.delay:
+        tried["no message late"] = {"radio.delay": 0}
     if any(scenario.faulty):
         tried["no faulty robot"] = {f"faults.{kind}": 0.0 for kind in KINDS}
     tried |= changes_of_place(scenario)

@@ -35,6 +35,7 @@ struct feasibee_setting {
     double width, height, sight, radio, speed; /* in units, and units per step */
     double exploration, dissemination, mean_run; /* mean durations, in steps; mean_run: between two turns */
     double flooding; /* in a place: step by which all surely know all names; elsewhere 0 */
+    double delay; /* of messages, in steps */
 #endif
 };
 

@@ -1,0 +1,83 @@
+"""Messages that are late: a robot broadcasts what it would have said some steps before (model.md 6.21.2)."""
+
+from __future__ import annotations
+
+import pytest
+from test_equivalence import assert_equal
+
+from feasibee import Scenario, Swarm, simulate
+
+LIARS = {"faults.byzantine": 0.2, "faults.stopped": 0.2, "faults.stop_step": 15, "radio.loss": 0.1}
+COMING = {"robots.failure_rate": 0.02, "robots.arrival_rate": 0.3, "events": [{"step": 10, "robots": -8}]}
+WORLDS = {
+    "values, and those who stop and lie": {**LIARS, "decision.strategy": "average"},
+    "lies that are tossed, about names": {
+        **LIARS,
+        "faults.byzantine_says": "random",
+        "decision.strategy": "quiet-census",
+    },
+    "liars who collude": {**LIARS, "faults.byzantine_says": "colluding", "decision.strategy": "census"},
+    "ages of robots that come and go": {**COMING, "decision.strategy": "roster"},
+    "names in turn of robots that come and go": {**COMING, "decision.strategy": "roster-turns"},
+    "declaring by votes": {"decision.declare": {"quorum": 0.6, "rounds": 1, "heard": 1}},
+    "a crowd of liars": {**LIARS, "robots.count": 140, "radio.id_bits": 4, "run.steps": 20},
+}
+
+
+def late(changes, delay):
+    return Scenario().replace({"arena.side": 8.0, "run.steps": 40, **changes, "radio.delay": delay})
+
+
+@pytest.mark.quick(3)
+@pytest.mark.parametrize("world", WORLDS)
+def test_engine_equals_reference_where_messages_are_late(world):
+    assert_equal(late(WORLDS[world], 6), 7)
+
+
+@pytest.mark.parametrize("robots", [20, 140])
+def test_robots_hear_what_others_would_have_said_some_steps_before(robots):
+    """All hear all; so an inbox has the latest message of each sender up to so many steps before."""
+    world = late({"arena.boundary": "walls", "radio.range": 20.0, "robots.count": robots}, delay := 4)
+    swarm, said, inboxes, changed = Swarm(world, seed=3), [], [{} for _ in range(robots)], 0
+    for step in range(40 if robots == 20 else 15):
+        robots_before = [swarm.robot(i) for i in range(robots)]
+        said.append({i: each.broadcasts for i, each in enumerate(robots_before) if each.broadcasts >= 0})
+        swarm.advance()
+        arriving = said[step - delay] if step >= delay else {}
+        changed += arriving != said[step]
+        for i, before in enumerate(robots_before):
+            others = {sender: opinion for sender, opinion in arriving.items() if sender != i}
+            ends = before.phase_left == 1 and before.flags >> 2 & 1
+            inboxes[i] = {} if ends else inboxes[i] | others
+            assert {sender: opinion for sender, opinion, _ in swarm.robot(i).heard} == inboxes[i], (step, i)
+    assert changed > 8
+
+
+@pytest.mark.parametrize(("strategy", "robots"), [("voter", 20), ("census", 20), ("voter", 1030)])
+def test_bits_count_when_they_are_broadcast(strategy, robots):
+    """Phases of these strategies don't depend on messages; what isn't heard changes none, either.
+
+    Without a delay, so many robots would be sorted in space, but not their queues.
+    """
+    world = {"decision.strategy": strategy, "radio.range": 1e-3, "robots.count": robots, "arena.side": 40.0}
+    early, delayed = (Swarm(late(world, delay), seed=5) for delay in (0, 7))
+    early.advance(23)
+    delayed.advance(30)
+    assert delayed.bits_sent == early.bits_sent > 0
+
+
+@pytest.mark.quick(2)
+def test_a_quiet_time_is_long_enough_for_late_messages():
+    """Without the delay in the quiet time, 20 of these swarms declare wrongly."""
+    changes = {"decision.strategy": "quiet-census", "robots.know_count": True, "tasks.count": 21}
+    ends = {"run.steps": 600, "run.stop_at_declarations": True, "radio.delay": 100}
+    scenario = Scenario().replace({**changes, **ends})
+    assert (simulate(scenario, runs=300, seed=5).declared_feasible.values > 0).sum() <= 2
+
+
+def test_ages_are_those_at_arrival():
+    """Else robots make each other's news of a task that vanished younger, and never forget it."""
+    changes = {"decision.strategy": "roster", "robots.know_count": True, "decision.parameters.looks": 1e6}
+    world = {"tasks.count": 25, "events": [{"step": 100, "tasks": -10}], "run.steps": 450}
+    scenario = Scenario().replace({**changes, **world, "radio.delay": 20, "run.stop_at_decision": False})
+    assert (simulate(scenario, runs=20, seed=5).feasible_at_end.values > 18).sum() >= 19
