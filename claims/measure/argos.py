@@ -27,15 +27,22 @@ from claims.measure.equivalence import (
     ratio,
     tested,
 )
+from claims.measure.rooms import PLACES
 from feasibee.results.statistics import Interval
 
 FIGURES = Path(__file__).with_suffix(".csv")
 WALLS = {"arena.boundary": "walls"}
 BODIES = {**WALLS, "robots.avoid_collisions": True}
+CONTACTS = {"stand": BODIES, "deflect": {**BODIES, "robots.contact": "deflect"}}
+ROOMS = ("2 rooms, door 2", "8 rooms on a corridor, doors 2")
 WORLDS = {
     "torus": {"": {}},
     "walls": {"": WALLS},
-    "bodies": {"stand": BODIES, "deflect": {**BODIES, "robots.contact": "deflect"}},
+    "bodies": CONTACTS,
+    **{
+        place: {rule: {**changes, "place.walls": PLACES[place][0]} for rule, changes in CONTACTS.items()}
+        for place in ROOMS
+    },
 }
 """Changes of the paper's scenario by world and rule of contact."""
 RUNS, MOVING_RUNS, SIGHT = 20_000, 40, 2.0
@@ -68,10 +75,12 @@ PLAN = {
         for swarm in ((20, 20, 10), USUAL, (20, 20, 40), CROWDED, SPARSE)
     },
     **{Row("bodies", *swarm): 800 for swarm in (USUAL, CROWDED, SPARSE)},
+    **{Row(place, *USUAL): 800 for place in ROOMS},
 }
 """Number of runs in ARGoS. Robots with bodies take 40 times as long there as points."""
 BLOCK = 100
-"""Runs of a row before the next row's. Blocks complete at 09:25 count: the clock decides, not the results."""
+"""Runs of a row before the next row's. Blocks complete at 09:25 count, in rooms those at 01:45: the clock
+decides, not the results."""
 
 
 def first_seed(row: Row) -> int:
@@ -87,13 +96,17 @@ def our_seeds(row: Row) -> tuple[int, int]:
 def main() -> None:
     """Print each row of ARGoS with those of feasibee, and whether they are equivalent, as JSON."""
     argos = dict(read(FIGURES))
-    rows = [compared(row, contact, argos[row]) for row in PLAN for contact in WORLDS[row.world]]
+    found = [compared(row, contact, argos[row]) for row in PLAN for contact in WORLDS[row.world]]
+    rooms = [row for row in found if row["world"] in ROOMS]
+    rows = [row for row in found if row["world"] not in ROOMS]
     worlds = [
         over_rows([row for row in rows if (row["world"], row["contact"]) == (world, contact)])
         for world, rules in WORLDS.items()
         for contact in rules
+        if world not in ROOMS
     ]
-    print(json.dumps({"rows": rows, "worlds": worlds}, indent=2))
+    over = [over_rows([row for row in rooms if row["contact"] == contact]) for contact in CONTACTS]
+    print(json.dumps({"rows": rows, "worlds": worlds, "rooms": rooms, "over_rooms": over}, indent=2))
 
 
 def read(path: Path) -> Iterator[tuple[Row, dict[str, float]]]:
@@ -111,7 +124,10 @@ def compared(row: Row, contact: str, argos: dict[str, float]) -> dict[str, Any]:
     means = {
         name: ratio(*(Mean(each[name], each[f"{name}_error"]) for each in (argos, ours))) for name in MEANS
     }
+    undecided = (int(argos["undecided"]), int(argos["runs"])), (int(ours["undecided"]), RUNS)
     tests = {"feasible": tested(difference(*shares), RATE)}
+    if row.world in ROOMS:
+        tests["undecided"] = tested(difference(*undecided), RATE)
     tests |= {name: tested(found, RATIO) for name, found in means.items()}
     return {
         **row._asdict(),
@@ -168,23 +184,37 @@ def motion(swarm: feasibee.Swarm) -> tuple[float, ...]:
     """Simulate until the decision; return the steps, and way, contacts, and sightings per robot-step."""
     side, _ = swarm.scenario.arena.size
     around = side if swarm.scenario.arena.boundary == "torus" else np.inf
+    boxes = np.array([(each[0], each[2]) for each in swarm.scenario.place.walls])
     sums = np.zeros(4)
-    before, seen = swarm.positions, in_sight(swarm.positions, swarm.positions, around)
+    before, seen = swarm.positions, in_sight(swarm.positions, swarm.positions, around, boxes)
     while swarm.decision < 0 and swarm.step < swarm.scenario.run.steps:
         swarm.advance()
         now = swarm.positions
-        sees = in_sight(now, now, around)
+        sees = in_sight(now, now, around, boxes)
         ways = np.linalg.norm(shortest(now - before, around), axis=-1)
         others = sees.sum() - len(now)
-        sums += ways.sum(), (sees & ~seen).sum(), others, in_sight(now, swarm.tasks, around).sum()
+        sums += ways.sum(), (sees & ~seen).sum(), others, in_sight(now, swarm.tasks, around, boxes).sum()
         before, seen = now, sees
     return swarm.step, *(sums / (max(1, swarm.step) * len(before)))
 
 
-def in_sight(places: np.ndarray, others: np.ndarray, around: float) -> np.ndarray:
-    """Return which places see which others; each sees itself."""
-    apart = shortest(places[:, None] - others[None], around)
-    return np.linalg.norm(apart, axis=-1) <= SIGHT
+def in_sight(places: np.ndarray, others: np.ndarray, around: float, boxes: np.ndarray) -> np.ndarray:
+    """Return which places see which others; each sees itself. Boxes hide what is behind: (boxes, 2, 2)."""
+    sees = np.linalg.norm(shortest(places[:, None] - others[None], around), axis=-1) <= SIGHT
+    one, other = sees.nonzero()
+    if boxes.size:
+        sees[one, other] = ~hidden(places[one], others[other], boxes)
+    return sees
+
+
+def hidden(starts: np.ndarray, ends: np.ndarray, boxes: np.ndarray) -> np.ndarray:
+    """Return whether the straight way of each start to its end meets a box, given by two corners."""
+    with np.errstate(divide="ignore"):
+        edges = (boxes[:, :, None] - starts) / (
+            ends - starts
+        )  # parts of the ways: boxes, corners, ways, axes
+    first, last = edges.min(axis=1).max(axis=-1), edges.max(axis=1).min(axis=-1)
+    return np.asarray((np.maximum(first, 0) <= np.minimum(last, 1)).any(axis=0))
 
 
 def shortest(difference: np.ndarray, around: float) -> np.ndarray:
