@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,14 +28,15 @@ from claims.measure.equivalence import (
     ratio,
     tested,
 )
-from claims.measure.rooms import PLACES
+from claims.measure.rooms import PLACES, eight, wall
 from feasibee.results.statistics import Interval
+from feasibee.studies.rooms import split_of
 
 FIGURES = Path(__file__).with_suffix(".csv")
 WALLS = {"arena.boundary": "walls"}
 BODIES = {**WALLS, "robots.avoid_collisions": True}
 CONTACTS = {"stand": BODIES, "deflect": {**BODIES, "robots.contact": "deflect"}}
-ROOMS = ("2 rooms, door 2", "8 rooms on a corridor, doors 2")
+ROOMS, NARROW = ("2 rooms, door 2", "8 rooms on a corridor, doors 2"), 1.6
 WORLDS = {
     "torus": {"": {}},
     "walls": {"": WALLS},
@@ -45,7 +47,7 @@ WORLDS = {
     },
 }
 """Changes of the paper's scenario by world and rule of contact."""
-RUNS, MOVING_RUNS, SIGHT = 20_000, 40, 2.0
+RUNS, ROOM_RUNS, MOVING_RUNS, SIGHT = 20_000, 4_000, 40, 2.0
 MEANS = ("steps", "way", "contacts", "robots_seen", "tasks_seen")
 """Means that are compared by their ratio: steps until the decision, or of the run if it stays undecided; the
 others per robot-step until then. A contact is a robot that comes into a robot's sight."""
@@ -96,17 +98,37 @@ def our_seeds(row: Row) -> tuple[int, int]:
 def main() -> None:
     """Print each row of ARGoS with those of feasibee, and whether they are equivalent, as JSON."""
     argos = dict(read(FIGURES))
-    found = [compared(row, contact, argos[row]) for row in PLAN for contact in WORLDS[row.world]]
-    rooms = [row for row in found if row["world"] in ROOMS]
-    rows = [row for row in found if row["world"] not in ROOMS]
+    swarms = [row for row in PLAN if (row.world in ROOMS) == ("rooms" in sys.argv)]
+    rows = [compared(row, contact, argos[row]) for row in swarms for contact in WORLDS[row.world]]
+    if "rooms" in sys.argv:
+        over = [over_rows([row for row in rows if row["contact"] == contact]) for contact in CONTACTS]
+        print(json.dumps({"rows": rows, "over": over, "doors": doors()}, indent=2))
+        return
     worlds = [
         over_rows([row for row in rows if (row["world"], row["contact"]) == (world, contact)])
-        for world, rules in WORLDS.items()
-        for contact in rules
-        if world not in ROOMS
+        for world in dict.fromkeys(row.world for row in swarms)
+        for contact in WORLDS[world]
     ]
-    over = [over_rows([row for row in rooms if row["contact"] == contact]) for contact in CONTACTS]
-    print(json.dumps({"rows": rows, "worlds": worlds, "rooms": rooms, "over_rooms": over}, indent=2))
+    print(json.dumps({"rows": rows, "worlds": worlds}, indent=2))
+
+
+def doors() -> list[dict[str, Any]]:
+    """Return how often a robot of feasibee changes rooms, with the doors of ARGoS and narrower ones.
+
+    A change counts when a robot comes into another room, or into the corridor; per 1,000 steps.
+    """
+    found = []
+    for place, narrower in ((ROOMS[0], wall(10, (0, 20), [10], NARROW, True)), (ROOMS[1], eight(NARROW))):
+        row, narrow = Row(place, *USUAL), {"place.walls": narrower}
+        for contact, width, changes in (("stand", 2, {}), ("deflect", 2, {}), ("deflect", NARROW, narrow)):
+            scenario = row.scenario(contact).replace(changes)
+            swarms = feasibee.simulate(scenario, runs=1000, seed=300)
+            undecided = float((swarms.decision == -1).mean())
+            split = split_of(scenario, 300, MOVING_RUNS)
+            assert split is not None
+            shown = {"place": place, "contact": contact, "width": width}
+            found.append({**shown, "undecided": undecided, "passages": split.passages})
+    return found
 
 
 def read(path: Path) -> Iterator[tuple[Row, dict[str, float]]]:
@@ -120,11 +142,12 @@ def read(path: Path) -> Iterator[tuple[Row, dict[str, float]]]:
 def compared(row: Row, contact: str, argos: dict[str, float]) -> dict[str, Any]:
     """Return what ARGoS and feasibee find for a row, and the verdicts: ARGoS minus, or over, feasibee."""
     ours = in_feasibee(row, contact)
-    shares = (int(argos["feasible"]), int(argos["runs"])), (int(ours["feasible"]), RUNS)
+    shares, undecided = (
+        [(int(each[name]), int(each["runs"])) for each in (argos, ours)] for name in ("feasible", "undecided")
+    )
     means = {
         name: ratio(*(Mean(each[name], each[f"{name}_error"]) for each in (argos, ours))) for name in MEANS
     }
-    undecided = (int(argos["undecided"]), int(argos["runs"])), (int(ours["undecided"]), RUNS)
     tests = {"feasible": tested(difference(*shares), RATE)}
     if row.world in ROOMS:
         tests["undecided"] = tested(difference(*undecided), RATE)
@@ -135,7 +158,7 @@ def compared(row: Row, contact: str, argos: dict[str, float]) -> dict[str, Any]:
         "argos": argos | {"feasible": feasibee.wilson(*shares[0])._asdict()},
         "feasibee": ours | {"feasible": feasibee.wilson(*shares[1])._asdict()},
         "tests": tests,
-        "power": power([equal(argos, shares[1][0] / RUNS)]),
+        "power": power([equal(argos, ours, shares[1][0] / shares[1][1])]),
     }
 
 
@@ -149,20 +172,22 @@ def over_rows(rows: list[dict[str, Any]]) -> dict[str, Any]:
         "world": rows[0]["world"],
         "contact": rows[0]["contact"],
         "feasible": tested(feasible, RATE),
-        "power": power([equal(row["argos"], row["feasibee"]["feasible"]["estimate"]) for row in rows]),
+        "power": power(
+            [equal(row["argos"], row["feasibee"], row["feasibee"]["feasible"]["estimate"]) for row in rows]
+        ),
         "verdicts": {name: overall([each["verdict"] for each in found]) for name, found in tests.items()},
     }
 
 
-def equal(argos: dict[str, float], share: float) -> tuple[float, tuple[int, int]]:
+def equal(argos: dict[str, float], ours: dict[str, float], share: float) -> tuple[float, tuple[int, int]]:
     """Return what the power of a row depends on, if ARGoS has feasibee's share."""
-    return share, (int(argos["runs"]), RUNS)
+    return share, (int(argos["runs"]), int(ours["runs"]))
 
 
 def in_feasibee(row: Row, contact: str) -> dict[str, float]:
     """Return a row's figures in feasibee, with the names of argos.csv."""
     scenario, (seed, moving_seed) = row.scenario(contact), our_seeds(row)
-    swarms = feasibee.simulate(scenario, runs=RUNS, seed=seed)
+    swarms = feasibee.simulate(scenario, runs=ROOM_RUNS if row.world in ROOMS else RUNS, seed=seed)
     decision, steps = swarms.decision.to_numpy(), swarms.decision_step.to_numpy()
     moving = np.array([motion(feasibee.Swarm(scenario, moving_seed, run)) for run in range(MOVING_RUNS)])
     return figures(decision, np.where(steps < 0, scenario.run.steps, steps), moving[:, 0], moving[:, 1:].T)

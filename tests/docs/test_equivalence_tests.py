@@ -7,7 +7,18 @@ import pytest
 
 import feasibee
 from claims.measure import equivalence
-from claims.measure.argos import FIGURES, PLAN, Row, figures, first_seed, motion, our_seeds, read
+from claims.measure.argos import (
+    FIGURES,
+    PLAN,
+    ROOMS,
+    Row,
+    figures,
+    first_seed,
+    hidden,
+    motion,
+    our_seeds,
+    read,
+)
 from claims.measure.equivalence import RATE, RATIO, Mean, difference, mean_of, power, ratio, verdict
 from feasibee.results.statistics import Interval
 
@@ -141,6 +152,25 @@ def test_way_contacts_and_sightings_are_those_of_robots_that_are_followed_by_han
     assert (contacts, robots, tasks) == pytest.approx(tuple(found / 60))
 
 
+def test_a_way_is_hidden_where_it_meets_a_box():
+    row = next(row for row in PLAN if row.world == ROOMS[0])
+    boxes = np.array([(each[0], each[2]) for each in row.scenario().place.walls])
+    starts = [[9.0, 5.0], [9.0, 10.0], [9.0, 8.5], [9.5, 9.4], [9.5, 9.4], [9.0, 8.0], [9.0, 8.0], [9.0, 5.0]]
+    ends = [
+        [11.0, 5.0],
+        [11.0, 10.0],
+        [10.5, 9.5],
+        [10.5, 8.8],
+        [10.5, 8.7],
+        [10.5, 9.5],
+        [9.8, 8.0],
+        [9.0, 6.0],
+    ]
+    found = [True, False, False, False, True, True, False, False]
+    assert hidden(np.array(starts), np.array(ends), boxes).tolist() == found
+    assert hidden(np.array(ends), np.array(starts), boxes).tolist() == found
+
+
 def test_an_undecided_run_counts_as_undecided_and_with_all_its_steps():
     found = figures(np.array([1, 0, -1, 1]), np.array([10, 20, 1000, 30]), np.ones(4), [np.ones(4)] * 4)
     assert (found["runs"], found["feasible"], found["undecided"]) == (4, 2, 1)
@@ -158,6 +188,6 @@ def test_no_two_rows_of_the_plan_share_a_seed():
 
 def test_the_kept_figures_are_those_of_the_plan():
     found = dict(read(FIGURES))
-    assert list(found) == [row for row in PLAN if row in found]
-    assert all(100 <= found[row]["runs"] <= PLAN[row] for row in found)
+    assert list(found) == list(PLAN)
+    assert all(100 <= found[row]["runs"] <= runs for row, runs in PLAN.items())
     assert isinstance(next(iter(found)), Row)
