@@ -25,6 +25,11 @@ CHANGES = {
 CHANGED = ("2 rooms, door 1", "8 rooms on a corridor, doors 1", "12 shelves")
 SPLIT = ("2 rooms, door 1", "8 rooms on a corridor, doors 1")
 SPLIT_RUNS = 200
+PLANNED = 11
+"""Places in which strategies that read the plan are measured: the first ones."""
+LATE = {"roster": "place.flooding", "roster_turns": "place.flooding", "fading": "", "fading_votes": ""}
+"""Strategies that are right late, and the field that some of them need."""
+LATE_RUNS, LATE_STEPS = 100, 1500
 
 
 def box(left: float, low: float, right: float, top: float) -> Polygon:
@@ -154,6 +159,33 @@ def wrong_in(
     return {**times._asdict(), "wrong": told.wrong.estimate, "high": told.wrong.high, **steps}
 
 
+def plans() -> list[dict[str, Any]]:
+    """Return by place how often map declares wrongly, and how many robots are right by others."""
+    found: list[dict[str, Any]] = []
+    for name in list(PLACES)[:PLANNED]:
+        scenario = scenario_in(*PLACES[name])
+        one = scenario.replace({"decision.strategy": "map", "run.steps": 4000})
+        told = declarations(simulate(one, RUNS, seed=SEED), one)
+        assert told is not None
+        said = {"wrong": told.wrong.estimate, "high": told.wrong.high}
+        row: dict[str, Any] = {
+            "place": name,
+            **said,
+            "median": told.step_90.median,
+            "p95": told.step_90.p95,
+        }
+        times = {"place.flooding": flooding_in(scenario).slowest}
+        ends = {"run.steps": LATE_STEPS, "run.stop_at_declarations": False}
+        for strategy, field in LATE.items():
+            for tasks, side in ((16, "feasible_at_end"), (24, "infeasible_at_end")):
+                changes = {"decision.strategy": strategy.replace("_", "-"), "tasks.count": tasks, **ends}
+                last = scenario.replace({**changes, **(times if field else {})})
+                right = simulate(last, LATE_RUNS, seed=SEED)[side].values / 20
+                row[f"{strategy}_{tasks}"] = float(right.mean())
+        found.append(row)
+    return found
+
+
 def changed() -> list[dict[str, Any]]:
     """Return how often swarms of a place declare wrongly with n unknown, from a dock, and lied to."""
     found = []
@@ -186,6 +218,7 @@ def main() -> None:
         "more": wrong_in(worlds[WORST], "quiet-census", MORE_RUNS, FRESH_SEED),
         "changed": changed(),
         "splits": splits(),
+        "plans": plans(),
     }
     print(json.dumps(found, indent=2))
 

@@ -100,7 +100,7 @@ WORLDS = {
         "place.flooding": 20,
         "radio.walls": 0.6,
         "robots.know_count": True,
-        "decision.strategy": "quiet-census",
+        "decision.strategy": "roster",
         "run.stop_at_decision": False,
     },
     "tasks under wrong names": {

@@ -15,7 +15,7 @@ from feasibee.live.world.lowering import CELL_BITS, CELLS_LIMIT, check_scenario,
 from feasibee.reference.swarm import play as played
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.ground import ground_of
-from feasibee.strategies import STRATEGIES
+from feasibee.strategies import STRATEGIES, sight
 from tests.live.test_world import compare, constants
 from tests.places import bitmap, random_cells, rectangle
 
@@ -98,7 +98,8 @@ TWO_ROOMS = Scenario(
 
 def test_the_page_has_the_bits_and_the_limits_of_the_world():
     text = (build.FOLDER / "place.h").read_text("utf-8")
-    assert constants(text, "cell") == {name.upper(): 1 << k for k, name in enumerate(CELL_BITS)}
+    bits = {name.upper(): 1 << k for k, name in enumerate(CELL_BITS)}
+    assert constants(text, "cell") == bits | {"WALL": sight.WALL, "TASKS_THERE": sight.TASKS}
     given = place_of(TWO_ROOMS.replace({"radio.walls": 0.5}))
     columns, rows, bits, *halves = given["numbers"]
     assert (columns, rows) == (120, 60)

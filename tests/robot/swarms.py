@@ -18,6 +18,7 @@ from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES, roster
 from feasibee.strategies.certified import NEVER
 from feasibee.strategies.contract import Me, Thing
+from feasibee.strategies.sight import TASKS, WALL
 from tests.robot.driving import Draws, assert_equal
 
 NAMES = list(STRATEGIES)
@@ -117,6 +118,13 @@ def forged(frame, number, draw):
     return body + crc32(body).to_bytes(4, "big")
 
 
+def plan_of(draw):
+    """Return the plan of a random place, or none."""
+    columns = draw.choice([0, 0, 4, 7])
+    cells = bytes(draw.choices([0, TASKS, WALL], [1, 4, 1], k=columns * draw.randint(3, 8)))
+    return {"plan": cells, "columns": columns, "in_sight": draw.choice([0.03, 0.2]) if columns else 0.0}
+
+
 def setting_of(strategy, draw, whole_numbers, fixed):
     """Return a random setting with random parameters, some of them from the values in ``fixed``."""
     robots, tasks = draw.choice(fixed.get("robots", [*range(4, 25), 200])), draw.randint(1, 24)
@@ -140,6 +148,7 @@ def setting_of(strategy, draw, whole_numbers, fixed):
         mean_run=draw.choice([0.2, 3.0, 100.0]),
         flooding=draw.choice([0.0, 0.0, 7.0, float(NEVER)]),
         delay=draw.choice([0.0, 0.0, 5.0]),
+        **plan_of(draw),
     )
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
 
@@ -161,17 +170,20 @@ def wire_of(name, setting, names, declares=False):
 def setting_bytes(name, setting, declares, names=()):
     """Return what `read_setting` of stream.h reads."""
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
-    numbers += [setting.exploration, setting.dissemination, setting.mean_run, setting.flooding, setting.delay]
+    numbers += [setting.exploration, setting.dissemination, setting.mean_run, setting.flooding]
+    numbers += [setting.delay, setting.in_sight]
     numbers += setting.parameters
-    return struct.pack(
-        "<BHHHHH6B16dBB",
+    packed = struct.pack(
+        "<BHHHHH6B17dBB",
         NAMES.index(name),
         *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
         *(setting.robot_classes, setting.task_classes, setting.colluding),
         *(setting.id_bits, setting.knows_count, setting.walled),
-        *(*numbers, *[0.0] * (16 - len(numbers))),
-        *(RULE.rounds if declares else 0, STRATEGIES[name].memory),
-    ) + struct.pack(f"<H{len(names)}I", len(names), *names)
+        *(*numbers, *[0.0] * (17 - len(numbers))),
+        *(setting.columns, len(setting.plan)),
+    )
+    kept = RULE.rounds if declares else 0, STRATEGIES[name].memory
+    return packed + setting.plan + struct.pack(f"<BBH{len(names)}I", *kept, len(names), *names)
 
 
 class Episode:

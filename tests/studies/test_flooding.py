@@ -133,9 +133,11 @@ def test_studies_add_the_time_of_flooding():
     assert found.spoken.feasible == 1.0
 
 
-def test_map_needs_places_without_walls():
-    using = {"decision.strategy": "map", "robots.know_count": True}
-    with pytest.raises(ScenarioError, match=r"map concludes from what it doesn't see.*; choose quiet-census"):
+def test_totals_by_arrivals_need_places_without_walls():
+    parameters = {"decision.parameters": {"arrivals": 1.0}}
+    using = {"decision.strategy": "totals", "robots.know_count": True, **parameters}
+    wrong = r"totals concludes from what it doesn't see.*; choose quiet-census"
+    with pytest.raises(ScenarioError, match=wrong):
         place(**using)
     free = {
         "place.walls": [],

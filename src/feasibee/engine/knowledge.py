@@ -135,6 +135,9 @@ def setting_of(params, state):
         params.walk.mean_run,
         params.arena.place.flooding,
         float64(params.radio.delay),
+        state.tables.ground.sketch,
+        params.arena.place.plan_columns,
+        params.arena.place.in_sight,
     )
 
 

@@ -303,6 +303,7 @@ class Ground(NamedTuple):
 
     passable: Annotated[Words, "word of cells"]  # rows begin at whole words
     open_around: Annotated[Bytes, "cell"]  # cells in each direction to the nearest wall; 0 in a wall
+    sketch: Annotated[Bytes, "cell"]  # the plan that robots know: see `feasibee.strategies.sight`
     limits: Annotated[Limits, "Sense, walls"]  # squared distances that are too far, behind so many walls
     stands: Annotated[Int32s, "cell"]  # where things are placed, piece by piece
     stand_of: Annotated[Int32s, "robot, then task", "first, number"]  # of its cells in `stands`

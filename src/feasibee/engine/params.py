@@ -154,6 +154,8 @@ class PlaceParams(NamedTuple):
     sight: int  # cells that a robot surely sees past, if no wall is nearer
     radio: int  # likewise
     flooding: float  # steps
+    plan_columns: int  # of the plan that robots know; 0 if they know none
+    in_sight: float  # share of the cells in which tasks may be
 
 
 class ArenaParams(NamedTuple):

@@ -7,7 +7,7 @@ from itertools import accumulate
 from typing import Any, Final, get_type_hints
 
 from llvmlite import ir
-from numba import boolean, extending, float64, from_dtype, int32, int64, none, types
+from numba import boolean, extending, float64, from_dtype, int32, int64, none, types, uint8
 from numba.core import imputils
 from numba.core.typing import templates
 from numba.np.numpy_support import as_dtype
@@ -134,7 +134,8 @@ OUTCOME: Final = type_of(Outcome)
 CONTROL: Final = type_of(Control)
 PART: Final = type_of(Part)
 FLOATS: Final = types.Array(float64, 1, "C")
-FIELDS: Final = {bool: boolean, int: int64, float: float64, Any: FLOATS}
+BYTES: Final = types.Array(uint8, 1, "C")
+FIELDS: Final = {bool: boolean, int: int64, float: float64, bytes: BYTES, Any: FLOATS}
 
 
 @cache

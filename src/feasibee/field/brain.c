@@ -52,13 +52,15 @@ EXPORT uint32_t brain_size(void)
 
 EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*steps)(double),
                         void (*words)(uint32_t *), bool (*adopts)(void), int32_t (*task_of)(uint32_t),
-                        const struct feasibee_set *sets, uint16_t set_count)
+                        const struct feasibee_set *sets, uint16_t set_count, const uint8_t *cells, int32_t length)
 {
     struct feasibee_me me = {.context = brain, .x = numbers[X], .y = numbers[Y]};
     brain->draw_steps = steps;
     brain->draw_words = words;
     brain->draw_switch = adopts;
     brain->setting = feasibee_setting_given(numbers + GIVEN);
+    brain->setting.plan.cells = cells;
+    brain->setting.plan.length = length;
     brain->settings = feasibee_settings_given(numbers + GIVEN, &STRATEGY, &brain->setting);
     brain->settings.stubborn = numbers[STUBBORN] != 0.0;
     brain->settings.draw_duration = duration;

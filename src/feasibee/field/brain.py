@@ -126,6 +126,8 @@ class CompiledMind(Mind):
             ctypes.CFUNCTYPE(i32, u32)(task_of) if task_of else none,
             self._sets(),
             len(self.settings.sets),
+            self.settings.setting.plan,
+            len(self.settings.setting.plan),
         )
         self._library.brain_move.argtypes = ctypes.c_void_p, real, real
         self._library.brain_recognise.argtypes = (

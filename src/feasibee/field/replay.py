@@ -15,7 +15,7 @@ from feasibee.field.logs import damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
-from feasibee.reference.mind import Words
+from feasibee.reference.mind import Words, setting_from
 from feasibee.scenario.fields import Duration, Length, Lie, ManyTasks, Million, Section, Share, Some, Speed
 from feasibee.scenario.setting import WORDS_LIMIT, excess
 from feasibee.strategies import STRATEGIES
@@ -74,6 +74,9 @@ class _Setting(Section):
     mean_run: Duration
     flooding: Annotated[float, Field(ge=0, le=2**30)] = 0.0
     delay: Annotated[float, Field(ge=0, le=1_000)] = 0.0
+    plan: Annotated[str, Field(pattern=r"^([0-9a-f]{2})*$", max_length=2**25)] = ""
+    columns: Annotated[int, Field(ge=0, le=2**12)] = 0
+    in_sight: Annotated[float, Field(ge=0, le=1)] = 0.0
 
 
 class _Declare(Section):
@@ -119,7 +122,7 @@ def _problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
     except ValidationError as error:
         where = ".".join(map(str, ("settings", *error.errors(include_url=False)[0]["loc"])))
         return f"has no valid {where}"
-    setting = Setting(**settings.setting.model_dump())
+    setting = setting_from(settings.setting.model_dump())
     kinds = setting.robot_classes, setting.task_classes
     invented = setting.tasks, setting.robots + 1
     half = min(setting.width, setting.height) / 2
@@ -133,6 +136,8 @@ def _problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
         "settings.me": settings.me[0] < setting.robots and settings.me[1] < setting.robot_classes,
         "settings.setting.count": setting.count <= setting.robots,
         "settings.setting.sight": setting.walled or max(setting.sight, setting.radio) <= half,
+        "settings.setting.plan": len(setting.plan) % max(setting.columns, 1) == 0
+        and bool(setting.plan) == (setting.columns > 0),
         "settings.setting.speed": setting.speed <= half,
         "settings.setting.task_ids": (setting.robot_ids - setting.robots, setting.task_ids - setting.tasks)
         in ((0, 0), invented),

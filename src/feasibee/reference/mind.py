@@ -137,9 +137,14 @@ def plain_settings(settings: Settings) -> dict[str, Any]:
     """Return settings as plain values, which JSON keeps exactly."""
     rule = settings.declare
     return vars(settings) | {
-        "setting": settings.setting._asdict(),
+        "setting": settings.setting._asdict() | {"plan": settings.setting.plan.hex()},
         "declare": None if rule is None else rule._asdict() | {"quorum": str(rule.quorum)},
     }
+
+
+def setting_from(plain: Mapping[str, Any]) -> Setting:
+    """Return a setting from its form in `plain_settings`; logs of earlier versions have no plan."""
+    return Setting(**{**plain, "plan": bytes.fromhex(plain.get("plan", ""))})
 
 
 def settings_from(plain: Mapping[str, Any]) -> Settings:
@@ -154,6 +159,6 @@ def settings_from(plain: Mapping[str, Any]) -> Settings:
             "me": tuple(plain["me"]),
             "place": tuple(plain["place"]),
             "declare": rule,
-            "setting": Setting(**plain["setting"]),
+            "setting": setting_from(plain["setting"]),
         }
     )

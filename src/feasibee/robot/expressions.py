@@ -23,6 +23,7 @@ from feasibee.robot.language import (
     MATH,
     METHODS,
     NUMBERS,
+    PLAN,
     REAL,
     REALS,
     REMEDIES,
@@ -138,8 +139,7 @@ class Expressions:
         row, place = self.value(node.value), self.value(node.slice)
         if row.type not in ELEMENTS or place.type not in WHOLE:
             self.fail(node, ast.unparse(node), "take one number out of a row, by a whole number")
-        name = {ROW: "feasibee_at", REALS: "feasibee_real_at", COUNTS: "feasibee_count_at"}[str(row.type)]
-        return f"*{name}({row.text}, {bare(place.text)})"
+        return f"*{_AT[str(row.type)]}({row.text}, {bare(place.text)})"
 
     def _v_subscript(self, node: ast.Subscript) -> Value:
         if isinstance(node.slice, ast.Slice):
@@ -151,7 +151,7 @@ class Expressions:
                 self.fail(node, ast.unparse(node), f"write a number from 0 to {len(whole.type) - 1}")
             return Value(f"{whole.text}.m{place}", whole.type[place])
         return Value(
-            f"(feasibee_int){self._place(node)}" if whole.type == ROW else f"({self._place(node)})",
+            f"(feasibee_int){self._place(node)}" if whole.type in (ROW, PLAN) else f"({self._place(node)})",
             ELEMENTS.get(str(whole.type), INT),
         )
 
@@ -430,6 +430,12 @@ _FOLDED: Final[Mapping[type, Callable[[Any, Any], Any]]] = {
     ast.BitAnd: operator.and_,
     ast.BitOr: operator.or_,
     ast.BitXor: operator.xor,
+}
+_AT: Final = {
+    ROW: "feasibee_at",
+    REALS: "feasibee_real_at",
+    COUNTS: "feasibee_count_at",
+    PLAN: "feasibee_cell_at",
 }
 _COMPARISONS: Final[Mapping[type, str]] = {
     ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=",

@@ -12,6 +12,7 @@ from typing import Any, Final, NamedTuple
 SMALL, INT, WORD, LONG, REAL = "int", "feasibee_int", "uint32_t", "int64_t", "feasibee_real"
 BOOL, VOID = "bool", "void"
 ROW, REALS, COUNTS = "struct feasibee_row", "struct feasibee_reals", "struct feasibee_counts"
+PLAN = "struct feasibee_plan"
 TEXT = "text"
 Type = str | tuple[str, ...]
 """A type of C, a record by its name in Python, or the types of a tuple."""
@@ -19,7 +20,7 @@ WHOLE: Final = (BOOL, SMALL, INT, WORD, LONG)
 NUMBERS: Final = (*WHOLE, REAL)
 """Types of numbers: of two that meet, the later one is taken. A word of 32 bits has no sign: with another one
 it becomes a type that holds both."""
-ELEMENTS: Final = {ROW: INT, REALS: REAL, COUNTS: LONG}
+ELEMENTS: Final = {ROW: INT, REALS: REAL, COUNTS: LONG, PLAN: INT}
 """Types of what a row holds."""
 RECORDS: Final = {
     "me": "struct feasibee_robot *",
@@ -99,7 +100,8 @@ _WHOLE: Final = (
 )
 _CLASSES: Final = ("robot_classes", "task_classes")
 _REALS: Final = (
-    "width height sight radio speed exploration dissemination mean_run flooding delay".split()  # noqa: SIM905
+    *("width", "height", "sight", "radio", "speed", "exploration", "dissemination", "mean_run"),
+    *("flooding", "delay", "in_sight"),
 )
 _SETTING: Final = "{}->settings->setting"
 FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
@@ -109,6 +111,8 @@ FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
         **{name: _field(f"{{}}->{name}", REAL, "floating") for name in _REALS},
         **{name: _field(f"{{}}->{name}", BOOL) for name in ("knows_count", "colluding")},
         "walled": _field("{}->walled", BOOL, "floating"),
+        "plan": _field("{}->plan", PLAN, "floating"),
+        "columns": _field("(int){}->columns", SMALL, "floating"),
         "parameters": _field("feasibee_parameters_of({})", REALS),
     },
     "me": {

@@ -105,18 +105,22 @@ def _flags_of(strategy: Strategy, setting: Setting | None, frames: bool, folder:
 def setting_in_c(setting: Setting) -> str:
     """Return a definition of ``setting`` in C."""
     fields = setting._asdict()
+    cells, given = fields.pop("plan"), []
     parameters = ", ".join(f"FEASIBEE_REAL({value!r})" for value in fields.pop("parameters")) or "0"
 
     def rows(*, for_double: bool) -> list[str]:
         return [
             f"    .{name} = {str(value).lower()},"
             for name, value in fields.items()
-            if (isinstance(value, float) or name == "walled") == for_double
+            if (isinstance(value, float) or name in ("walled", "columns")) == for_double
         ]
 
     lines = ["static struct feasibee_setting setting = {", *rows(for_double=False)]
-    lines += [f"    .parameters = {{{parameters}}},", "#ifdef FEASIBEE_DOUBLE"]
-    return "\n".join([*lines, *rows(for_double=True), "#endif", "};", ""])
+    lines += [f"    .parameters = {{{parameters}}},", "#ifdef FEASIBEE_DOUBLE", *rows(for_double=True)]
+    if cells:
+        given = [f"static const uint8_t plan[] = {{{', '.join(map(str, cells))}}};"]
+        lines.append(f"    .plan = {{plan, {len(cells)}}},")
+    return "\n".join([*given, *lines, "#endif", "};", ""])
 
 
 def output(*command: str) -> str:

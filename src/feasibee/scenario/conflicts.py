@@ -335,10 +335,6 @@ def _overlaps(points: Any, diameter: float, torus: tuple[float, float] | None) -
         cells.setdefault((column, row), []).append(i)
 
 
-def _hides(scenario: Sections) -> bool:
-    return bool(scenario.place.map or scenario.place.walls)
-
-
 # --- Memory ---
 
 
@@ -462,7 +458,11 @@ RULES: Final[tuple[Rule, ...]] = (
     *both(_one_class),
     never(
         "place.walls",
-        lambda s: _hides(s) and is_there(s.manifest.all_round, s.decision.parameters),
+        lambda s: (
+            s.place.hides
+            and not s.manifest.reads_plan
+            and is_there(s.manifest.all_round, s.decision.parameters)
+        ),
         "{strategy} concludes from what it doesn't see in range, but walls hide things",
         "choose quiet-census or turns, or give the obstacles as place.keepout",
         "walls",

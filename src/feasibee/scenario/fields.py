@@ -294,6 +294,11 @@ class Place(Section):
         """Whether the arena has cells."""
         return bool(self.map or self.walls or self.keepout or self.zones)
 
+    @property
+    def hides(self) -> bool:
+        """Whether there are walls that hide things."""
+        return bool(self.map or self.walls)
+
 
 class Placed(Section):
     """The initial positions of robots or tasks (model.md 6.4)."""

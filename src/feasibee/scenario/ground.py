@@ -16,6 +16,7 @@ from feasibee.scenario.bitmaps import Cells
 from feasibee.scenario.fields import Place, Placed, Point
 from feasibee.scenario.plan import Plan, plan_of
 from feasibee.scenario.raster import spread
+from feasibee.strategies.sight import TASKS, WALL
 
 if TYPE_CHECKING:
     from feasibee.scenario.sections import Sections
@@ -48,6 +49,8 @@ class Ground:
     """Number of each cell's piece, from 1 on, in the order of their first cells; 0 where no robot can be."""
     robots: Stands
     tasks: Stands
+    sketch: bytes
+    """What robots know of each cell, row by row: `feasibee.strategies.sight.WALL` and ``TASKS``."""
 
     @property
     def is_one(self) -> bool:
@@ -102,7 +105,10 @@ def _ground(
         reach = _least(bodies, plan, radius) // (16 * 4**plan.bits)
         near = [nearest(pieces, cell, reach) for cell in cells_at(plan, tasks_points)]
         others = others._replace(piece=np.array(near, np.int64))
-    return Ground(plan, radius, passable, pieces, own, others)
+    sketch = plan.walls.astype(np.uint8) * WALL
+    sketch.flat[others.cells] |= TASKS
+    sketch.flat[cells_at(plan, tasks_points or ())] |= TASKS
+    return Ground(plan, radius, passable, pieces, own, others, sketch.tobytes())
 
 
 @lru_cache(maxsize=16)

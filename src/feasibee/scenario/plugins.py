@@ -47,7 +47,8 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "MEMORY": ("a whole number from 0 to 64", lambda value: is_whole(value, 64)),
     "VALUE_BITS": ("a whole number from 0 to 16", lambda value: is_whole(value, 16)),
     **dict.fromkeys(
-        ("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "SENDS_POSITIONS", "ONE_CLASS"), FLAG
+        ("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "SENDS_POSITIONS", "READS_PLAN", "ONE_CLASS"),
+        FLAG,
     ),
     **dict.fromkeys(("NEEDS_IDS", "NEEDS_NAMES", "ALL_ROUND"), NEED),
 }

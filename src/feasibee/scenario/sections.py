@@ -28,8 +28,10 @@ from feasibee.scenario.fields import (
     Units,
     Walk,
 )
+from feasibee.scenario.ground import ground_of
 from feasibee.scenario.plan import Plan, plan_of, size_of
 from feasibee.scenario.setting import setting_from
+from feasibee.scenario.share import share_in_sight
 from feasibee.scenario.tables import PRESETS
 from feasibee.strategies.certified import NEVER
 from feasibee.strategies.contract import Manifest, Setting
@@ -186,7 +188,17 @@ class Sections(BaseModel):
             mean_run=self.walk.mean_run,
             flooding=float(self.place.flooding or NEVER) if self.place.exists else 0.0,
             delay=float(self.radio.delay),
+            **self._plan,
         )
+
+    @property
+    def _plan(self) -> dict[str, Any]:
+        """What robots know of the plan of their place, as `Setting` has it."""
+        ground = ground_of(self) if self.manifest.reads_plan and self.place.hides else None
+        if ground is None:
+            return {}
+        share = share_in_sight(ground, self.sensing.range, self.robots.speed, self.walk.mean_run)
+        return {"plan": ground.sketch, "columns": ground.pieces.shape[1], "in_sight": share}
 
 
 def _count(section: Robots | Tasks) -> int:

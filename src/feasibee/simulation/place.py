@@ -27,14 +27,14 @@ def params_of(scenario: Scenario) -> PlaceParams:
     """Return the grid of a scenario's place; zeros if it has none."""
     plan = scenario.plan
     if plan is None:
-        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0.0)
+        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0.0, 0, 0.0)
     rows, columns = plan.walls.shape
     sight, radio = (
         math.ceil(exact(reach) / plan.cell) + 1 for reach in (scenario.sensing.range, scenario.radio.range)
     )
-    return PlaceParams(
-        True, plan.bits, columns, rows, -(-columns // WORD), sight, radio, scenario.setting.flooding
-    )
+    setting = scenario.setting
+    given = setting.flooding, setting.columns, setting.in_sight
+    return PlaceParams(True, plan.bits, columns, rows, -(-columns // WORD), sight, radio, *given)
 
 
 def tables_of(scenario: Scenario) -> Ground:
@@ -44,6 +44,7 @@ def tables_of(scenario: Scenario) -> Ground:
         none = np.zeros((0, 2), np.int32)
         return Ground(
             np.zeros(0, np.uint32),
+            np.zeros(0, np.uint8),
             np.zeros(0, np.uint8),
             np.zeros(0, np.uint64),
             none[:, 0].copy(),
@@ -63,6 +64,7 @@ def _tables(surface: Surface, most: Most, avoid_collisions: bool) -> Ground:
     return Ground(
         passable=_words(surface.passable),
         open_around=_open_around(surface.plan),
+        sketch=np.frombuffer(surface.sketch, np.uint8),
         limits=np.zeros(0, np.uint64),
         **_stands(surface, most, avoid_collisions),
     )

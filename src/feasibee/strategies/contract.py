@@ -147,6 +147,12 @@ class Setting(NamedTuple):
     """In a place: step by which names surely are known by all of tasks, 2**30 if unknown; elsewhere 0.0."""
     delay: float = 0.0
     """Delay of messages, in steps."""
+    plan: bytes = b""
+    """With ``READS_PLAN``, in a place with walls, its cells by row: 1 is a wall, 16 where tasks may be."""
+    columns: int = 0
+    """Number of columns of the plan; 0 without walls."""
+    in_sight: float = 0.0
+    """With a plan, the mean share that a robot sees of the cells in which tasks may be; otherwise 0.0."""
 
 
 class Me(NamedTuple):
@@ -252,6 +258,8 @@ class Manifest:
     all_round: bool | str = False
     """``ALL_ROUND``: whether robots must see all that is in range: what they don't see isn't there for them.
     Or a parameter, above 0 if so."""
+    reads_plan: bool = False
+    """``READS_PLAN``: whether robots know the plan of their place, and so what walls hide from them."""
     one_class: bool = False
     """``ONE_CLASS``: whether robots and tasks can't have classes."""
     functions: frozenset[str] = frozenset()

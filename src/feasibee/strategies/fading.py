@@ -8,10 +8,11 @@ A task is in sight in a share a = pi r**2 / area of the steps, so that the numbe
     m = (M + sum M_j) / (a (E + sum E_j))
 
 In each step the robot holds *feasible* if m <= n + 1/2, halfway to the first number that isn't. Within walls
-a is the mean share of the arena that is in sight, and a sensor that misses a tenth needs ``sees`` = 0.9, by
-which a is multiplied. A robot that doesn't know n takes one more than the number of ids that it heard lately:
-at least once in the time in which it would see a given place three times. The n that robots know is that of
-the start; only those that don't know it notice robots that join or leave.
+a is the mean share of the arena that is in sight; in a place with walls, that of the cells in which tasks may
+be, by the plan. A sensor that misses a tenth needs ``sees`` = 0.9, by which a is multiplied. A robot that
+doesn't know n takes one more than the number of ids that it heard lately: at least once in the time in which
+it would see a given place three times. The n that robots know is that of the start; only those that don't
+know it notice robots that join or leave.
 
 With ``ratio`` = 1 robots need not know the area: the robots in sight, N, stand for E. A robot sees n - 1
 others, so that
@@ -54,6 +55,7 @@ from feasibee.strategies.quiet_census import decide
 NEEDS_IDS = True
 ONE_CLASS = True
 ALL_ROUND = True
+READS_PLAN = True
 PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "sees": 1.0, "fast": 0.0, "bounded": 0.0}
 TAU, MARGIN, RATIO, SEES, FAST, BOUNDED = 0, 1, 2, 3, 4, 5
 MEMORY = 10
@@ -124,6 +126,8 @@ def share_in_sight(setting):
     seen = math.pi * reach * reach
     if setting.walled:
         seen += reach**3 * (reach / 2.0 - 4.0 / 3.0 * (setting.width + setting.height)) / area
+    if setting.in_sight > 0.0:
+        seen = setting.in_sight * area
     return min(max(seen / area * setting.parameters[SEES], 1e-9), 1.0)
 
 

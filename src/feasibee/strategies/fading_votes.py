@@ -42,6 +42,7 @@ from feasibee.strategies.quiet_census import decide
 NEEDS_IDS = True
 ONE_CLASS = True
 ALL_ROUND = True
+READS_PLAN = True
 PARAMETERS = {"tau": 0.0, "margin": 0.2, "ratio": 0.0, "sees": 1.0}
 MEMORY = 5
 WEIGHTS = 3

@@ -8,7 +8,8 @@ adopt the values of cells that they don't know. At least as many tasks exist as 
 cells and the tasks seen in other cells together. Robots know n. A robot is sure of infeasible once these are
 more than n, and sure of feasible once it knows all cells and their values are at most n. Then it declares,
 and broadcasts its verdict, which other robots adopt, instead of the map. Without missed sightings and without
-Byzantine robots this is a proof: no robot is wrong.
+Byzantine robots this is a proof: no robot is wrong. In a place with walls, robots know the plan: they leave
+out sub-cells in which no task can be, and search only what no wall hides.
 
 With ``tolerates`` = f a robot adopts a value or a verdict only when f + 1 neighbours have sent the same one.
 At least one of any f + 1 is honest, so that up to f Byzantine robots make no robot wrong. Robots keep the
@@ -33,6 +34,7 @@ Byzantine adversarial behavior", 2004).
 import math
 
 from feasibee.strategies.quiet_census import decide, say
+from feasibee.strategies.sight import holds_tasks, sees
 
 BY_NAME = True
 STARTS_NEUTRAL = True
@@ -41,6 +43,7 @@ NEEDS_IDS = "tolerates"
 NEEDS_NAMES = True
 ONE_CLASS = True
 ALL_ROUND = True
+READS_PLAN = True
 PARAMETERS = {"cell": 1.0, "rows": 0.0, "tolerates": 0.0}
 MEMBERS = 31
 """Number of a set's members in a word; also most sub-cells of a cell per axis."""
@@ -120,6 +123,25 @@ def start(known, me):
     cells = known[COLUMNS] * known[ROWS]
     for k in range(VALUES + cells, VALUES + 2 * cells):
         known[k] = 1
+    for cell in range(cells if me.setting.columns > 0 else 0):
+        if leave_out(known, cell, me.setting):
+            learn(known, cell, 1)
+
+
+def leave_out(known, cell, setting):
+    """Mark the sub-cells of a cell in which no task may be, by the plan; return whether these are all."""
+    across, down = known[ACROSS], known[DOWN]
+    width, height = setting.width / (known[COLUMNS] * across), setting.height / (known[ROWS] * down)
+    left, low = cell % known[COLUMNS] * across * width, cell // known[COLUMNS] * down * height
+    sets, missing = VALUES + 2 * known[COLUMNS] * known[ROWS] + cell * down, 0
+    for j in range(down):
+        for i in range(across):
+            x, y = left + i * width, low + j * height
+            if holds_tasks(x, y, x + width, y + height, setting):
+                missing += 1
+            else:
+                known[sets + j] |= 1 << i
+    return missing == 0
 
 
 def observe(known, thing, me):
@@ -306,12 +328,12 @@ def search(known, me):
             if known[VALUES + cell] == 0:
                 x, y = column * width - me.x, row * height - me.y
                 sets = VALUES + 2 * columns * rows + cell * down
-                if mark(known, sets, across, down, x, y, width / across, height / down, sight * sight):
+                if mark(known, sets, across, down, x, y, width / across, height / down, sight * sight, me):
                     learn(known, cell, known[VALUES + columns * rows + cell])
 
 
-def mark(known, sets, across, down, left, low, width, height, limit):
-    """Mark the sub-cells of a cell that are within range; return whether all are marked.
+def mark(known, sets, across, down, left, low, width, height, limit, me):
+    """Mark the sub-cells of a cell that are within range and not hidden; return whether all are marked.
 
     The cell's corner is given from the robot, the sizes are those of a sub-cell.
     """
@@ -322,9 +344,22 @@ def mark(known, sets, across, down, left, low, width, height, limit):
         for i in range(across):
             dx = max(-(left + i * width), left + (i + 1) * width)
             marked |= (dx * dx + dy * dy <= limit) << i
+        if me.setting.columns > 0:
+            new = marked & ~known[sets + j]
+            marked ^= hidden_ones(new, across, left, low + j * height, width, height, me)
         known[sets + j] = marked
         missing |= marked ^ ((1 << across) - 1)
     return missing == 0
+
+
+def hidden_ones(new, across, left, low, width, height, me):
+    """Return which sub-cells of a row, of those given, walls may hide."""
+    found = 0
+    for i in range(across):
+        x, y = me.x + left + i * width, me.y + low
+        if new >> i & 1 == 1 and not sees(x, y, x + width, y + height, me):
+            found |= 1 << i
+    return found
 
 
 def layout(wire, message, sender, setting):

@@ -37,12 +37,14 @@ commutative replicated data types", 2011. What f + 1 neighbours report: see `cer
 from feasibee.strategies.certified import invented, steps_for, steps_given, tolerated
 from feasibee.strategies.clock import LAST, steps_since
 from feasibee.strategies.quiet_census import decide, patience
+from feasibee.strategies.sight import sees
 
 BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
 ONE_CLASS = True
 ALL_ROUND = True
+READS_PLAN = True
 PARAMETERS = {"task_timeout": 0.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates": 0.0}
 TASK_TIMEOUT, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 TASK_QUIETS, ROBOT_QUIETS = 2.0, 1.5
@@ -167,7 +169,10 @@ def is_near(place, me):
         distance(y, me.y, setting.height, setting.walled),
     )
     reach = max(CERTAIN * setting.sight - (setting.width + setting.height) / SIDE, 0.0)
-    return dx * dx + dy * dy < reach * reach
+    if dx * dx + dy * dy >= reach * reach:
+        return False
+    across, along = 0.5 * setting.width / SIDE, 0.5 * setting.height / SIDE
+    return sees(x - across, y - along, x + across, y + along, me)
 
 
 def look(known, me):

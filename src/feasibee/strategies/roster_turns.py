@@ -37,12 +37,14 @@ from feasibee.strategies.certified import invented, steps_for, steps_given, told
 from feasibee.strategies.clock import steps_since
 from feasibee.strategies.quiet_census import decide, patience
 from feasibee.strategies.roster import CERTAIN, distance, entry_of, expired, oldest_of, state_at, younger
+from feasibee.strategies.sight import sees
 
 BY_NAME = True
 NEEDS_IDS = True
 NEEDS_NAMES = True
 ONE_CLASS = True
 ALL_ROUND = True
+READS_PLAN = True
 PARAMETERS = {"name_bits": 20.0, "robot_timeout": 0.0, "looks": 2.0, "tolerates": 0.0}
 NAME_BITS, ROBOT_TIMEOUT, LOOKS, TOLERATES = 0, 1, 2, 3
 ROBOT_QUIETS, NEWS_QUIETS, VANISHED_QUIETS = 6, 2, 4
@@ -100,10 +102,11 @@ def is_near(name, me):
     across, along = setting.width / columns_of(setting), setting.height / rows_of(setting)
     x = ((name >> row_bits) + 0.5) * across
     y = ((name & ((1 << row_bits) - 1)) + 0.5) * along
-    dx = distance(x, me.x, setting.width, setting.walled) + 0.5 * across
-    dy = distance(y, me.y, setting.height, setting.walled) + 0.5 * along
+    across, along = 0.5 * across, 0.5 * along
+    dx = distance(x, me.x, setting.width, setting.walled) + across
+    dy = distance(y, me.y, setting.height, setting.walled) + along
     reach = CERTAIN * setting.sight
-    return dx * dx + dy * dy < reach * reach
+    return dx * dx + dy * dy < reach * reach and sees(x - across, y - along, x + across, y + along, me)
 
 
 def entry_words(setting):

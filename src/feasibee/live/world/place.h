@@ -13,8 +13,9 @@
 #define PIECES 256
 #define MOST_WALLS 8
 
-/* Bits of a cell, as CELL_BITS in lowering.py; a test compares them. */
-enum cell { WALL = 1, PASSABLE = 2, ROBOTS_ZONE = 4, TASKS_ZONE = 8 };
+/* Bits of a cell, as CELL_BITS in lowering.py; a test compares them. The last is added for strategies that read the
+ * plan (strategies/sight.py). */
+enum cell { WALL = 1, PASSABLE = 2, ROBOTS_ZONE = 4, TASKS_ZONE = 8, TASKS_THERE = 16 };
 
 /* Numbers of the place. From BEYOND on, for each number of walls from 1 on, both halves of the least squared distance
  * that is out of range of radio. */

@@ -138,6 +138,7 @@ static void read_setting(void)
 {
     int16_t robots = (int16_t)whole(ROBOTS), tasks = (int16_t)whole(TASKS);
     setting = feasibee_setting_given(numbers + NUMBERS);
+    setting.plan = (struct feasibee_plan){cells, (int32_t)(columns * rows)};
     setting.robots = setting.count = setting.robot_ids = robots;
     setting.tasks = setting.task_ids = tasks;
     if (whole(ID_BITS) == 0)
@@ -182,6 +183,11 @@ static void fill_pieces(void)
     missing = 0;
     for (int piece = 0; piece < PIECES; piece++)
         missing += tasks[piece] > robots[piece] ? tasks[piece] - robots[piece] : 0;
+    for (int64_t k = 0; k < columns * rows; k++)
+        cells[k] &= (uint8_t)~TASKS_THERE;
+    for (int piece = 0; piece < PIECES; piece++)
+        for (uint32_t k = tasks_stand.first[piece]; robots[piece] && k < tasks_stand.first[piece + 1]; k++)
+            cells[tasks_stand.cells[k]] |= TASKS_THERE;
 }
 
 /* Draw a position in a piece's cells (model.md 6.20.7). */
@@ -333,8 +339,8 @@ EXPORT(world_begin) void world_begin(uint32_t seed_low, uint32_t seed_high, uint
     now = 0;
     side_x = side_of(SPAN_X);
     side_y = side_of(SPAN_Y);
-    read_settings();
     read_grid();
+    read_settings();
     fill_pieces();
     for (uint32_t j = 0; j < whole(TASKS); j++)
         begin_task(j);

@@ -8,10 +8,11 @@ enum feasibee_given {
     GIVEN_QUORUM, GIVEN_QUORUM_OF, GIVEN_K, GIVEN_VOTERS, GIVEN_CREDENCE, GIVEN_POSITIVE_FEEDBACK, GIVEN_ROBOTS,
     GIVEN_COUNT, GIVEN_TASKS, GIVEN_ROBOT_IDS, GIVEN_TASK_IDS, GIVEN_ROBOT_CLASSES, GIVEN_TASK_CLASSES,
     GIVEN_ID_BITS, GIVEN_KNOWS_COUNT, GIVEN_WALLED, GIVEN_WIDTH, GIVEN_HEIGHT, GIVEN_SIGHT, GIVEN_RADIO,
-    GIVEN_SPEED, GIVEN_DISSEMINATION, GIVEN_MEAN_RUN, GIVEN_FLOODING, GIVEN_DELAY, GIVEN_PARAMETERS
+    GIVEN_SPEED, GIVEN_DISSEMINATION, GIVEN_MEAN_RUN, GIVEN_FLOODING, GIVEN_DELAY, GIVEN_IN_SIGHT, GIVEN_COLUMNS,
+    GIVEN_PARAMETERS
 };
 
-/* Read the numbers on which knowledge may depend. */
+/* Read the numbers on which knowledge may depend; the cells of the plan are the program's. */
 static struct feasibee_setting feasibee_setting_given(const double *numbers)
 {
     struct feasibee_setting setting = {
@@ -24,6 +25,7 @@ static struct feasibee_setting feasibee_setting_given(const double *numbers)
         .radio = numbers[GIVEN_RADIO], .speed = numbers[GIVEN_SPEED], .exploration = numbers[GIVEN_EXPLORATION],
         .dissemination = numbers[GIVEN_DISSEMINATION], .mean_run = numbers[GIVEN_MEAN_RUN],
         .flooding = numbers[GIVEN_FLOODING], .delay = numbers[GIVEN_DELAY],
+        .in_sight = numbers[GIVEN_IN_SIGHT], .columns = (int16_t)numbers[GIVEN_COLUMNS],
     };
     for (int k = 0; k < FEASIBEE_PARAMETERS; k++)
         setting.parameters[k] = numbers[GIVEN_PARAMETERS + k];

@@ -13,6 +13,15 @@ struct feasibee_row {
     int16_t length;
 };
 
+#ifdef FEASIBEE_DOUBLE
+/* What a robot knows of a place with walls: a byte for each cell, row by row, with 1 for a wall and 16 where tasks
+ * may be. */
+struct feasibee_plan {
+    const uint8_t *cells;
+    int32_t length;
+};
+#endif
+
 struct feasibee_counts;
 struct feasibee_layout; /* words.h */
 
@@ -36,6 +45,9 @@ struct feasibee_setting {
     double exploration, dissemination, mean_run; /* mean durations, in steps; mean_run: between two turns */
     double flooding; /* in a place: step by which all surely know all names; elsewhere 0 */
     double delay; /* of messages, in steps */
+    double in_sight; /* with a plan: mean share in sight of the cells in which tasks may be; otherwise 0 */
+    int16_t columns; /* of the plan; 0 without walls */
+    struct feasibee_plan plan;
 #endif
 };
 

@@ -54,6 +54,16 @@ static inline int64_t *feasibee_count_at(struct feasibee_counts row, int place)
     return &row.numbers[place];
 }
 
+#ifdef FEASIBEE_DOUBLE
+
+static inline const uint8_t *feasibee_cell_at(struct feasibee_plan plan, int place)
+{
+    FEASIBEE_WITHIN(place, plan.length);
+    return &plan.cells[place];
+}
+
+#endif
+
 /* --- Records --- */
 
 static inline struct feasibee_reals feasibee_parameters_of(const struct feasibee_setting *setting)
