@@ -80,7 +80,8 @@ def find_blocked(params, state, part, w, tried, at_first):
         left = uint32(tried & ~found)
     while left:
         i = lowest_member(w, left)
-        queued = queue_near(params, state, part, state.robot_cells, params.robots.grid, i, limit, queued)
+        grid = params.robots.grid
+        queued = queue_near(params, state, part, state.robot_cells, grid, i, limit, queued, int32(i))
         left = without_lowest(left)
         if queued > HEARD_ROOM or left == 0:
             met, on_left, on_right = find_met(params, state, state.heard[part.thread], queued, at_first)
@@ -115,7 +116,7 @@ def find_met(params, state, pairs, queued, at_first):
         meets_alone, sure_alone = meets(limit, apart, -along, across, length)
         meets_both, sure = meets(limit, apart, along_both, across_both, length_both)
         doubtful |= not (sure & sure_alone)
-        met = (meets_both | (meets_alone & (at_first | has_bit(staying[j >> uint64(5)], j)))) & (i != j)
+        met = meets_both | (meets_alone & (at_first | has_bit(staying[j >> uint64(5)], j)))
         found |= bit_if(met, i)
         left |= bit_if(met & (across > 0), i)
         right |= bit_if(met & (across < 0), i)
@@ -132,7 +133,7 @@ def find_met_exactly(params, state, pairs, queued, at_first):
         i, j = int64(pairs[Heard.RECEIVER, k]), place_of(pairs[Heard.SENDER, k])
         may_stay = at_first or contains(state.sets[Set.BLOCKED], j)
         met, side = meets_exactly(params, state.robots, i, j, may_stay)
-        found |= bit_if(met and i != j, i)
+        found |= bit_if(met, i)
         left |= bit_if(met and side > 0, i)
         right |= bit_if(met and side < 0, i)
     return found, left, right

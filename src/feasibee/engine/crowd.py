@@ -53,7 +53,7 @@ from feasibee.engine.intrinsics import (
 )
 from feasibee.engine.layout import HEARD_ROOM, LINE, TILE, WORD, Clock, Count, Heard, Point, Robot, Set, Share
 from feasibee.engine.params import ALWAYS
-from feasibee.engine.queues import few_odd, many_odd, store_few, store_many
+from feasibee.engine.queues import few_odd, few_others, many_odd, many_others, store_few, store_many
 from feasibee.engine.team import comes_last, first_word, let_go, wait_for_all
 
 INTERVAL = 8
@@ -531,22 +531,23 @@ def count_tasks(params, state, part):
 
 
 @inlined
-def queue_near(params, state, part, cells, grid, i, limit, queued):
+def queue_near(params, state, part, cells, grid, i, limit, queued, but):
     """Queue what is near a robot, robots or tasks; return how many are queued.
 
-    ``limit`` is above their squared distances. A robot is near itself.
+    ``limit`` is above their squared distances. A robot is near itself: it is left out as ``but``, or -1 is.
     """
     x, y, points = state.robots[Robot.X, i], state.robots[Robot.Y, i], cells.points
     first, last, other_first, other_last = block(cells, grid, x, y)
     heard, numbers = state.heard[part.thread], points[Point.NUMBER]
     if are_few(first, last, other_first, other_last):
-        close = few_near(params, points, first, last, x, y, limit)
+        close = few_near(params, points, first, last, x, y, limit) & few_others(numbers, first, but)
         queued = queue_few(heard, numbers, first, close, i, queued)
         close = few_near(params, points, other_first, other_last, x, y, limit)
+        close &= few_others(numbers, other_first, but)
         return queue_few(heard, numbers, other_first, close, i, queued)
     for _ in range(2):
         while first < last:
-            close = near(params, points, first, last, x, y, limit)
+            close = near(params, points, first, last, x, y, limit) & many_others(numbers, first, but)
             queued = queue_many(heard, numbers, first, close, i, queued)
             first += WORD
         first, last = other_first, other_last

@@ -301,7 +301,7 @@ class TaskLists(NamedTuple):
 class Ground(NamedTuple):
     """The cells of a place, row by row (model.md 6.20); see `feasibee.engine.place`."""
 
-    passable: Annotated[Words, "word of cells"]  # rows begin at whole words
+    passable: Annotated[Limits, "tile of cells"]  # 8 x 8 of them: a step stays in few lines of the cache
     open_around: Annotated[Bytes, "cell"]  # cells in each direction to the nearest wall; 0 in a wall
     sketch: Annotated[Bytes, "cell"]  # the plan that robots know: see `feasibee.strategies.sight`
     limits: Annotated[Limits, "Sense, walls"]  # squared distances that are too far, behind so many walls

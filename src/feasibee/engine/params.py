@@ -150,7 +150,7 @@ class PlaceParams(NamedTuple):
     bits: int  # of a position within its cell
     columns: int
     rows: int
-    row_words: int  # of `Ground.passable`
+    tile_columns: int  # of `Ground.passable`
     sight: int  # cells that a robot surely sees past, if no wall is nearer
     radio: int  # likewise
     flooding: float  # steps

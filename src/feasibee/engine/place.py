@@ -14,7 +14,6 @@ from feasibee.engine.intrinsics import (
     bit_if,
     first_bits,
     lowest_member,
-    place_of,
     without_lowest,
 )
 from feasibee.engine.layout import HEARD_ROOM, WORD, Heard, Link, Point, Robot, Sense
@@ -33,8 +32,9 @@ def is_passable(place, ground, x, y):
     column, row = uint32(uint32(x) >> bits), uint32(uint32(y) >> bits)
     last_column, last_row = uint32(place.columns - 1), uint32(place.rows - 1)
     column, row = min(column, last_column), min(row, last_row)
-    word = ground.passable[uint64(uint32(row * uint32(place.row_words) + uint32(column >> uint32(5))))]
-    return uint32(uint32(word >> uint32(column & uint32(31))) & uint32(1))
+    tile = uint32(uint32(row >> uint32(3)) * uint32(place.tile_columns) + uint32(column >> uint32(3)))
+    cell = uint64(uint32(uint32(row & uint32(7)) << uint32(3)) | uint32(column & uint32(7)))
+    return uint32(uint64(ground.passable[uint64(tile)] >> cell) & uint64(1))
 
 
 @inlined
@@ -84,9 +84,9 @@ def open_around(place, ground, column, row):
 
 
 @inlined
-def is_in_the_open(place, ground, x, y, reach):
-    """Return whether no wall is within ``reach`` cells of a position."""
-    return open_around(place, ground, x >> place.bits, y >> place.bits) > reach
+def open_at(place, ground, x, y):
+    """Return what `open_around` returns of a position's cell."""
+    return open_around(place, ground, x >> place.bits, y >> place.bits)
 
 
 @inlined
@@ -178,7 +178,7 @@ def drop_cut(params, state, part, sense, reach):
     receivers, senders, place = pairs[Heard.RECEIVER], pairs[Heard.SENDER], params.arena.place
     for i in range(params.robots.count):
         x, y = position(state.robots, i)
-        if is_in_the_open(place, ground, x, y, reach):
+        if open_at(place, ground, x, y) > reach:
             continue
         for other in range(part.first, part.last):
             members = links[other, i] & first_bits(i - WORD * other)
@@ -206,9 +206,8 @@ def drop_listed_cut(params, state, links, pairs, listed, sense):
 @called
 def visible_tasks(params, state, tasks, w, x, y):
     """Return which tasks of a word, all in range of a position, aren't hidden by walls."""
-    ground = state.tables.ground
+    ground, left = state.tables.ground, tasks
     x, y = int64(uint32(x)), int64(uint32(y))
-    left = tasks
     while left:
         task = lowest_member(w, left)
         bx, by = position(state.tasks, task)
@@ -216,20 +215,3 @@ def visible_tasks(params, state, tasks, w, x, y):
             tasks &= ~bit(task)
         left = without_lowest(left)
     return tasks
-
-
-@called
-def keep_uncut(params, state, points, part, sense, queued, packed):
-    """Keep those pairs of the queue between which no walls are that matter; return their number.
-
-    ``packed`` says that numbers are as `feasibee.engine.crowd.numbered` packs them.
-    """
-    queue, kept, ground = state.heard[part.thread], int64(0), state.tables.ground
-    receivers, senders = queue[Heard.RECEIVER], queue[Heard.SENDER]
-    for k in range(queued):
-        receiver, sender = receivers[k], senders[k]
-        ax, ay = position(state.robots, receiver)
-        bx, by = position(points, place_of(sender) if packed else int64(sender))
-        receivers[kept], senders[kept] = receiver, sender
-        kept += int64(not is_cut(params, ground, sense, ax, ay, bx, by))
-    return kept

@@ -101,6 +101,20 @@ def odd_numbers(count: int) -> Any:
 few_odd, many_odd = odd_numbers(LANES), odd_numbers(WORD)
 
 
+def other_robots(count: int) -> Any:
+    """Return an instruction: which of ``count`` numbers from ``first`` on don't stand for a certain robot."""
+
+    def build(builder: Any, numbers: Any, first: Any, robot: Any) -> Any:
+        found = vector_at(builder, numbers, first, ir.VectorType(INT, count))
+        places = builder.ashr(found, spread(builder, INT(1), found.type))
+        return as_word(builder, builder.icmp_unsigned("!=", places, spread(builder, robot, found.type)))
+
+    return instruction(types.uint32, ARRAY, types.int64, types.int32)(build)
+
+
+few_others, many_others = other_robots(LANES), other_robots(WORD)
+
+
 @instruction(types.uint32, ARRAY, types.int64, types.int32)
 def same_or_free(builder: Any, labels: Any, first: Any, number: Any) -> Any:
     """Return which of 8 labels have a number, as bits 0 to 7, and which are negative, as the next 8 bits."""

@@ -20,6 +20,7 @@ from feasibee.engine.inbox import empty, receive
 from feasibee.engine.intrinsics import (
     bit_if,
     contains,
+    has_bit,
     lowest_member,
     number_of,
     pack_label,
@@ -44,8 +45,7 @@ from feasibee.engine.layout import (
     Set,
 )
 from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
-from feasibee.engine.place import keep_uncut
-from feasibee.engine.view import keep_seen
+from feasibee.engine.view import keep_reached
 from feasibee.model import purposes
 
 PIECE = 16
@@ -177,15 +177,21 @@ def observe_crowd(params, state, functions, part):
 
     Where all in sight count, robots are counted while listening.
     """
-    if not params.sensing.counts_all:
+    if not counts_while_hearing(params):
         observe_all(params, state, functions, part, state.robot_cells, params.robots.grid, True)
     observe_tasks(params, state, functions, part)
+
+
+@inlined
+def counts_while_hearing(params):
+    """Return whether robots are counted while listening: all in sight count, and who is seen is heard."""
+    return params.sensing.counts_all and (params.radio.as_sight or not params.sensing.hides)
 
 
 @spliced
 def observe_tasks(params, state, functions, part):
     """Observe the tasks in sight of exploring robots."""
-    if params.sensing.counts_all:
+    if params.sensing.counts_all and not params.sensing.hides:
         count_tasks(params, state, part)
     else:
         observe_all(params, state, functions, part, state.task_cells, params.tasks.grid, False)
@@ -199,7 +205,7 @@ def observe_all(params, state, functions, part, cells, grid, are_robots):
         left = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         while left:
             i = uint64(lowest_member(w, left))
-            queued = queue_near(params, state, part, cells, grid, i, limit, queued)
+            queued = queue_near(params, state, part, cells, grid, i, limit, queued, int32(-1))
             if queued > HEARD_ROOM:
                 queued = observe_queued(params, state, functions, part, queued, are_robots)
             left = without_lowest(left)
@@ -212,7 +218,11 @@ def observe_queued(params, state, functions, part, queued, are_robots):
     heard = state.heard[part.thread]
     if params.sensing.hides:
         points = state.robots if are_robots else state.tasks
-        queued = keep_seen(params, state, points, part, queued, are_robots)
+        queued = keep_reached(params, state, points, part, int64(Sense.SIGHT), queued, are_robots)
+    if params.sensing.counts_all and not are_robots:
+        for k in range(queued):
+            state.counts[Count.TASKS_SEEN, heard[Heard.RECEIVER, k]] += 1
+        return int64(0)
     for k in range(queued):
         i, number = int64(heard[Heard.RECEIVER, k]), int64(heard[Heard.SENDER, k])
         if are_robots:
@@ -225,22 +235,41 @@ def observe_queued(params, state, functions, part, queued, are_robots):
 @spliced
 def hear_crowd(params, state, functions, part):
     """Let listening robots receive messages."""
-    queued = int64(0)
+    queued, counts = int64(0), counts_while_hearing(params)
     for w in range(part.first, part.last):
         exploring, listening = uint32(0), state.sets[Set.LISTENING, w]
-        if params.sensing.counts_all:
+        if counts:
             exploring = uint32(~state.sets[Set.DISSEMINATING, w] & state.sets[Set.WORKING, w])
         left = uint32(listening | exploring)
         while left:
             i = uint64(lowest_member(w, left))
             before = queued
-            queued = look_and_listen(params, state, part, i, exploring, listening, queued)
+            if counts and params.sensing.hides:
+                cells, grid, limit = state.robot_cells, params.robots.grid, params.radio.limit
+                queued = queue_near(params, state, part, cells, grid, i, limit, queued, int32(i))
+                itself = params.sensing.count_self * int64(has_bit(exploring, i))
+                state.counts[Count.ROBOTS_SEEN, i] += itself
+            else:
+                queued = look_and_listen(params, state, part, i, exploring, listening, queued)
             if params.in_sender_order:
                 sort_by_number(state, part, before, queued)
             if queued > HEARD_ROOM:
                 queued = receive_queued_general(params, state, functions, part, queued)
             left = without_lowest(left)
     receive_queued_general(params, state, functions, part, queued)
+
+
+@inlined
+def count_queued(params, state, part, queued):
+    """Count the queued robots that robots see; keep those that they hear, and return their number."""
+    queue, sets, kept = state.heard[part.thread], state.sets, int64(0)
+    receivers, others, seen = queue[Heard.RECEIVER], queue[Heard.SENDER], state.counts[Count.ROBOTS_SEEN]
+    for k in range(queued):
+        i, other = receivers[k], others[k]
+        seen[i] += int64(contains(sets[Set.WORKING], i) & (not contains(sets[Set.DISSEMINATING], i)))
+        receivers[kept], others[kept] = i, other
+        kept += int64(contains(sets[Set.LISTENING], i)) & int64(other & 1)
+    return kept
 
 
 @inlined
@@ -386,7 +415,9 @@ def receive_queued_general(params, state, functions, part, queued):
     """Let robots receive the queued messages, of which some are lost; return 0."""
     heard = state.heard[part.thread]
     if params.arena.place.exists:
-        queued = keep_uncut(params, state, state.robots, part, int64(Sense.RADIO), queued, True)
+        queued = keep_reached(params, state, state.robots, part, int64(Sense.RADIO), queued, True)
+    if params.sensing.hides and counts_while_hearing(params):
+        queued = count_queued(params, state, part, queued)
     for k in range(queued):
         i, other = int64(heard[Heard.RECEIVER, k]), place_of(heard[Heard.SENDER, k])
         receive_general(params, state, functions, part, i, other)

@@ -8,7 +8,7 @@ from feasibee.engine.bodies import short_way
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.intrinsics import bit, contains, lowest_member, place_of, without_lowest
 from feasibee.engine.layout import Heard, Link, Point, Robot, Sense
-from feasibee.engine.place import drop_cut, is_in_the_open, keep_uncut, position, visible_tasks
+from feasibee.engine.place import drop_cut, is_cut, open_at, position, visible_tasks
 
 
 @inlined
@@ -45,7 +45,7 @@ def may_hide(params, state, i):
     """Return whether a robot may not see all that is in range: walls are near, or it looks ahead only."""
     place = params.arena.place
     x, y = position(state.robots, i)
-    return params.sensing.ahead or not is_in_the_open(place, state.tables.ground, x, y, place.sight)
+    return params.sensing.ahead or open_at(place, state.tables.ground, x, y) <= place.sight
 
 
 @called
@@ -63,17 +63,22 @@ def seen_tasks(params, state, tasks, w, i):
 
 
 @called
-def keep_seen(params, state, points, part, queued, packed):
-    """Keep those pairs of the queue of which the first sees the second; return their number."""
-    if params.arena.place.exists:
-        queued = keep_uncut(params, state, points, part, int64(Sense.SIGHT), queued, packed)
-    if not params.sensing.ahead:
-        return queued
-    queue, kept = state.heard[part.thread], int64(0)
+def keep_reached(params, state, points, part, sense, queued, packed):
+    """Keep those pairs of the queue of which the first sees, or hears, the second; return their number.
+
+    ``packed`` says that numbers are as `feasibee.engine.crowd.numbered` packs them.
+    """
+    queue, kept, place, ground = state.heard[part.thread], int64(0), params.arena.place, state.tables.ground
     receivers, others = queue[Heard.RECEIVER], queue[Heard.SENDER]
+    ahead = params.sensing.ahead and sense == Sense.SIGHT
     for k in range(queued):
         i, other = receivers[k], others[k]
-        seen = is_in_view(params, state.robots, int64(i), points, place_of(other) if packed else int64(other))
+        j = place_of(other) if packed else int64(other)
+        reached = not ahead or is_in_view(params, state.robots, int64(i), points, j)
+        if place.exists:
+            ax, ay = position(state.robots, i)
+            bx, by = position(points, j)
+            reached = reached and not is_cut(params, ground, sense, ax, ay, bx, by)
         receivers[kept], others[kept] = i, other
-        kept += int64(seen)
+        kept += int64(reached)
     return kept

@@ -59,7 +59,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
             numbered=together and not fast and numbered,
         ),
         walk=_filled(numbers.WalkParams, scenario.walk),
-        sensing=_sensing(scenario, sight, numbered and together, unit),
+        sensing=_sensing(scenario, sight, unit),
         radio=_radio(scenario, setting.id_bits, radio),
         strategy=_strategy(scenario, setting),
         decision=_decision(scenario, most.robots),
@@ -118,10 +118,7 @@ def _robots(
     )
 
 
-def _sensing(
-    scenario: Scenario, squared_range: int, by_number: bool, unit: Fraction
-) -> numbers.SensingParams:
-    """Return the numbers of observation; ``by_number`` says that robots look through tasks by number."""
+def _sensing(scenario: Scenario, squared_range: int, unit: Fraction) -> numbers.SensingParams:
     sensing = scenario.sensing
     ahead = sensing.view < 360
     hides = ahead or scenario.place.exists
@@ -138,10 +135,7 @@ def _sensing(
         unique=sensing.observation == "unique",
         by_class=by_class,
         only_counts=only_counts,
-        counts_all=(by_number or not hides)
-        and only_counts
-        and not may_miss
-        and sensing.observation == "repeated",
+        counts_all=only_counts and not may_miss and sensing.observation == "repeated",
         miss=probability(sensing.miss),
         misname=probability(sensing.wrong),
         merges=sensing.position_error > 0,

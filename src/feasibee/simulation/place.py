@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.layout import WORD, Ground, Int32s
+from feasibee.engine.layout import Ground, Int32s
 from feasibee.engine.params import PlaceParams
 from feasibee.model.codes import MOST_WALLS, exact
 from feasibee.scenario.bitmaps import Cells
@@ -19,6 +19,8 @@ from feasibee.scenario.plan import Plan
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import Most
 
+TILE = 8
+"""Cells along a side of a tile."""
 FARTHEST = 255
 """Largest distance that a byte holds."""
 
@@ -34,7 +36,7 @@ def params_of(scenario: Scenario) -> PlaceParams:
     )
     setting = scenario.setting
     given = setting.flooding, setting.columns, setting.in_sight
-    return PlaceParams(True, plan.bits, columns, rows, -(-columns // WORD), sight, radio, *given)
+    return PlaceParams(True, plan.bits, columns, rows, -(-columns // TILE), sight, radio, *given)
 
 
 def tables_of(scenario: Scenario) -> Ground:
@@ -43,7 +45,7 @@ def tables_of(scenario: Scenario) -> Ground:
     if surface is None:
         none = np.zeros((0, 2), np.int32)
         return Ground(
-            np.zeros(0, np.uint32),
+            np.zeros(0, np.uint64),
             np.zeros(0, np.uint8),
             np.zeros(0, np.uint8),
             np.zeros(0, np.uint64),
@@ -62,7 +64,7 @@ def tables_of(scenario: Scenario) -> Ground:
 def _tables(surface: Surface, most: Most, avoid_collisions: bool) -> Ground:
     """Return the arrays of a place that don't depend on ranges."""
     return Ground(
-        passable=_words(surface.passable),
+        passable=_tiles(surface.passable),
         open_around=_open_around(surface.plan),
         sketch=np.frombuffer(surface.sketch, np.uint8),
         limits=np.zeros(0, np.uint64),
@@ -75,10 +77,12 @@ def _limit(reach: Fraction | None, unit: Fraction) -> int:
     return 0 if reach is None else min(math.floor((reach / unit) ** 2) + 1, 2**63 + 1)
 
 
-def _words(cells: Cells) -> NDArray[np.uint32]:
-    """Return cells as words of 32 bits; each row begins with a new word."""
-    padded = np.pad(cells, ((0, 0), (0, -cells.shape[1] % WORD)))
-    return np.packbits(padded, axis=1, bitorder="little").view("<u4").astype(np.uint32).ravel()
+def _tiles(cells: Cells) -> NDArray[np.uint64]:
+    """Return cells as words of 64 bits, one for each tile of 8 x 8, row by row."""
+    rows, columns = (-(-side // TILE) for side in cells.shape)
+    padded = np.pad(cells, [(0, -side % TILE) for side in cells.shape])
+    bits = np.packbits(padded, axis=1, bitorder="little").reshape(rows, TILE, columns)
+    return np.ascontiguousarray(bits.transpose(0, 2, 1)).view("<u8").astype(np.uint64).ravel()
 
 
 def _stands(surface: Surface, most: Most, avoid_collisions: bool) -> dict[str, Int32s]:
