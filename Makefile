@@ -10,7 +10,7 @@ help:
 	@echo "make paper   the paper's figures, data and claims, in paper/, as docs/paper.md has them: 2,000 swarms at each ratio, seed 1"
 	@echo "make test    the tests that take minutes together"
 	@echo "make test-all    the slow ones, too"
-	@echo "make test-lowest   those of make test without a browser, with the lowest versions that pyproject.toml states, of"
+	@echo "make test-lowest   those of make test that need packages, with the lowest versions that pyproject.toml states, of"
 	@echo "             Python too; in $(LOWEST)"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
@@ -31,10 +31,10 @@ test: $(VENV)/with-test
 test-all: $(VENV)/with-test
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -m ""
 
-# Old versions warn of what new ones, brought along by others, no longer want.
+# Old versions warn of what new ones, brought along by others, no longer want. Robots in C and pages need no version.
 test-lowest: $(LOWEST)/installed
 	$(LOWEST)/bin/python -m pytest --numprocesses auto --dist worksteal -W ignore::DeprecationWarning \
-		-m "not slow and not browser"
+		-m "not slow and not browser" --ignore tests/docs --ignore tests/robot
 
 lint: $(VENV)/with-lint
 	$(BIN)/ruff check

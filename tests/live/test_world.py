@@ -74,7 +74,7 @@ def scenario_of(draw, number, steps, **tables):
     )
 
 
-@pytest.mark.parametrize(("rounds", "steps"), [(1, 80), pytest.param(6, 300, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("rounds", "steps"), [(1, 80), pytest.param(3, 300, marks=pytest.mark.slow)])
 def test_runs_of_all_strategies_equal_the_engines(play, rounds, steps):
     draw = np.random.default_rng(17)
     compare(

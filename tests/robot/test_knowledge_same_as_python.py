@@ -11,7 +11,7 @@ from tests.robot.swarms import IN_DOUBLE, KNOWLEDGE, NAMES, assert_same, extras
 
 NEED_DOUBLE = {name for name in KNOWLEDGE if needs_double(STRATEGIES[name])}
 IN_WHOLE_NUMBERS = sorted(set(KNOWLEDGE) - NEED_DOUBLE)
-MANY = pytest.param(30_000, marks=pytest.mark.slow)
+MANY = pytest.param(10_000, marks=pytest.mark.slow)
 
 
 @pytest.fixture(scope="module")

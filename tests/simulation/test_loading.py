@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import io
-import os
 import re
-import subprocess
 import sys
 import threading
 import time
@@ -159,25 +157,3 @@ def test_simulating_afterwards_finds_what_was_prepared(capsys):
         assert load_engine(scenario)
         simulate(scenario, 1)
     assert capsys.readouterr() == ("", "")
-
-
-@pytest.mark.slow
-def test_an_empty_cache_is_filled_once(tmp_path):
-    def told(*arguments):
-        command = [sys.executable, "-m", "feasibee", *arguments]
-        environment = {**os.environ, "FEASIBEE_CACHE": str(tmp_path / "cache")}
-        done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
-        return done.stdout, done.stderr
-
-    out, errors = told("compile")
-    assert out.count(": compiled in ") == 3
-    assert str(tmp_path / "cache") in out
-    assert [line.split(",")[0] for line in errors.splitlines()] == [
-        f"feasibee: compiling the {name}"
-        for name in (FAST, FAST, FAST, GENERAL, GENERAL, GENERAL)  # up to 32 robots, to 64, and more
-    ]
-    out, errors = told("compile")
-    assert out.endswith("There was nothing to compile.\n")
-    assert errors == ""
-    for change in ("arena.boundary=torus", "arena.boundary=walls", "decision.strategy=census"):
-        assert told("run", "--runs", "1", "--set", change)[1] == ""
