@@ -13,7 +13,7 @@ from matplotlib import pyplot, rcParams
 from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
+from matplotlib.patches import Circle, Wedge
 
 from feasibee import (
     FeasibeeError,
@@ -59,6 +59,7 @@ def swarm_at(places, targets=((1.0, 2.0),), opinions=None, declared=None, **scen
         scenario=Scenario(**scenario),
         positions=np.array(places, float),
         present=np.ones(len(places), bool),
+        headings=np.zeros(len(places)),
         tasks=np.array(targets, float).reshape(-1, 2),
         opinions=np.array(opinions or [1] * len(places), np.int8),
         declared=np.array(declared or [-1] * len(places), np.int8),
@@ -94,6 +95,16 @@ def band(collection):
 
 
 # --- The arena ---
+
+
+def test_a_view_is_drawn_about_each_heading():
+    scenario = Scenario(arena={"boundary": "walls"}, robots={"count": 3}, sensing={"view": 90})
+    swarm = Swarm(scenario, seed=2)
+    views = [patch for patch in plot_arena(swarm).patches if isinstance(patch, Wedge)]
+    assert [patch.r for patch in views] == [2.0] * 3
+    middles = [(patch.theta1 + patch.theta2) / 2 for patch in views]
+    assert middles == pytest.approx(np.degrees(swarm.headings))
+    assert [patch.theta2 - patch.theta1 for patch in views] == pytest.approx([90] * 3)
 
 
 def test_the_arena_shows_each_task_and_each_robot_with_number_range_and_opinion():

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle, Polygon
+from matplotlib.patches import Circle, Polygon, Wedge
 from PIL import Image
 
 from feasibee.errors import FeasibeeError, quoted
@@ -80,11 +80,14 @@ def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
     walls = scenario.arena.boundary == "walls"
     there = np.flatnonzero(swarm.present)
     places, found = images(swarm.positions[there], max(reach, radius), scenario.arena.size, walls)
-    declared = swarm.declared
+    declared, half = swarm.declared, scenario.sensing.view / 2
+    ahead = np.degrees(swarm.headings)[:, np.newaxis]
     middle: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
     for place, number in zip(map(tuple, places.tolist()), there[found].tolist(), strict=True):
         colour = COLOURS[DECISIONS[int(swarm.opinions[number])]]
-        ax.add_patch(Circle(place, reach, color="0.5", alpha=0.13, linewidth=0))
+        seen = Circle(place, reach) if half == 180 else Wedge(place, reach, *(ahead[number] + (-half, half)))
+        seen.set(color="0.5", alpha=0.13, linewidth=0)
+        ax.add_patch(seen)
         rim = 0.9 if declared[number] >= 0 else 0.0  # points
         ax.add_patch(Circle(place, radius, facecolor=colour, edgecolor="black", linewidth=rim, zorder=3))
         ax.annotate(str(number + 1), place, color="white", fontsize=5.5, zorder=4, clip_on=True, **middle)

@@ -96,6 +96,7 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
             "plan": plan_for_pages(scenario),
             "diameter": scenario.robots.diameter,
             "sight": scenario.sensing.range,
+            "view": scenario.sensing.view,
             "radio": scenario.radio.range,
         },
         "prediction": prediction_of(scenario),

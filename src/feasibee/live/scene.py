@@ -46,6 +46,7 @@ def scene_of(scenario: Scenario) -> dict[str, Any]:
         "plan": plan_for_pages(scenario),
         "diameter": scenario.robots.diameter,
         "sight": scenario.sensing.range,
+        "view": scenario.sensing.view,
         "radio": scenario.radio.range,
         "robots": scenario.robots.count,
         "numbers": scenario.most.robots,

@@ -22,6 +22,7 @@ const FLASH = 700; // milliseconds
  * @property {Plan | null} plan
  * @property {number} diameter
  * @property {number} sight
+ * @property {number} view In degrees.
  * @property {number} radio
  * @property {number} robots At the start.
  * @property {number} numbers That robots may have.
@@ -170,10 +171,10 @@ export class Arena {
     );
     if (now.robots > DETAILED) {
       this.crowd.draw(context, this.px, this.py, now.flags, LOOKS, (looks) => this.sprite(looks));
-      for (const each of shadowed) this.shadow(each);
+      for (const each of shadowed) this.shadow(each, now.heading[each]);
     } else {
       context.drawImage(this.ground, 0, 0);
-      for (const each of shadowed) this.shadow(each);
+      for (const each of shadowed) this.shadow(each, now.heading[each]);
       this.flash(time);
       this.robots(now);
       if (this.radius > 2.5 * this.ratio) this.ticks(now);
@@ -315,18 +316,21 @@ export class Arena {
   }
 
   /**
-   * Draw the sensing range of a robot, and its radio range if it differs.
+   * Draw what a robot sees of its surroundings, and its radio range if it differs.
    * @param {number} i
+   * @param {number} heading Of 256 directions.
    */
-  shadow(i) {
+  shadow(i, heading) {
     const { context, world } = this;
     context.fillStyle = context.strokeStyle = this.colours.ink;
     context.globalAlpha = 0.1;
-    this.circles(this.px[i], this.py[i], world.sight * this.scale);
+    const towards = (-heading * Math.PI) / 128,
+      half = (world.view * Math.PI) / 360;
+    this.circles(this.px[i], this.py[i], world.sight * this.scale, towards - half, towards + half);
     context.fill();
     context.globalAlpha = 0.45;
     context.lineWidth = this.ratio;
-    if (world.radio !== world.sight) {
+    if (world.radio !== world.sight || world.view < 360) {
       context.setLineDash([4 * this.ratio, 4 * this.ratio]);
       this.circles(this.px[i], this.py[i], world.radio * this.scale);
     }
@@ -370,12 +374,12 @@ export class Arena {
   }
 
   /**
-   * Begin a path of a circle and of its copies across the edges of a torus.
+   * Begin a path of a circle, or a sector of it, and of its copies across the edges of a torus.
    * @param {number} x
    * @param {number} y
    * @param {number} radius
    */
-  circles(x, y, radius) {
+  circles(x, y, radius, from = 0, to = 2 * Math.PI) {
     const { context, width, height } = this;
     context.beginPath();
     const around = this.world.walls || radius > Math.min(width, height) / 2 ? [0] : [-1, 0, 1];
@@ -384,8 +388,10 @@ export class Arena {
         const left = x + across * width,
           top = y + along * height;
         if (left < -radius || left > width + radius || top < -radius || top > height + radius) continue;
-        context.moveTo(left + radius, top);
-        context.arc(left, top, radius, 0, 2 * Math.PI);
+        if (to - from < 2 * Math.PI - 1e-9) context.moveTo(left, top);
+        else context.moveTo(left + radius * Math.cos(from), top + radius * Math.sin(from));
+        context.arc(left, top, radius, from, to);
+        context.closePath();
       }
   }
 
