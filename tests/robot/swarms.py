@@ -149,6 +149,8 @@ def setting_of(strategy, draw, whole_numbers, fixed):
         flooding=draw.choice([0.0, 0.0, 7.0, float(NEVER)]),
         delay=draw.choice([0.0, 0.0, 5.0]),
         **plan_of(draw),
+        work=draw.choice([1.0, 40.0]),
+        charge=draw.choice([0.0, 0.0, 10.0]),
     )
     return setting._replace(id_bits=max(setting.id_bits, (setting.robot_ids - 1).bit_length()))
 
@@ -171,15 +173,15 @@ def setting_bytes(name, setting, declares, names=()):
     """Return what `read_setting` of stream.h reads."""
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
     numbers += [setting.exploration, setting.dissemination, setting.mean_run, setting.flooding]
-    numbers += [setting.delay, setting.in_sight]
+    numbers += [setting.delay, setting.in_sight, setting.work, setting.charge]
     numbers += setting.parameters
     packed = struct.pack(
-        "<BHHHHH6B17dBB",
+        "<BHHHHH6B19dBB",
         NAMES.index(name),
         *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
         *(setting.robot_classes, setting.task_classes, setting.colluding),
         *(setting.id_bits, setting.knows_count, setting.walled),
-        *(*numbers, *[0.0] * (17 - len(numbers))),
+        *(*numbers, *[0.0] * (19 - len(numbers))),
         *(setting.columns, len(setting.plan)),
     )
     kept = RULE.rounds if declares else 0, STRATEGIES[name].memory

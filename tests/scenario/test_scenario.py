@@ -35,6 +35,7 @@ PAPER = {
         "avoid_collisions": False,
         "contact": "stand",
         "know_count": False,
+        "away": "counted",
     },
     "tasks": {**PLACED, "count": 20},
     "walk": {"mean_run": 10.0},

@@ -225,6 +225,9 @@ def beyond(draw):
     judges = STRATEGIES[decision["strategy"]].judges
     has_names, sight = STRATEGIES[decision["strategy"]].needs_names, draw(reach)
     compares = not has_names or STRATEGIES[decision["strategy"]].sends_positions
+    batteries = st.builds(
+        lambda work, charge: {"work": work, "charge": charge}, st.integers(1, 15), st.integers(1, 9)
+    )
     return Scenario(
         arena={
             "side": width if square else [width, height],
@@ -237,6 +240,7 @@ def beyond(draw):
             "avoid_collisions": avoid,
             "contact": draw(st.sampled_from(["stand", "deflect"])) if avoid else "stand",
             "know_count": draw(knows_count(decision)),
+            **draw(st.just({}) | batteries),
         },
         tasks=draw(placing((width, height), what, spots)),
         walk={"mean_run": draw(st.floats(0.1, 15))},
@@ -307,6 +311,7 @@ def changing(draw):
         "robots.failure_rate": draw(rates),
         "robots.arrival_rate": draw(rates),
         "robots.most": draw(most),
+        "robots.away": draw(st.sampled_from(["counted", "missing"] if scenario.robots.work else ["counted"])),
     }
     with suppress(ScenarioError):  # such as more robots that leave than there are
         return scenario.replace(changes)

@@ -166,6 +166,10 @@ def schema() -> None:
 def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
     from rich.table import Table
 
+    from feasibee.scenario.feasibility import who_counts
+
+    if who := who_counts(scenario):
+        click.echo(who)
     if verdict.violator is not None:
         skills, demand, robots = verdict.violator
         named = " or ".join(skills)

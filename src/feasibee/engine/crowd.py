@@ -60,7 +60,7 @@ INTERVAL = 8
 """Steps between two sorts."""
 ROOM = int(Robot.ORDER), int(Robot.SPARE)
 """Rows of `State.robots` that are only room to work in."""
-ONLY_CHANGING = int(Robot.LEAVES_AT), int(Robot.JOINED)
+ONLY_CHANGING = int(Robot.LEAVES_AT), int(Robot.JOINED), int(Robot.SWITCHES_AT)
 """Rows of `State.robots` for worlds that change, in which robots aren't sorted."""
 OPINION_SETS = tuple(
     map(int, (Set.FEASIBLE, Set.NEUTRAL, Set.DISSEMINATING, Set.SPEAKING, Set.SAYS_FEASIBLE))

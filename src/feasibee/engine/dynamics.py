@@ -1,4 +1,4 @@
-"""How a world changes, and an operator who calls for robots or releases them (model.md 6.17, 6.19).
+"""How a world changes, robots charge, and an operator calls or releases them (model.md 6.17, 6.19, 6.23).
 
 `change_world` is passed to the step as a pointer, so worlds that stay don't compile it. One thread simulates
 a world that changes.
@@ -28,6 +28,7 @@ from feasibee.engine.knowledge import defer, drop_delayed, update_pending
 from feasibee.engine.layout import WORD, Clock, Event, Heard, Robot, Set
 from feasibee.engine.motion import head
 from feasibee.engine.params import Action
+from feasibee.engine.sensing import label_of
 from feasibee.engine.starting import (
     place_robot,
     place_task,
@@ -133,6 +134,7 @@ def draw_dynamics(params, state):
         begin_lifetime(params, state, task, int64(0))
     for i in range(params.robots.at_start):
         draw_failure(params, state, i, int64(0))
+        draw_battery(params, state, i, int64(0))
     for i in range(params.robots.at_start, params.robots.count):
         class_of[i] = class_of[
             choose(draw(params, run, i, 0, purposes.JOINING_CLASS), params.robots.at_start)
@@ -153,6 +155,7 @@ def change_world(params, state, update, now):
             release(params, state, look(params, state, update, now), now)
         end_lifetimes(params, state, now)
         fail(params, state, now)
+        charge(params, state, now)
     while state.clock[Clock.EVENTS] < state.tables.events.shape[0]:
         event = state.tables.events[state.clock[Clock.EVENTS]]
         if event[Event.STEP] != now:
@@ -181,21 +184,22 @@ def settle(params, state):
         counted += popcount(state.sets[Set.COUNTED, w])
     set_quorum(params, state.clock, counted)
     set_inventions(params, state.clock)
-    state.clock[Clock.TRUTH] = int64(is_feasible(params, state))
+    if not params.truth_stays:
+        state.clock[Clock.TRUTH] = int64(is_feasible(params, state))
     if params.robots.avoid_collisions and not params.together:
         fill_there(params, state)
 
 
 @called
 def is_feasible(params, state):
-    """Return whether the robots that are there can do the tasks that are there (model.md 6.7)."""
+    """Return whether the robots that are present can do the tasks that are there (model.md 6.7)."""
     if not params.sensing.by_class:
         return state.clock[Clock.ROBOTS] >= state.clock[Clock.TASKS]
     adds, class_of = state.tables.adds, state.tables.class_of
     for s in range(adds.shape[0]):
         spare = int64(0)
         for i in range(params.robots.count):
-            spare += int64(contains(state.sets[Set.THERE], i)) * adds[s, class_of[i]]
+            spare += int64(contains(state.sets[Set.PRESENT], i)) * adds[s, class_of[i]]
         for task in range(params.tasks.count):
             kind = params.robots.classes + class_of[params.robots.count + task]
             spare -= int64(contains(state.tasks_there, task)) * adds[s, kind]
@@ -218,7 +222,7 @@ def happen(params, state, event, now):
         join(params, state, now)
     for _ in range(min(-event[Event.ROBOTS], state.clock[Clock.ROBOTS])):
         word = draw(params, state.clock[Clock.RUN], state.clock[Clock.LEFT], now, purposes.LEAVE)
-        leave(params, state, member_of(state.sets[Set.THERE], choose(word, state.clock[Clock.ROBOTS])))
+        leave(params, state, member_of(state.sets[Set.PRESENT], choose(word, state.clock[Clock.ROBOTS])))
         state.clock[Clock.LEFT] += 1
     if event[Event.MISS] >= 0:
         state.clock[Clock.MISS] = event[Event.MISS]
@@ -231,7 +235,7 @@ def release(params, state, number, now):
     """Release so many robots, but not the last one (model.md 6.19.6)."""
     for k in range(min(number, state.clock[Clock.ROBOTS] - 1)):
         word = draw(params, state.clock[Clock.RUN], k, now, purposes.RELEASE)
-        leave(params, state, member_of(state.sets[Set.THERE], choose(word, state.clock[Clock.ROBOTS])))
+        leave(params, state, member_of(state.sets[Set.PRESENT], choose(word, state.clock[Clock.ROBOTS])))
         state.account[ROBOTS_RELEASED] += 1
 
 
@@ -304,32 +308,105 @@ def fail(params, state, now):
     if params.robots.failure_time == 0.0:
         return
     for i in range(params.robots.count):
-        if state.robots[Robot.LEAVES_AT, i] == now and contains(state.sets[Set.THERE], i):
+        there = contains(state.sets[Set.THERE], i) or contains(state.sets[Set.AWAY], i)
+        if state.robots[Robot.LEAVES_AT, i] == now and there:
             leave(params, state, i)
+
+
+@called
+def charge(params, state, now):
+    """Let robots go whose battery is empty, then those come back that have charged theirs (model.md 6.23)."""
+    if params.robots.work == 0:
+        return
+    switches_at, sets = state.robots[Robot.SWITCHES_AT], state.sets
+    for i in range(params.robots.count):
+        if switches_at[i] == now and contains(sets[Set.WORKING], i):
+            go_away(params, state, i, now)
+    for i in range(params.robots.count):
+        stopped = now >= params.faults.stop_step and contains(sets[Set.STOPPING], i)
+        if switches_at[i] == now and contains(sets[Set.AWAY], i) and not stopped:
+            come_back(params, state, i, now)
+
+
+@called
+def go_away(params, state, i, now):
+    """Let a robot charge: it keeps its mind, and its phase waits for the step at which it comes back."""
+    set_member(state.sets, Set.SPEAKING_AGAIN, i, contains(state.sets[Set.SPEAKING], i))
+    move_between(params, state, i, True)
+    phase_left = state.robots[Robot.PHASE_LEFT, i]
+    stand_still(state.robots, i)
+    drop_delayed(state, i)
+    state.robots[Robot.PHASE_LEFT, i] = phase_left + int32(params.robots.charge)  # it ticks meanwhile
+    state.robots[Robot.SWITCHES_AT, i] = int32(now + params.robots.charge)
+
+
+@called
+def come_back(params, state, i, now):
+    """Let a robot come back as one that joins is placed; without a free place, it waits for a step."""
+    state.robots[Robot.JOINED, i] += int32(1)  # each attempt has draws of its own
+    if not place_robot(params, state, i, True):
+        state.robots[Robot.SWITCHES_AT, i] = int32(now + 1)
+        state.robots[Robot.PHASE_LEFT, i] += int32(1)
+        return
+    move_between(params, state, i, False)
+    begin_to_walk(params, state, i)
+    state.robots[Robot.SWITCHES_AT, i] = int32(now + params.robots.work)
+
+
+@inlined
+def move_between(params, state, i, away):
+    """Let a robot leave the arena to charge, or enter it again."""
+    sets = state.sets
+    set_member(sets, Set.AWAY, i, away)
+    for kind in (Set.THERE, Set.WORKING):
+        set_member(sets, kind, i, not away)
+    set_member(sets, Set.SPEAKING, i, not away and contains(sets[Set.SPEAKING_AGAIN], i))
+    if not params.robots.away_counts:
+        set_member(sets, Set.PRESENT, i, not away)
+        set_member(sets, Set.COUNTED, i, not away and not contains(sets[Set.BYZANTINE], i))
+        state.clock[Clock.ROBOTS] += -1 if away else 1
+    state.robots[Robot.LABEL, i] = label_of(state, i)
+    state.clock[Clock.CHANGED] = 1
+
+
+@inlined
+def begin_to_walk(params, state, i):
+    """Let a robot that enters the arena take a heading."""
+    state.heard[0, Heard.RECEIVER, 0] = int32(i)
+    draw_headings(params, state, 0, 1)
+    head(params, state, 0, i, 0)
 
 
 @called
 def join(params, state, now):
     """Let a robot join, if a number and a place are free (model.md 6.17.6, 6.17.7)."""
-    there, w = state.sets[Set.THERE], int64(0)
-    while w < there.size and there[w] == uint32(0xFFFFFFFF):
+    there, away, w = state.sets[Set.THERE], state.sets[Set.AWAY], int64(0)
+    while w < there.size and (there[w] | away[w]) == uint32(0xFFFFFFFF):
         w += 1
-    i = WORD * w + (lowest(~there[w]) if w < there.size else int64(0))
+    i = WORD * w + (lowest(~(there[w] | away[w])) if w < there.size else int64(0))
     if i >= params.robots.count or not place_robot(params, state, i, True):
         return
-    for kind in (Set.THERE, Set.WORKING, Set.COUNTED, Set.JOINING):
+    for kind in (Set.THERE, Set.WORKING, Set.COUNTED, Set.JOINING, Set.PRESENT):
         set_member(state.sets, kind, i, True)
     state.clock[Clock.CHANGED] = 1
     state.clock[Clock.ROBOTS] += 1
     state.robots[Robot.LABEL, i] = pack_label(i, False, False)
     if params.sensing.unique:
         state.remembered[i] = uint32(0)
-    state.heard[0, Heard.RECEIVER, 0] = int32(i)
-    draw_headings(params, state, 0, 1)
-    head(params, state, 0, i, 0)
+    begin_to_walk(params, state, i)
     draw_phases(params, state, 0, 1)
     prepare_robot(params, state, i, 0)
     draw_failure(params, state, i, now)
+    draw_battery(params, state, i, now)
+
+
+@inlined
+def draw_battery(params, state, i, now):
+    """Draw the step at which a robot goes to charge for the first time; its first step is 1 or later."""
+    if params.robots.work > 0:
+        word = draw(params, state.clock[Clock.RUN], i, int64(state.robots[Robot.JOINED, i]), purposes.BATTERY)
+        lasts = 1 + choose(word, params.robots.work)
+        state.robots[Robot.SWITCHES_AT, i] = int32(max(now, 1) + lasts)
 
 
 @inlined
@@ -343,9 +420,9 @@ def draw_failure(params, state, i, now):
 @called
 def leave(params, state, i):
     """Remove a robot from the arena for good; the next one of its number goes on with its draws."""
+    state.clock[Clock.ROBOTS] -= int64(contains(state.sets[Set.PRESENT], i))
     for kind in OWN_SETS:
         set_member(state.sets, kind, i, False)
-    state.clock[Clock.ROBOTS] -= 1
     state.clock[Clock.CHANGED] = 1
     empty(params, state, int64(0), i)
     stand_still(state.robots, i)

@@ -44,6 +44,7 @@ def record_step(params, state, outcome, row):
         outcome.decision_step[row] = now
     if params.changes:
         state.clock[Clock.HELD] = held
+    if params.changes and not params.truth_stays:
         outcome.truth[row, now], outcome.held[row, now] = state.clock[Clock.TRUTH], held
         outcome.robots_present[row, now] = state.clock[Clock.ROBOTS]
         outcome.tasks_present[row, now] = state.clock[Clock.TASKS]

@@ -138,6 +138,8 @@ def setting_of(params, state):
         state.tables.ground.sketch,
         params.arena.place.plan_columns,
         params.arena.place.in_sight,
+        params.robots.known_work,
+        params.robots.known_charge,
     )
 
 

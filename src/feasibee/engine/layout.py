@@ -74,7 +74,8 @@ class Robot(IntEnum):
     TABLE = 14  # number of the table that its inbox takes, from 1 on, or 0
     LEAVES_AT = 15  # step at which it fails, in a world that changes
     JOINED = 16  # robots that had its number before it
-    SPARE = 17  # room: the tiles or cells of the robots, or sets while they are sorted
+    SWITCHES_AT = 17  # step at which it goes to charge, or comes back
+    SPARE = 18  # room: the tiles or cells of the robots, or sets while they are sorted
 
 
 class Set(IntEnum):
@@ -104,6 +105,9 @@ class Set(IntEnum):
     MET_LEFT = 21  # on the left
     MET_RIGHT = 22
     LOOKING = 23  # observes in this step (general engine)
+    AWAY = 24  # charge, out of the arena (model.md 6.23)
+    PRESENT = 25  # for the truth, events and the operator: those there, and those away that count
+    SPEAKING_AGAIN = 26  # those away that will speak when they are back
 
 
 class Count(IntEnum):

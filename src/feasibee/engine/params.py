@@ -177,6 +177,11 @@ class RobotParams(NamedTuple):
     at_start: int
     arrival_rate: float  # per step
     failure_time: float  # steps, on average; 0.0: none fails
+    work: int  # steps until it goes to charge; 0: it never goes
+    charge: int  # steps
+    away_counts: bool  # whether robots that charge are present
+    known_work: float  # `Setting.work`
+    known_charge: float
     classes: int
     reach: float  # length of a step
     radius: int
@@ -361,7 +366,8 @@ class Params(NamedTuple):
     run: RunParams
     response: ResponseParams
     truth: bool  # at the start
-    changes: bool  # whether the world changes (model.md 6.17)
+    changes: bool  # whether robots or tasks come or go (model.md 6.17, 6.23)
+    truth_stays: bool  # although they may
     together: bool  # whether all robots sense at once: few of them
     in_space_order: bool  # whether robots are sorted in space: see `feasibee.engine.crowd`
     in_sender_order: bool  # whether robots must receive the messages of a step in the order of their senders

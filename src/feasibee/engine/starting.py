@@ -291,7 +291,7 @@ def clear(params, state, run):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)
         state.sets[Set.THERE, w] = first_bits(max(params.robots.at_start - 32 * w, 0))
-        for kind in (Set.WORKING, Set.COUNTED, Set.JOINING):
+        for kind in (Set.WORKING, Set.COUNTED, Set.JOINING, Set.PRESENT):
             state.sets[kind, w] = state.sets[Set.THERE, w]
     for w in range(state.tasks_there.size):
         state.tasks_there[w] = first_bits(max(params.tasks.at_start - 32 * w, 0))

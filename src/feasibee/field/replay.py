@@ -77,6 +77,8 @@ class _Setting(Section):
     plan: Annotated[str, Field(pattern=r"^([0-9a-f]{2})*$", max_length=2**25)] = ""
     columns: Annotated[int, Field(ge=0, le=2**12)] = 0
     in_sight: Annotated[float, Field(ge=0, le=1)] = 0.0
+    work: Annotated[float, Field(ge=0, le=2**30)] = 0.0
+    charge: Annotated[float, Field(ge=0, le=2**30)] = 0.0
 
 
 class _Declare(Section):

@@ -61,6 +61,9 @@ class Field:
         starts_robots: bool = True,
         brain: Path | None = None,
     ) -> None:
+        if plan.scenario.robots.work is not None:
+            rule = "robots of a field don't charge; leave out robots.work and robots.charge"
+            raise FeasibeeError(f"robots.work = {plan.scenario.robots.work}: {rule}")
         self._plan, self._named, self._tell = plan, folder, tell
         self._host, self._port, self._starts_robots, self._brain = host, port, starts_robots, brain
         self._session = secrets.randbits(63) + 1

@@ -171,7 +171,7 @@ class Outlook:
         if self._robot is None or len(self._changes) >= CHANGES_LIMIT:
             return chunk
         scenario, step = self._swarm.scenario, self._swarm.step
-        if scenario.dynamic or scenario.manifest.judges:
+        if scenario.in_motion or scenario.manifest.judges:
             return 1  # it may leave, or change its opinion, in any step
         robot = self._swarm.robot(self._robot)
         is_sure = robot.flags >> FLAGS.index("declared") & 1

@@ -9,8 +9,8 @@ from itertools import combinations
 from typing import Any
 
 from feasibee.model.codes import COS_EIGHTH, exact
-from feasibee.model.purposes import FAILURE, WALK
-from feasibee.reference.draws import cos_sin, duration, happens
+from feasibee.model.purposes import BATTERY, FAILURE, WALK
+from feasibee.reference.draws import choose, cos_sin, duration, happens
 from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.place import Ground
 from feasibee.reference.world import Names, Place, World
@@ -72,6 +72,8 @@ class Robot:
         self._names = names
         rate = self._scenario.robots.failure_rate
         self.leaves_at = step + duration(self.draw(self.joined, FAILURE), 1 / rate) if rate else None
+        work = self._scenario.robots.work
+        self.switches_at = max(step, 1) + 1 + choose(self.draw(self.joined, BATTERY), work) if work else None
         phases = before.mind.phases if before else 0
         self.mind: Mind = self.mind_of(self._settings(phases, step))
         self._waiting = deque([SILENCE] * self._scenario.radio.delay)
@@ -97,6 +99,13 @@ class Robot:
         """Move to a place."""
         self.place = place
         self.mind.move_to(*self._world.in_units(place))
+
+    def come_back(self, place: Place, switches_at: int) -> None:
+        """Enter the arena again with a charged battery (model.md 6.23)."""
+        self.move_to(place)
+        self._turn()
+        self._waiting = deque([SILENCE] * self._scenario.radio.delay)
+        self.switches_at = switches_at
 
     def end_step(self, blocked: bool) -> None:
         """Advance the timers of heading and phase; a blocked robot turns (model.md 3.3, 6.2)."""

@@ -35,7 +35,7 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
             if scenario.dynamic:
                 record.truth[row, step] = swarm.truth
                 record.held[row, step] = swarm.decision
-                record.robots_present[row, step] = len(swarm.robots)
+                record.robots_present[row, step] = len(swarm.present)
                 record.tasks_present[row, step] = len(swarm.tasks)
             if record.declare_step[row] == -1 and swarm.has_declared:
                 record.declare_step[row] = step
@@ -94,13 +94,21 @@ class Swarm:
         ]
         half = cos_sin(math.floor(scenario.sensing.view * 2**32 / 720 + 0.5))
         self._view = [math.floor(2**30 * part + 0.5) for part in half]
-        self._dynamics = Dynamics(self) if scenario.dynamic else None
+        self.away: list[Robot] = []
+        self._dynamics = Dynamics(self) if scenario.in_motion else None
         self._look_up_truth()
 
     @property
     def operator(self) -> Operator | None:
         """Who responds to what the swarm holds, if anybody does (model.md 6.19)."""
         return self._dynamics.operator if self._dynamics is not None else None
+
+    @property
+    def present(self) -> list[Robot]:
+        """The robots that the truth is about, by number (model.md 6.17.3, 6.23.4)."""
+        if self.scenario.robots.away == "missing":
+            return self.robots
+        return sorted([*self.robots, *self.away], key=lambda robot: robot.number)
 
     def new_robot(self, number: int, place: Place, fault: str = HONEST, before: Robot | None = None) -> Robot:
         """Return a robot that begins at this step; ``before`` was the last one of this number."""
@@ -110,7 +118,7 @@ class Swarm:
     def _look_up_truth(self) -> None:
         """Store the truth of this step (model.md 6.17.3); Byzantine robots know it."""
         self.truth = int(all(self._is_feasible(piece) for piece in self._pieces()))
-        self.names.inform(self.truth, len(self.robots), len(self.tasks))
+        self.names.inform(self.truth, len(self.present), len(self.tasks))
 
     def _pieces(self) -> set[int]:
         """Return the pieces that have robots or tasks; without a place, one."""
@@ -128,7 +136,7 @@ class Swarm:
         def kinds(kinds: list[int], there: Iterable[int], pieces: list[int]) -> list[int]:
             return [kinds[i] for i in there if i >= len(pieces) or pieces[i] == piece]
 
-        robots = kinds(self.robot_kinds, (robot.number for robot in self.robots), robot_pieces)
+        robots = kinds(self.robot_kinds, (robot.number for robot in self.present), robot_pieces)
         return explain_kinds(self.scenario, robots, kinds(self.task_kinds, self.tasks, task_pieces)).feasible
 
     def step(self) -> None:
@@ -151,6 +159,8 @@ class Swarm:
                         robot.mind.hear(self.names.id(sender.number), message)
         for robot in working:
             robot.end_step(robot in blocked)
+        for robot in self.away:
+            robot.mind.rest()
 
     def move(self, working: list[Robot]) -> set[Robot]:
         """Move at once all robots whose way is clear; return the blocked ones (model.md 3.1, 6.2)."""
@@ -237,7 +247,7 @@ class Swarm:
     @property
     def counted(self) -> list[Robot]:
         """The counted robots: honest and still working (model.md 6.6)."""
-        return [robot for robot in self.robots if robot.fault != BYZANTINE and robot.works(self.time)]
+        return [robot for robot in self.present if robot.fault != BYZANTINE and robot.works(self.time)]
 
     @property
     def feasible_count(self) -> int:
@@ -310,7 +320,9 @@ class Dynamics:
         if self.operator is not None:
             self._release(self.operator, self.operator.look(now, held, self._swarm.counted))
         self._take_tasks(number for number, step in self._vanishes_at.items() if step == now)
-        self._take_robots(robot for robot in self._swarm.robots if robot.leaves_at == now)
+        existing = [*self._swarm.robots, *self._swarm.away]
+        self._take_robots(robot for robot in existing if robot.leaves_at == now)
+        self._charge()
         self._happen()
         tasks, robots, _, _ = self._draw(0, purposes.ARRIVAL)
         for _ in range(poisson(tasks, self._swarm.scenario.tasks.arrival_rate or 0.0)):
@@ -323,8 +335,8 @@ class Dynamics:
 
     def _release(self, operator: Operator, number: int) -> None:
         """Release so many robots, but not the last one (model.md 6.19.6)."""
-        for k in range(min(number, len(self._swarm.robots) - 1)):
-            robots = self._swarm.robots
+        for k in range(min(number, len(self._swarm.present) - 1)):
+            robots = self._swarm.present
             self._take_robots([robots[self._chosen(k, purposes.RELEASE, len(robots))]])
             operator.robots_released += 1
 
@@ -342,8 +354,8 @@ class Dynamics:
                 vanished += 1
             for _ in range(event.robots):
                 self._join()
-            for _ in range(min(-event.robots, len(self._swarm.robots))):
-                robots = self._swarm.robots
+            for _ in range(min(-event.robots, len(self._swarm.present))):
+                robots = self._swarm.present
                 self._take_robots([robots[self._chosen(left, purposes.LEAVE, len(robots))]])
                 left += 1
             if event.sensing.miss is not None:
@@ -371,21 +383,45 @@ class Dynamics:
 
     def _join(self) -> None:
         """Let a robot join, if a number and a place are free (model.md 6.17.6, 6.17.7)."""
-        taken = {robot.number for robot in self._swarm.robots}
+        taken = {robot.number for robot in [*self._swarm.robots, *self._swarm.away]}
         number = next(i for i in range(len(taken) + 1) if i not in taken)
         if number >= self._swarm.scenario.most.robots:
             return
         before = self._gone.get(number)
-        joined = before.joined + 1 if before else 0
-        others = [robot.place for robot in self._swarm.robots]
-        place = self._swarm.world.joining_place(number, joined, others)
+        place = self._free_place(number, before.joined + 1 if before else 0)
         if place is not None:
-            self._swarm.robots.append(self._swarm.new_robot(number, place, before=before))
-            self._swarm.robots.sort(key=lambda robot: robot.number)
+            self._enter(self._swarm.new_robot(number, place, before=before))
+
+    def _free_place(self, number: int, joined: int) -> Place | None:
+        others = [robot.place for robot in self._swarm.robots]
+        return self._swarm.world.joining_place(number, joined, others)
+
+    def _enter(self, robot: Robot) -> None:
+        self._swarm.robots.append(robot)
+        self._swarm.robots.sort(key=lambda robot: robot.number)
+
+    def _charge(self) -> None:
+        """Let robots go whose battery is empty, then those come back that have charged it (model.md 6.23)."""
+        section, now = self._swarm.scenario.robots, self._swarm.time
+        due = [robot for robot in self._swarm.robots if robot.switches_at == now and robot.works(now)]
+        back = [robot for robot in self._swarm.away if robot.switches_at == now and robot.works(now)]
+        for robot in due:
+            self._swarm.robots.remove(robot)
+            self._swarm.away.append(robot)
+            robot.switches_at = now + (section.charge or 0)
+        for robot in sorted(back, key=lambda robot: robot.number):
+            robot.joined += 1  # each attempt has draws of its own
+            place = self._free_place(robot.number, robot.joined)
+            if place is None:
+                robot.switches_at = now + 1
+                continue
+            self._swarm.away.remove(robot)
+            robot.come_back(place, now + (section.work or 0))
+            self._enter(robot)
 
     def _take_robots(self, robots: Iterable[Robot]) -> None:
         for robot in list(robots):
-            self._swarm.robots.remove(robot)
+            (self._swarm.away if robot in self._swarm.away else self._swarm.robots).remove(robot)
             self._gone[robot.number] = robot
 
     def _chosen(self, before: int, purpose: int, count: int) -> int:

@@ -241,6 +241,11 @@ class Controller:
         if self.knowledge:
             self.knowledge.end_step(explores=not self.disseminating)
 
+    def rest(self) -> None:
+        """Let a step pass in which the robot charges: only its clock goes on (model.md 6.23)."""
+        if self.knowledge:
+            self.knowledge.end_step(explores=not self.disseminating)
+
     def _follow(self, knowledge: Knowledge) -> None:
         """Declare, or adopt the opinion that follows from what is known (model.md 6.11, 6.15)."""
         keeps_opinion = self._keeps_opinion

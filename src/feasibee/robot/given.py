@@ -14,7 +14,7 @@ LARGEST: Final = 65_535
 OF_SETTING: Final = (
     *("robots", "count", "tasks", "robot_ids", "task_ids", "robot_classes", "task_classes", "id_bits"),
     *("knows_count", "walled", "width", "height", "sight", "radio", "speed", "dissemination", "mean_run"),
-    *("flooding", "delay", "in_sight", "columns"),
+    *("flooding", "delay", "in_sight", "columns", "work", "charge"),
 )
 """The numbers of a setting."""
 

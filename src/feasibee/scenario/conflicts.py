@@ -169,6 +169,19 @@ def _robots_leave(scenario: Sections) -> bool:
     return scenario.responds and scenario.manifest.knows_gap
 
 
+def _charging(scenario: Sections) -> Iterator[Conflict]:
+    robots = scenario.robots
+    if robots.work is not None and robots.charge is None:
+        rule = "needs robots.charge: for how many steps a robot is away"
+        yield Conflict("robots.work", rule, "set robots.charge = 600, or leave it out")
+    if robots.work is None and robots.charge is not None:
+        rule = "needs robots.work: after how many steps a robot charges"
+        yield Conflict("robots.charge", rule, "set robots.work = 3000, or leave it out")
+    if robots.work is None and robots.away != "counted":
+        rule = "needs robots.work: without it, no robot goes to charge"
+        yield Conflict("robots.away", rule, "set robots.work = 3000 and robots.charge = 600, or leave it out")
+
+
 def _needs_patience(key: str) -> Rule:
     return never(
         f"response.{key}",
@@ -480,6 +493,7 @@ RULES: Final[tuple[Rule, ...]] = (
         "write def lie(message, feasible, me) in its file",
     ),
     _most,
+    _charging,
     *map(_needs_patience, ("delay", "margin")),
     _patience,
     _late,
@@ -489,26 +503,26 @@ RULES: Final[tuple[Rule, ...]] = (
         "decision.declare",
         lambda s: s.dynamic and s.decision.declare is not None,
         _FOR_GOOD,
-        "leave it out, or leave out events and rates",
+        "leave it out, or leave out events, rates and robots that go missing",
         "a rule",
     ),
     never(
         "decision.strategy",
         lambda s: s.dynamic and s.manifest.declares,
         f"declares, which {_FOR_GOOD}",
-        "choose roster, or leave out events and rates",
+        "choose roster, or leave out events, rates and robots that go missing",
     ),
     never(
         "run.stop_at_decision",
         lambda s: s.dynamic and s.run.stop_at_decision,
         "ends a run at its first decision, but the world of this scenario changes",
-        "leave it out, or leave out events and rates",
+        "leave it out, or leave out events, rates and robots that go missing",
     ),
     never(
         "run.stop_at_declarations",
         lambda s: s.dynamic and s.run.stop_at_declarations,
         "ends a run once all robots have declared, but the world of this scenario changes",
-        "leave it out, or leave out events and rates",
+        "leave it out, or leave out events, rates and robots that go missing",
     ),
     _tasks_limit,
     partial(_reach, name="sensing"),

@@ -93,7 +93,8 @@ def explain(scenario: Sections) -> Verdict:
     Parameters
     ----------
     scenario : Scenario
-        The scenario, of which only the numbers and classes of robots and tasks matter.
+        The scenario, of which only the numbers and classes of robots and tasks matter. All robots are at
+        work: see `who_counts`.
 
     Returns
     -------
@@ -121,6 +122,27 @@ def explain(scenario: Sections) -> Verdict:
     if ground is None or ground.is_one:
         return _verdict(scenario.robots, scenario.tasks)
     return _verdict_by_piece(scenario, ground)
+
+
+def who_counts(scenario: Sections) -> str:
+    """Return in words which robots the truth is about if some charge; an empty text if none does.
+
+    Examples
+    --------
+    >>> from feasibee import Scenario
+    >>> from feasibee.scenario.feasibility import who_counts
+    >>> who_counts(Scenario(robots={"work": 300, "charge": 100}))
+    'Robots that charge count: the truth is about all 20, of which 15 are at work on average.'
+    """
+    robots = scenario.robots
+    if robots.work is None or robots.charge is None:
+        return ""
+    working = f"{robots.count * robots.work / (robots.work + robots.charge):.3g}"
+    if robots.away == "counted":
+        whom = f"count: the truth is about all {robots.count}, of which {working} are at work on average"
+    else:
+        whom = f"don't count: the truth is about those at work, on average {working} of {robots.count}"
+    return f"Robots that charge {whom}."
 
 
 def _verdict_by_piece(scenario: Sections, ground: Ground) -> Verdict:

@@ -379,6 +379,20 @@ class Robots(Placed):
         "twice as many as at the start.",
         examples=[40],
     )
+    work: Steps | None = Field(
+        None,
+        description="Steps that a robot works before it charges, away from the arena; by default it never "
+        "does. Each first battery lasts 1 to so many steps.",
+        examples=[3000],
+    )
+    charge: Steps | None = Field(
+        None, description="Steps that a robot charges, before it comes back to robots.zone.", examples=[600]
+    )
+    away: Literal["counted", "missing"] = Field(
+        "counted",
+        description="Whether robots that charge count for the truth and keep their vote, or the truth is "
+        "that of the robots at work.",
+    )
 
 
 class Tasks(Placed):

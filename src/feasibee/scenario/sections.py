@@ -148,7 +148,13 @@ class Sections(BaseModel):
         """Whether its world may change (model.md 6.17)."""
         robots, tasks = self.robots, self.tasks
         streams = robots.arrival_rate, robots.failure_rate, tasks.arrival_rate, tasks.lifetime
-        return bool(self.events) or any(streams) or self.responds
+        go_missing = robots.work is not None and robots.away == "missing"
+        return bool(self.events) or any(streams) or self.responds or go_missing
+
+    @property
+    def in_motion(self) -> bool:
+        """Whether robots or tasks may come or go; the truth stays if they only charge (model.md 6.23)."""
+        return self.dynamic or self.robots.work is not None
 
     @property
     def most(self) -> Most:
@@ -189,6 +195,8 @@ class Sections(BaseModel):
             flooding=float(self.place.flooding or NEVER) if self.place.exists else 0.0,
             delay=float(self.radio.delay),
             **self._plan,
+            work=float(self.robots.work or 0) if self.robots.away == "counted" else 0.0,
+            charge=float(self.robots.charge or 0) if self.robots.away == "counted" else 0.0,
         )
 
     @property

@@ -67,5 +67,5 @@ def _tasks(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
 def _changing(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
     if scenario.dynamic and not ground.is_one:
         rule = "has parts that no robot leaves, but the world of this scenario changes"
-        remedy = "open a way between them, set robots.zone, or leave out events and rates"
+        remedy = "open a way between them, set robots.zone, or leave out events, rates and missing robots"
         yield Conflict("place", rule, remedy, f"{int(ground.pieces.max())} pieces")

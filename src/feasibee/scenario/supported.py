@@ -1,6 +1,6 @@
 """Which fields of a scenario each backend supports: of any other field it takes the default only.
 
-The general engine, the reference and a field of processes take every field.
+The general engine and the reference take every field; so does a field of processes, but for batteries.
 """
 
 from __future__ import annotations

@@ -78,7 +78,7 @@ def load_engine(scenario: Scenario) -> bool:
         Whether everything was on disk or in memory already.
     """
     engine, words = engine_of(scenario), words_together(scenario.most.robots)
-    form = (scenario.strategy, engine == FAST, words, scenario.dynamic)
+    form = (scenario.strategy, engine == FAST, words, scenario.in_motion)
     if form in _loaded:
         return True  # without the lock: another thread may hold it while it compiles
     own_folder(cache_root())  # an error of it needs no engine

@@ -47,7 +47,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
     return numbers.Params(
         seed=numbers.SeedParams(low=np.uint32(seed & 0xFFFFFFFF), high=np.uint32(seed >> 32)),
         arena=arena,
-        robots=_robots(scenario.robots, most.robots, unit, arena, max(sight, radio)),
+        robots=_robots(scenario.robots, setting, most.robots, unit, arena, max(sight, radio)),
         tasks=numbers.TaskParams(
             count=most.tasks,
             at_start=scenario.tasks.count,
@@ -67,10 +67,11 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
         run=_filled(numbers.RunParams, scenario.run),
         response=_response(scenario),
         truth=truth(scenario),
-        changes=scenario.dynamic,
+        changes=scenario.in_motion,
+        truth_stays=not scenario.dynamic,
         together=together,
         in_space_order=scenario.robots.count > POOLED
-        and not (knows or scenario.dynamic or scenario.radio.delay),
+        and not (knows or scenario.in_motion or scenario.radio.delay),
         in_sender_order=not fast
         and bool(knows or scenario.radio.id_bits is not None or scenario.decision.inbox_size),
     )
@@ -92,7 +93,12 @@ def _arena(scenario: Scenario, unit: Fraction) -> numbers.ArenaParams:
 
 
 def _robots(
-    robots: Robots, most: int, unit: Fraction, arena: numbers.ArenaParams, squared_reach: int
+    robots: Robots,
+    setting: Setting,
+    most: int,
+    unit: Fraction,
+    arena: numbers.ArenaParams,
+    squared_reach: int,
 ) -> numbers.RobotParams:
     """Return the numbers of the robots, who see or hear within ``squared_reach``."""
     radius = math.ceil(exact(robots.diameter) / unit / 2)
@@ -103,6 +109,11 @@ def _robots(
         at_start=robots.count,
         arrival_rate=robots.arrival_rate or 0.0,
         failure_time=1 / robots.failure_rate if robots.failure_rate else 0.0,
+        work=robots.work or 0,
+        charge=robots.charge or 0,
+        away_counts=robots.away == "counted",
+        known_work=setting.work,
+        known_charge=setting.charge,
         classes=max(1, len(robots.classes)),
         reach=float(exact(robots.speed) / unit),
         radius=radius,

@@ -52,7 +52,8 @@ class Swarm:
     -----
     In a world that changes (model.md 6.17), arrays per robot have an entry for each of the
     ``scenario.most.robots`` numbers that robots may have. `present` says which numbers have a robot at this
-    step. The others have position and heading NaN, opinion -1, zeros as knowledge, and False elsewhere.
+    step. The others have position and heading NaN, opinion -1, zeros as knowledge, and False elsewhere. A
+    robot that charges (model.md 6.23) isn't present, but keeps opinion and knowledge.
 
     Examples
     --------
@@ -85,7 +86,7 @@ class Swarm:
         self._part = team.parts_of(self._params)
         self._unit = lowering.unit_of(self.scenario)
         self._side = max(self._params.arena.width, self._params.arena.height)
-        self._changes = bool(self._params.changes)
+        self._in_motion, self._changes = self.scenario.in_motion, self.scenario.dynamic
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS, FIRST_STEPS if self._changes else 0)
         self._counted = np.zeros(FIRST_STEPS if self._must_count else 0, np.int32)
         self._begin(layout.first_room(self._params))
@@ -159,7 +160,7 @@ class Swarm:
         saved.copy_to(self._changing())
 
     def _changing(self) -> list[NDArray[Any]]:
-        return changing_arrays(self._state, self._record, self._changes)
+        return changing_arrays(self._state, self._record, self._in_motion)
 
     @property
     def step(self) -> int:
@@ -171,14 +172,20 @@ class Swarm:
         """Positions of the robots in units: float64, shape (robots, 2), from 0 to the side of the arena."""
         x, y = self._numbers([self._layout.Robot.X, self._layout.Robot.Y])
         positions = self._in_units(x, y)
-        if self._changes:
+        if self._in_motion:
             positions[~self.present] = np.nan
         return positions
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Whether a robot has each number at this step: bool, shape (robots,)."""
+        """Whether a robot of each number is in the arena at this step: bool, shape (robots,)."""
         return self._members(self._state.sets[self._layout.Set.THERE]).astype(np.bool_)
+
+    @property
+    def _exists(self) -> NDArray[np.bool_]:
+        """Whether a robot has each number at this step, even if it charges."""
+        sets, rows = self._state.sets, self._layout.Set
+        return self._members(sets[rows.THERE] | sets[rows.AWAY]).astype(np.bool_)
 
     @property
     def tasks(self) -> NDArray[np.float64]:
@@ -208,7 +215,7 @@ class Swarm:
         """Opinions of the robots: int8, shape (robots,), 1 feasible, 0 infeasible, -1 none."""
         feasible = self._members(self._state.sets[self._layout.Set.FEASIBLE])
         opinions = feasible - self._members(self._state.sets[self._layout.Set.NEUTRAL])
-        return np.where(self.present, opinions, np.int8(NO_OPINION)) if self._changes else opinions
+        return np.where(self._exists, opinions, np.int8(NO_OPINION)) if self._in_motion else opinions
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
@@ -288,7 +295,7 @@ class Swarm:
         """Words that each robot knows: int32, shape (robots, words); no words if the strategy has none."""
         robots, words = self._params.robots.count, self._params.strategy.knowledge.words
         known: NDArray[np.int32] = self._state.knowledge[self._layout.Copy.KNOWN, :robots, :words]
-        return np.where(self.present[:, None], known, np.int32(0)) if self._changes else known
+        return np.where(self._exists[:, None], known, np.int32(0)) if self._in_motion else known
 
     @property
     def declaration_step(self) -> int:
@@ -356,7 +363,7 @@ class Swarm:
         angles: NDArray[np.float64] = np.arctan2(
             *self._numbers([self._layout.Robot.STEP_Y, self._layout.Robot.STEP_X])
         )
-        if self._changes:
+        if self._in_motion:
             angles[~self.present] = np.nan
         return angles
 

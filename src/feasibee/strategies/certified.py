@@ -68,6 +68,18 @@ def steps_for(sightings, robots, setting):
 def steps_with(exploring, sightings, robots, setting):
     """Return `steps_for` for robots that explore in this share of their time.
 
+    Where robots charge, a robot surely works for so many of these steps as it would take without.
+    """
+    steps = steps_at_work(exploring, sightings, robots, setting)
+    if setting.charge == 0.0 or steps >= NEVER:
+        return steps
+    lasts = steps * (1.0 + setting.charge / setting.work) + setting.charge
+    return NEVER if lasts >= NEVER else math.ceil(lasts)
+
+
+def steps_at_work(exploring, sightings, robots, setting):
+    """Return `steps_with` for robots that never charge.
+
     Late messages make it longer by the delay: at most 2 wrong runs in 1,000 for delays up to 1,000 steps. In
     a place, a census waits for 1.5 times the time of flooding, in which messages are late, too. Other times,
     such as those that tolerate Byzantine robots, have the same ratio to it as in an open arena.
@@ -93,7 +105,7 @@ def sightings_to_flood(robots):
 
 
 def open_steps(exploring, sightings, robots, setting):
-    """Return `steps_with` in an arena without obstacles."""
+    """Return `steps_at_work` in an arena without obstacles."""
     reach = min(setting.sight * exploring, setting.radio * (1.0 - exploring))
     each_step = swept(reach, robots, setting)
     area = room(setting)

@@ -153,6 +153,10 @@ class Setting(NamedTuple):
     """Number of columns of the plan; 0 without walls."""
     in_sight: float = 0.0
     """With a plan, the mean share that a robot sees of the cells in which tasks may be; otherwise 0.0."""
+    work: float = 0.0
+    """Steps that a robot works before it charges; 0.0 if none does, or if robots that charge don't count."""
+    charge: float = 0.0
+    """Steps that it then charges."""
 
 
 class Me(NamedTuple):

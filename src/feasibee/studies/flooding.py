@@ -35,7 +35,8 @@ ROOM: Final = 2**28
 """Largest memory in bytes of what an oracle's robots know."""
 STAYING: Final[dict[str, Any]] = {
     **{"events": [], "robots.arrival_rate": None, "robots.failure_rate": None, "robots.most": None},
-    **{"tasks.arrival_rate": None, "tasks.lifetime": None},
+    **{"tasks.arrival_rate": None, "tasks.lifetime": None, "robots.work": None, "robots.charge": None},
+    "robots.away": "counted",
     **{f"response.{name}": field.default for name, field in Response.model_fields.items()},
 }
 """What makes a world stay as it is at the start."""

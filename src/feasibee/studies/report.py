@@ -13,6 +13,7 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.calibration import SHARES, Calibration
 from feasibee.results.statistics import CONFIDENCE, Interval, pareto, plain, wilson
 from feasibee.scenario.feasibility import Verdict as Truth
+from feasibee.scenario.feasibility import who_counts
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words
@@ -380,6 +381,7 @@ def _expected(assessment: Assessment) -> list[str]:
     )
     lines = [
         _truth(assessment),
+        *filter(None, [who_counts(assessment.scenario)]),
         f"With {assessment.scenario.decision.strategy}, of {outcome.runs} simulated swarms "
         f"{', '.join(shares)}{'' if outcome.tracking is None else ', at the end'}.",
         waiting,

@@ -97,9 +97,11 @@ def _run(swarm: Swarm, rooms: NDArray[np.int32]) -> tuple[bool, float]:
     steps = swarm.scenario.run.steps
     while True:
         columns, rows = (
-            np.minimum(swarm.positions / float(plan.cell), np.array(rooms.shape)[::-1] - 1).astype(int).T
+            np.minimum(np.nan_to_num(swarm.positions) / float(plan.cell), np.array(rooms.shape)[::-1] - 1)
+            .astype(int)
+            .T
         )
-        there = rooms[rows, columns]
+        there = np.where(swarm.present, rooms[rows, columns], 0)
         passages += int(np.count_nonzero((there > 0) & (last > 0) & (there != last)))
         last = np.where(there > 0, there, last)
         if swarm.step >= steps:

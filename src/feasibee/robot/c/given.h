@@ -9,6 +9,7 @@ enum feasibee_given {
     GIVEN_COUNT, GIVEN_TASKS, GIVEN_ROBOT_IDS, GIVEN_TASK_IDS, GIVEN_ROBOT_CLASSES, GIVEN_TASK_CLASSES,
     GIVEN_ID_BITS, GIVEN_KNOWS_COUNT, GIVEN_WALLED, GIVEN_WIDTH, GIVEN_HEIGHT, GIVEN_SIGHT, GIVEN_RADIO,
     GIVEN_SPEED, GIVEN_DISSEMINATION, GIVEN_MEAN_RUN, GIVEN_FLOODING, GIVEN_DELAY, GIVEN_IN_SIGHT, GIVEN_COLUMNS,
+    GIVEN_WORK, GIVEN_CHARGE,
     GIVEN_PARAMETERS
 };
 
@@ -26,6 +27,7 @@ static struct feasibee_setting feasibee_setting_given(const double *numbers)
         .dissemination = numbers[GIVEN_DISSEMINATION], .mean_run = numbers[GIVEN_MEAN_RUN],
         .flooding = numbers[GIVEN_FLOODING], .delay = numbers[GIVEN_DELAY],
         .in_sight = numbers[GIVEN_IN_SIGHT], .columns = (int16_t)numbers[GIVEN_COLUMNS],
+        .work = numbers[GIVEN_WORK], .charge = numbers[GIVEN_CHARGE],
     };
     for (int k = 0; k < FEASIBEE_PARAMETERS; k++)
         setting.parameters[k] = numbers[GIVEN_PARAMETERS + k];

@@ -48,6 +48,7 @@ struct feasibee_setting {
     double in_sight; /* with a plan: mean share in sight of the cells in which tasks may be; otherwise 0 */
     int16_t columns; /* of the plan; 0 without walls */
     struct feasibee_plan plan;
+    double work, charge; /* steps that a robot works, then charges; 0 if none does */
 #endif
 };
 
