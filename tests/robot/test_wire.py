@@ -91,10 +91,11 @@ class Eavesdropped(Swarm):
         super().__init__(scenario, 3, 0)
         self.messages = []
 
-    def _bits(self, sender, message):
-        bits = super()._bits(sender, message)
-        self.messages.append((self.names.id(sender.number), message, bits))
-        return bits
+    def _said_by(self, sender):
+        message, bits = super()._said_by(sender)
+        if message is not None:
+            self.messages.append((self.names.id(sender.number), message, bits))
+        return message, bits
 
 
 def simulated(scenario, steps=40):
