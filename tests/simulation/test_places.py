@@ -11,6 +11,7 @@ from feasibee import Scenario, ScenarioError, Swarm, simulate
 from feasibee.reference.place import Ground
 from feasibee.reference.place import ground_of as reference_ground
 from feasibee.reference.swarm import play
+from feasibee.simulation import place
 from tests.places import bitmap, random_cells, rectangle, rooms
 from tests.simulation.test_equivalence import assert_equal
 
@@ -114,17 +115,26 @@ def test_crowd(seed):
     assert_equal(scenario, seed)
 
 
-def test_crowd_once():
-    """Many robots in two rooms, with walls between some that see or hear each other."""
+@pytest.mark.parametrize("radio", [{"range": 3.0, "walls": 0.6}, {}])
+@pytest.mark.parametrize("sharp", [place.SHARP, 0])
+def test_crowd_once(monkeypatch, radio, sharp):
+    """Many robots in two rooms, with walls between some that see each other; cells may share bytes."""
+    monkeypatch.setattr(place, "SHARP", sharp)
+    place._tables.cache_clear()
+    place._open_around.cache_clear()
     scenario = Scenario(
         arena={"boundary": "walls", "side": 12.0},
         place={"walls": rooms(2.0, 12.0), "cell": 0.2},
         robots={"count": 130, "diameter": 0.2, "avoid_collisions": True, "contact": "deflect"},
         tasks={"count": 40},
-        radio={"range": 3.0, "walls": 0.6},
-        run={"steps": 6},
+        sensing={"count_self": not radio},
+        radio=radio,
+        decision={"exploration": 2, "gain": 2},
+        run={"steps": 20},
     )
     assert_equal(scenario, 1)
+    place._tables.cache_clear()
+    place._open_around.cache_clear()
 
 
 @pytest.mark.parametrize("speed", [0.4, 1.0, 3.0])

@@ -150,7 +150,9 @@ class PlaceParams(NamedTuple):
     bits: int  # of a position within its cell
     columns: int
     rows: int
-    tile_columns: int  # of `Ground.passable`
+    tile_columns: int  # of `Ground.passable` and `Ground.walls`
+    blur: int  # a byte of `Ground.open_around` is for 2**blur x 2**blur cells
+    blurred_columns: int
     sight: int  # cells that a robot surely sees past, if no wall is nearer
     radio: int  # likewise
     flooding: float  # steps

@@ -1,7 +1,8 @@
 """Places: which steps avoid walls, and how many walls are between two things (model.md 6.20, 6.21).
 
-Each cell has a byte: how many cells around are free of walls. If such squares around both ends and the middle
-cover a line, no wall is on it. Otherwise the line is walked from cell to cell: one in ten, among obstacles.
+A byte says how many cells around a cell, or around 4 x 4 cells, are free of walls. If such squares around
+both ends and the middle cover a line, no wall is on it. Otherwise the line is walked from cell to cell: one
+in ten, among obstacles.
 """
 
 from __future__ import annotations
@@ -32,9 +33,15 @@ def is_passable(place, ground, x, y):
     column, row = uint32(uint32(x) >> bits), uint32(uint32(y) >> bits)
     last_column, last_row = uint32(place.columns - 1), uint32(place.rows - 1)
     column, row = min(column, last_column), min(row, last_row)
-    tile = uint32(uint32(row >> uint32(3)) * uint32(place.tile_columns) + uint32(column >> uint32(3)))
+    return has_cell(ground.passable, place.tile_columns, column, row)
+
+
+@inlined
+def has_cell(tiles, tile_columns, column, row):
+    """Return 1 if a cell is in a set of them, else 0; see `feasibee.engine.layout.Ground`."""
+    tile = uint32(uint32(row >> uint32(3)) * uint32(tile_columns) + uint32(column >> uint32(3)))
     cell = uint64(uint32(uint32(row & uint32(7)) << uint32(3)) | uint32(column & uint32(7)))
-    return uint32(uint64(ground.passable[uint64(tile)] >> cell) & uint64(1))
+    return uint32(uint64(tiles[uint64(tile)] >> cell) & uint64(1))
 
 
 @inlined
@@ -79,8 +86,9 @@ def find_place_beside(params, ground, robots, blocked, w):
 
 @inlined
 def open_around(place, ground, column, row):
-    """Return how many cells from a cell on, in each direction, are free of walls; 0 in a wall."""
-    return int64(ground.open_around[uint64(row * place.columns + column)])
+    """Return how many cells from a cell on, in each direction, are surely free of walls."""
+    block = (row >> place.blur) * place.blurred_columns + (column >> place.blur)
+    return int64(ground.open_around[uint64(block)])
 
 
 @inlined
@@ -133,28 +141,28 @@ def walls_between(place, ground, ax, ay, bx, by, most):
     step_x, step_y = int64(1) if across >= 0 else int64(-1), int64(1) if along >= 0 else int64(-1)
     across, along = abs(across), abs(along)
     ahead, left = along - across, across + along
-    cell, next_row = row * place.columns + column, step_y * place.columns
-    inside = is_wall(ground, cell)
+    inside = is_wall(place, ground, column, row)
     found = int64(inside)
     while left > 0 and found < most:
         corner = False
         if ahead < 0:
-            cell, ahead, left = cell + step_x, ahead + 2 * along, left - 1
+            column, ahead, left = column + step_x, ahead + 2 * along, left - 1
         elif ahead > 0:
-            cell, ahead, left = cell + next_row, ahead - 2 * across, left - 1
+            row, ahead, left = row + step_y, ahead - 2 * across, left - 1
         else:
-            corner = is_wall(ground, cell + step_x) or is_wall(ground, cell + next_row)
-            cell, ahead, left = cell + step_x + next_row, ahead + 2 * (along - across), left - 2
-        now = is_wall(ground, cell)
+            beside = is_wall(place, ground, column + step_x, row)
+            corner = beside or is_wall(place, ground, column, row + step_y)
+            column, row, ahead, left = column + step_x, row + step_y, ahead + 2 * (along - across), left - 2
+        now = is_wall(place, ground, column, row)
         found += int64((not inside) and (now or corner))
         inside = now
     return found
 
 
 @inlined
-def is_wall(ground, cell):
+def is_wall(place, ground, column, row):
     """Return whether a cell is a wall."""
-    return ground.open_around[uint64(cell)] == 0
+    return has_cell(ground.walls, place.tile_columns, uint32(column), uint32(row)) == 1
 
 
 @inlined
