@@ -38,7 +38,7 @@ def params_of(scenario: Scenario) -> PlaceParams:
     )
     setting = scenario.setting
     given = setting.flooding, setting.columns, setting.in_sight
-    blur = 0 if rows * columns <= SHARP else BLUR
+    blur = _blur(plan)
     numbers = columns, rows, -(-columns // TILE), blur, -(-columns >> blur), sight, radio
     return PlaceParams(True, plan.bits, *numbers, *given)
 
@@ -114,6 +114,11 @@ def _stands(surface: Surface, most: Most, avoid_collisions: bool) -> dict[str, I
     }
 
 
+def _blur(plan: Plan) -> int:
+    """Return the power of two of the cells along each axis that share a byte."""
+    return BLUR if plan.walls.size > SHARP else 0
+
+
 @lru_cache(maxsize=4)
 def _open_around(plan: Plan) -> NDArray[np.uint8]:
     """Return the cells' distances to the nearest wall, in cells, the larger one along both axes.
@@ -132,7 +137,7 @@ def _open_around(plan: Plan) -> NDArray[np.uint8]:
             row[:] = np.minimum.accumulate(row - places) + places
             row[:] = np.minimum.accumulate((row + places)[::-1])[::-1] - places
             before = row
-    side = 1 if found.size <= SHARP else 1 << BLUR
+    side = 1 << _blur(plan)
     padded = np.pad(found, [(0, -each % side) for each in found.shape], constant_values=FARTHEST)
-    blocks = padded.reshape(padded.shape[0] // side, side, -1, side).min(axis=(1, 3))
+    blocks: NDArray[np.int16] = padded.reshape(padded.shape[0] // side, side, -1, side).min(axis=(1, 3))
     return np.minimum(blocks, FARTHEST).astype(np.uint8).ravel()
