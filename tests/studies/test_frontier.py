@@ -90,9 +90,8 @@ def test_robots_know_their_number_where_they_must(own):
     assert knows(SHORT.replace({"robots.know_count": True}), own)
 
 
-def test_contenders_that_a_place_rejects_are_left_out():
-    place = {"walls": [[[9.9, 0.0], [10.1, 0.0], [10.1, 9.0]]]}
-    names = speakers(Scenario(arena={"boundary": "walls"}, place=place))
+def test_contenders_that_a_world_rejects_are_left_out():
+    names = speakers(Scenario(sensing={"view": 120}))
     assert set(speakers(Scenario())) - set(names) == {"map"}
 
 
