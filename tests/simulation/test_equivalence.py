@@ -336,7 +336,7 @@ def test_engine_equals_reference_in_a_crowd_where_inbox_tables_grow(listen, inbo
         decision={"gain": 60.0, "listen": listen, "inbox": inbox},
         run={"steps": 100},
     )
-    assert_equal(scenario, seed=2, runs=2)
+    assert_equal(scenario, seed=2)
 
 
 def assert_same_swarms(scenario, seed, run, steps):

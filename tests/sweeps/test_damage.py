@@ -81,9 +81,9 @@ def test_no_random_damage_changes_an_export(kept, table, tmp_path):
             (line,) = again.stderr.splitlines()
             assert "damaged as a whole" in line
 
-    found = try_damages(kept, tmp_path / "out", 400, 2, each)
+    found = try_damages(kept, tmp_path / "out", 200, 2, each)
     assert found["another"] == 0
-    assert min(found["same"], found["refused"]) > 400 / 6
+    assert min(found["same"], found["refused"]) > 200 / 6
     assert mended[0] > 0.8 * sum(mended.values())
 
 
