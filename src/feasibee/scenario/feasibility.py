@@ -94,7 +94,7 @@ def explain(scenario: Sections) -> Verdict:
     ----------
     scenario : Scenario
         The scenario, of which only the numbers and classes of robots and tasks matter. All robots are at
-        work: see `who_counts`.
+        work: see ``who_counts``.
 
     Returns
     -------
