@@ -305,8 +305,8 @@ class TaskLists(NamedTuple):
 class Ground(NamedTuple):
     """The cells of a place, row by row (model.md 6.20); see `feasibee.engine.place`."""
 
-    walls: Annotated[Limits, "tile of cells"]
-    passable: Annotated[Limits, "tile of cells"]  # 8 x 8 of them: a step stays in few lines of the cache
+    walls: Annotated[Limits, "word of cells"]  # rows begin at whole words
+    passable: Annotated[Limits, "word of cells"]
     open_around: Annotated[Bytes, "block"]  # cells in each direction to the nearest wall; 0 with one inside
     sketch: Annotated[Bytes, "cell"]  # the plan that robots know: see `feasibee.strategies.sight`
     limits: Annotated[Limits, "Sense, walls"]  # squared distances that are too far, behind so many walls

@@ -150,7 +150,7 @@ class PlaceParams(NamedTuple):
     bits: int  # of a position within its cell
     columns: int
     rows: int
-    tile_columns: int  # of `Ground.passable` and `Ground.walls`
+    row_words: int  # of `Ground.passable` and `Ground.walls`
     blur: int  # a byte of `Ground.open_around` is for 2**blur x 2**blur cells
     blurred_columns: int
     sight: int  # cells that a robot surely sees past, if no wall is nearer

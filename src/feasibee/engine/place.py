@@ -33,15 +33,14 @@ def is_passable(place, ground, x, y):
     column, row = uint32(uint32(x) >> bits), uint32(uint32(y) >> bits)
     last_column, last_row = uint32(place.columns - 1), uint32(place.rows - 1)
     column, row = min(column, last_column), min(row, last_row)
-    return has_cell(ground.passable, place.tile_columns, column, row)
+    return has_cell(ground.passable, place.row_words, column, row)
 
 
 @inlined
-def has_cell(tiles, tile_columns, column, row):
+def has_cell(words, row_words, column, row):
     """Return 1 if a cell is in a set of them, else 0; see `feasibee.engine.layout.Ground`."""
-    tile = uint32(uint32(row >> uint32(3)) * uint32(tile_columns) + uint32(column >> uint32(3)))
-    cell = uint64(uint32(uint32(row & uint32(7)) << uint32(3)) | uint32(column & uint32(7)))
-    return uint32(uint64(tiles[uint64(tile)] >> cell) & uint64(1))
+    word = words[uint64(uint32(row * uint32(row_words) + uint32(column >> uint32(6))))]
+    return uint32(uint64(word >> uint64(column & uint32(63))) & uint64(1))
 
 
 @inlined
@@ -162,7 +161,7 @@ def walls_between(place, ground, ax, ay, bx, by, most):
 @inlined
 def is_wall(place, ground, column, row):
     """Return whether a cell is a wall."""
-    return has_cell(ground.walls, place.tile_columns, uint32(column), uint32(row)) == 1
+    return has_cell(ground.walls, place.row_words, uint32(column), uint32(row)) == 1
 
 
 @inlined

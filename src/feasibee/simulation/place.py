@@ -19,8 +19,8 @@ from feasibee.scenario.plan import Plan
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import Most
 
-TILE = 8
-"""Cells along a side of a tile."""
+CELLS = 64
+"""Cells in a word."""
 SHARP, BLUR = 1 << 20, 2
 """Cells up to which each has its byte; in larger places 4 x 4 share one, so that they stay in the cache."""
 FARTHEST = 255
@@ -39,7 +39,7 @@ def params_of(scenario: Scenario) -> PlaceParams:
     setting = scenario.setting
     given = setting.flooding, setting.columns, setting.in_sight
     blur = _blur(plan)
-    numbers = columns, rows, -(-columns // TILE), blur, -(-columns >> blur), sight, radio
+    numbers = columns, rows, -(-columns // CELLS), blur, -(-columns >> blur), sight, radio
     return PlaceParams(True, plan.bits, *numbers, *given)
 
 
@@ -69,8 +69,8 @@ def tables_of(scenario: Scenario) -> Ground:
 def _tables(surface: Surface, most: Most, avoid_collisions: bool) -> Ground:
     """Return the arrays of a place that don't depend on ranges."""
     return Ground(
-        walls=_tiles(surface.plan.walls),
-        passable=_tiles(surface.passable),
+        walls=_words(surface.plan.walls),
+        passable=_words(surface.passable),
         open_around=_open_around(surface.plan),
         sketch=np.frombuffer(surface.sketch, np.uint8),
         limits=np.zeros(0, np.uint64),
@@ -83,12 +83,10 @@ def _limit(reach: Fraction | None, unit: Fraction) -> int:
     return 0 if reach is None else min(math.floor((reach / unit) ** 2) + 1, 2**63 + 1)
 
 
-def _tiles(cells: Cells) -> NDArray[np.uint64]:
-    """Return cells as words of 64 bits, one for each tile of 8 x 8, row by row."""
-    rows, columns = (-(-side // TILE) for side in cells.shape)
-    padded = np.pad(cells, [(0, -side % TILE) for side in cells.shape])
-    bits = np.packbits(padded, axis=1, bitorder="little").reshape(rows, TILE, columns)
-    return np.ascontiguousarray(bits.transpose(0, 2, 1)).view("<u8").astype(np.uint64).ravel()
+def _words(cells: Cells) -> NDArray[np.uint64]:
+    """Return cells as words of 64 bits; each row begins with a new word."""
+    padded = np.pad(cells, [(0, 0), (0, -cells.shape[1] % CELLS)])
+    return np.packbits(padded, axis=1, bitorder="little").view("<u8").astype(np.uint64).ravel()
 
 
 def _stands(surface: Surface, most: Most, avoid_collisions: bool) -> dict[str, Int32s]:
