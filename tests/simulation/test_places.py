@@ -115,13 +115,21 @@ def test_crowd(seed):
     assert_equal(scenario, seed)
 
 
+@pytest.fixture(params=[place.SHARP, 0])
+def sharp(request, monkeypatch):
+    """Let cells share bytes in small places, too; no other test finds arrays made so, whatever happens."""
+    caches = place._tables, place._open_around
+    monkeypatch.setattr(place, "SHARP", request.param)
+    for each in caches:
+        each.cache_clear()
+    yield request.param
+    for each in caches:
+        each.cache_clear()
+
+
 @pytest.mark.parametrize("radio", [{"range": 3.0, "walls": 0.6}, {}])
-@pytest.mark.parametrize("sharp", [place.SHARP, 0])
-def test_crowd_once(monkeypatch, radio, sharp):
+def test_crowd_once(sharp, radio):
     """Many robots in two rooms, with walls between some that see each other; cells may share bytes."""
-    monkeypatch.setattr(place, "SHARP", sharp)
-    place._tables.cache_clear()
-    place._open_around.cache_clear()
     scenario = Scenario(
         arena={"boundary": "walls", "side": 12.0},
         place={"walls": rooms(2.0, 12.0), "cell": 0.2},
@@ -133,8 +141,6 @@ def test_crowd_once(monkeypatch, radio, sharp):
         run={"steps": 20},
     )
     assert_equal(scenario, 1)
-    place._tables.cache_clear()
-    place._open_around.cache_clear()
 
 
 @pytest.mark.parametrize("speed", [0.4, 1.0, 3.0])

@@ -238,11 +238,10 @@ class Controller:
                 self._explore()
             else:
                 self._disseminate()
-        if self.knowledge:
-            self.knowledge.end_step(explores=not self.disseminating)
+        self.rest()
 
     def rest(self) -> None:
-        """Let a step pass in which the robot charges: only its clock goes on (model.md 6.23)."""
+        """Let its clock go on: all that happens in a step in which the robot charges (model.md 6.23)."""
         if self.knowledge:
             self.knowledge.end_step(explores=not self.disseminating)
 
