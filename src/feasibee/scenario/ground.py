@@ -6,24 +6,41 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.model.codes import exact
 from feasibee.scenario.bitmaps import Cells
-from feasibee.scenario.fields import Place, Placed, Point
+from feasibee.scenario.fields import Arena, Place, Placed, Point, Robots, Tasks
 from feasibee.scenario.plan import Plan, plan_of
 from feasibee.scenario.raster import spread
 from feasibee.strategies.sight import TASKS, WALL
 
-if TYPE_CHECKING:
-    from feasibee.scenario.sections import Sections
-
 Numbers = NDArray[np.int64]
 SLACK: Final = 16
 """Units by which a step may be longer than its speed, because its parts are rounded."""
+
+
+class Sited(Protocol):
+    """The sections of a scenario that say who can be where."""
+
+    @property
+    def place(self) -> Place:
+        """What stands in the arena."""
+
+    @property
+    def arena(self) -> Arena:
+        """How large it is."""
+
+    @property
+    def robots(self) -> Robots:
+        """Who moves in it."""
+
+    @property
+    def tasks(self) -> Tasks:
+        """What is to be done."""
 
 
 class Stands(NamedTuple):
@@ -72,7 +89,7 @@ class Ground:
         return [(xs[columns], ys[rows]) for rows, columns in sites]
 
 
-def ground_of(scenario: Sections) -> Ground | None:
+def ground_of(scenario: Sited) -> Ground | None:
     """Return where robots can be in a scenario's place; None if it has none."""
     if not scenario.place.exists:
         return None
