@@ -51,9 +51,13 @@ class Outcome(NamedTuple):
 
 DECLARES: Final = Need("`decision.declare` or a strategy's own `declare`", lambda scenario: scenario.declares)
 CHANGES: Final = Need("a world that changes", lambda scenario: scenario.dynamic)
-STOPS: Final = Need("`run.stop_at_declarations`", lambda scenario: scenario.run.stop_at_declarations)
+STOPS: Final = Need(
+    "`run.stop_at_declarations` or `run.stop_when_taken`",
+    lambda scenario: scenario.run.stop_at_declarations or scenario.run.stop_when_taken,
+)
 SAYS: Final = Need("a strategy's own `probability`", lambda scenario: scenario.gives_probability)
 RESPONDS: Final = Need("`response.patience`", lambda scenario: scenario.response.patience is not None)
+ACTS: Final = Need("`acting.start`", lambda scenario: scenario.acts)
 OUTCOMES: Final = (
     Outcome(
         "decision",
@@ -97,6 +101,29 @@ OUTCOMES: Final = (
         f"1/{CERTAIN}",
         needs=SAYS,
     ),
+    Outcome(
+        "first_taken_step",
+        "first step at which a robot stood at a task",
+        *("step", "int64", -1),
+        missing="never",
+        needs=ACTS,
+    ),
+    Outcome(
+        "all_taken_step",
+        "first step at which robots stood at all tasks, or at as many as there were robots for",
+        *("step", "int64", -1),
+        missing="never",
+        needs=ACTS,
+    ),
+    Outcome("tasks_taken", "tasks at which robots stood at the end of the run", "tasks", needs=ACTS),
+    Outcome(
+        "distance_walked",
+        "steps that all robots walked until robots stood at all tasks they could",
+        *("robot-steps", "int64", 0),
+        needs=ACTS,
+    ),
+    Outcome("vain_arrivals", "arrivals of robots at tasks that they didn't get", "arrivals", needs=ACTS),
+    Outcome("starts_in_vain", "robots that took a task although the tasks were infeasible", needs=ACTS),
 )
 """Outcomes per run, in the order of a journal's columns: append only."""
 
@@ -162,5 +189,11 @@ ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
     ROBOTS_RELEASED,
     LAST_STEP,
     SAID_AT_END,
+    FIRST_TAKEN_STEP,
+    ALL_TAKEN_STEP,
+    TASKS_TAKEN,
+    DISTANCE_WALKED,
+    VAIN_ARRIVALS,
+    STARTS_IN_VAIN,
 ) = range(len(ACCOUNT))
 """Numbers of the columns, by which the engine fills them in."""

@@ -12,6 +12,7 @@ from typing import Any, Final
 
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
+from feasibee.scenario.acting import ACTING
 from feasibee.scenario.fields import Response
 from feasibee.scenario.paths import value_at
 from feasibee.scenario.placing import PLACES
@@ -537,6 +538,7 @@ RULES: Final[tuple[Rule, ...]] = (
     ),
     *both(_spread),
     *PLACES,
+    *ACTING,
     standing,
     _unique_memory,
     _delay_memory,

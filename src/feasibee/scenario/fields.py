@@ -162,6 +162,10 @@ Listen = Annotated[
         "listen", "must be 'always', 'dissemination', or {last = 3} for the last 3 steps of dissemination"
     ),
 ]
+Start = Annotated[
+    Step | Literal["declared", "search", "safe"],
+    _one_rule("start", "must be a step, or 'declared', 'search' or 'safe'"),
+]
 Faulty = Annotated[
     Annotated[float, Field(ge=0, lt=1), AfterValidator(_without_minus)]
     | Annotated[dict[Literal["count"], Million], Field(min_length=1)],
@@ -619,6 +623,9 @@ class Run(Section):
     stop_at_declarations: bool = Field(
         False, description="Whether a run ends once all counted robots have declared (model.md 6.15.8)."
     )
+    stop_when_taken: bool = Field(
+        False, description="Whether a run ends once all tasks are taken (model.md 6.25.14)."
+    )
 
 
 class Response(Section):
@@ -633,6 +640,39 @@ class Response(Section):
     delay: Step = Field(100, description="Steps from a call until the called robots arrive.")
     margin: Million = Field(
         2, description="Robots to spare that a call adds, and that stay when others are released."
+    )
+
+
+class Acting(Section):
+    """Robots that go to tasks and do them (model.md 6.25)."""
+
+    start: Start | None = Field(
+        None,
+        description="Step from which on robots act; or, once they know most tasks (search), surely all "
+        "(safe), or have declared feasible (declared). By default they never act.",
+        examples=[40],
+    )
+    choose: Literal["nearest", "rank"] = Field(
+        "nearest",
+        description="Which task a robot goes to: the nearest that it knows to be free, or, for robot i, the "
+        "i-th that it knows.",
+    )
+    hold: Literal["stand", "tag"] = Field(
+        "stand",
+        description="Whether robots only walk about before they act, or mark the first free task that they "
+        "reach, walk on, and come back.",
+    )
+    reach: Length = Field(1.0, description="Distance at which a robot has reached its task, in units.")
+    relieve: bool = Field(
+        False, description="Whether a robot without a free task takes one over from a robot with more skills."
+    )
+    tell: bool = Field(True, description="Whether robots pass on which tasks they know, free or taken.")
+    tolerates: Annotated[int, Field(ge=0, le=16)] = Field(
+        0,
+        description="Number of lying robots: one more must say that a task is taken, or it isn't believed.",
+    )
+    detour: Steps = Field(
+        3, description="Most steps that a blocked robot walks another way before it turns to its task again."
     )
 
 
@@ -655,6 +695,7 @@ SECTIONS: Final[Mapping[str, type[Section]]] = {
     "faults": Faults,
     "run": Run,
     "response": Response,
+    "acting": Acting,
     "units": Units,
 }
 """The sections of a scenario by name, in the order of its complete form."""

@@ -28,6 +28,7 @@ from feasibee.files import read_text
 from feasibee.scenario.conflicts import conflicts
 from feasibee.scenario.fields import (
     SECTIONS,
+    Acting,
     Arena,
     Decision,
     Event,
@@ -184,6 +185,7 @@ class Scenario(Sections):
             faults: Faults | Mapping[str, Any] = ...,
             run: Run | Mapping[str, Any] = ...,
             response: Response | Mapping[str, Any] = ...,
+            acting: Acting | Mapping[str, Any] = ...,
             units: Units | Mapping[str, Any] = ...,
             events: Sequence[Event | Mapping[str, Any]] = ...,
         ) -> None: ...

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, Strict
 from feasibee.model.codes import exact
 from feasibee.scenario.fields import (
     SECTIONS,
+    Acting,
     Arena,
     Bitmap,
     Decision,
@@ -33,7 +34,7 @@ from feasibee.scenario.plan import Plan, plan_of, size_of
 from feasibee.scenario.setting import setting_from
 from feasibee.scenario.share import share_in_sight
 from feasibee.scenario.tables import PRESETS
-from feasibee.strategies.certified import NEVER
+from feasibee.strategies.certified import NEVER, sightings_to_flood, steps_for
 from feasibee.strategies.contract import Manifest, Setting
 
 KINDS: Final = ("stopped", "byzantine", "stubborn")
@@ -72,6 +73,7 @@ class Sections(BaseModel):
     faults: Faults = Faults()
     run: Run = Run()
     response: Response = Response()
+    acting: Acting = Acting()
     units: Units = Units()
     events: Annotated[tuple[Event, ...], Strict(False), Field(max_length=1000)] = Field(
         (), description="Changes of the world at given steps (model.md 6.17)."
@@ -142,6 +144,25 @@ class Sections(BaseModel):
     def responds(self) -> bool:
         """Whether robots are called or released because of what the swarm holds (model.md 6.19)."""
         return self.response.patience is not None
+
+    @property
+    def acts(self) -> bool:
+        """Whether robots go to tasks and do them (model.md 6.25)."""
+        return self.acting.start is not None
+
+    @property
+    def acts_from(self) -> int:
+        """Step from which on robots act that haven't declared infeasible; `NEVER` if they must declare."""
+        start, robots = self.acting.start, self.robots.count
+        if not isinstance(start, str):
+            return NEVER if start is None else start
+        sightings = {"search": math.log(robots) + 1, "safe": sightings_to_flood(robots)}
+        return steps_for(sightings[start], robots, self.setting) if start in sightings else NEVER
+
+    @property
+    def may_come_free(self) -> bool:
+        """Whether a taken task may come free again (model.md 6.25.5)."""
+        return self.dynamic or self.faulty[0] > 0
 
     @property
     def dynamic(self) -> bool:
