@@ -10,6 +10,7 @@ CLOSED = np.zeros((40, 40), bool)
 CLOSED[10:12, 5:9] = True
 MAP = bitmap(CLOSED, 0.5)["image"]
 WALLED = {"arena.boundary": "walls"}
+ACTS = {"acting.start": 40}
 DOCK = {"dock": [[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]}
 OTHER_VALUES = {
     "arena.side": 17.0,
@@ -88,6 +89,15 @@ OTHER_VALUES = {
     "response.patience": 50,
     "response.delay": 7,
     "response.margin": 0,
+    "acting.start": 40,
+    "acting.choose": "rank",
+    "acting.hold": "tag",
+    "acting.reach": 1.5,
+    "acting.relieve": True,
+    "acting.tell": False,
+    "acting.tolerates": 1,
+    "acting.detour": 10,
+    "run.stop_when_taken": True,
     "units.metres": 0.5,
     "units.seconds": 2.0,
 }
@@ -110,5 +120,11 @@ NEEDS = {
     "decision.parameters": {"decision.strategy": "k-unanimity"},
     "response.delay": {"response.patience": 60},
     "response.margin": {"response.patience": 60},
+    **{f"acting.{key}": ACTS for key in ("choose", "hold", "reach", "tell", "tolerates", "detour")},
+    "acting.relieve": {
+        **ACTS,
+        "robots.classes": ({"name": "arms", "count": 12, "skills": ["arm"]}, {"name": "eyes", "count": 8}),
+    },
+    "run.stop_when_taken": ACTS,
 }
 """What other fields must be for some of these values to be valid."""

@@ -68,7 +68,10 @@ def test_a_dataset_has_the_columns_of_the_table(record, tmp_path):
     without = to_dataset(record, SCENARIO.replace({"decision.declare": None}), 1)
     calling, stopping = (
         to_dataset(record, Scenario(**each), 1)
-        for each in ({"response": {"patience": 9}}, {"run": {"stop_at_declarations": True}})
+        for each in (
+            {"response": {"patience": 9}},
+            {"acting": {"start": 9}, "run": {"stop_when_taken": True}},
+        )
     )
     curves = [each.name for each in CURVES]
     for dataset, needs in ((by_votes, DECLARES), (sure, DECLARES), (without, None)):

@@ -91,7 +91,7 @@ def test_text_of_a_user_is_escaped_and_long_values_cut():
     assert name in shown.text
     assert not {"script", "i"} & {tag for tag, _ in shown.tags}
     assert "5 robots, 500 tasks" in shown.text
-    assert len(shown.text) < 6000
+    assert len(shown.text) < 7000
 
 
 def test_a_swarm_shows_its_arena_where_everything_is():

@@ -70,8 +70,22 @@ PAPER = {
         "byzantine_says": "opposite",
         "stubborn": 0.0,
     },
-    "run": {"steps": 1000, "stop_at_decision": False, "stop_at_declarations": False},
+    "run": {
+        "steps": 1000,
+        "stop_at_decision": False,
+        "stop_at_declarations": False,
+        "stop_when_taken": False,
+    },
     "response": {"delay": 100, "margin": 2},
+    "acting": {
+        "choose": "nearest",
+        "hold": "stand",
+        "reach": 1.0,
+        "relieve": False,
+        "tell": True,
+        "tolerates": 0,
+        "detour": 3,
+    },
     "units": {},
 }
 """The names and defaults of issues 2 to 4, on which other tools rely."""

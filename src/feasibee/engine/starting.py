@@ -28,7 +28,7 @@ from feasibee.engine.params import Placement
 from feasibee.engine.sensing import clear_counts, fill_lists, label_of, pack_place
 from feasibee.model import purposes
 from feasibee.model.codes import ATTEMPTS, NO_OPINION
-from feasibee.model.outcomes import DECLARE_STEP
+from feasibee.model.outcomes import FILLS
 
 
 @called
@@ -286,7 +286,7 @@ def clear(params, state, run):
     state.clock[Clock.FULL] = 0
     state.clock[Clock.PENDING] = 0
     for column in range(state.account.size):
-        state.account[column] = -1 if column == DECLARE_STEP else 0
+        state.account[column] = FILLS[column]
     for w in range(state.sets.shape[1]):
         for kind in range(state.sets.shape[0]):
             state.sets[kind, w] = uint32(0)

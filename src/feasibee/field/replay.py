@@ -16,8 +16,8 @@ from feasibee.field.node import VERSION, Node
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
 from feasibee.reference.mind import Words, setting_from
-from feasibee.scenario.fields import Duration, Length, Lie, ManyTasks, Million, Section, Share, Some, Speed
 from feasibee.scenario.setting import WORDS_LIMIT, excess
+from feasibee.scenario.types import Duration, Length, Lie, ManyTasks, Million, Section, Share, Some, Speed
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting, Strategy
 

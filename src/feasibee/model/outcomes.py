@@ -177,6 +177,8 @@ TRACES: Final = (
 
 ACCOUNT: Final = tuple(each for each in OUTCOMES if each.dtype == "int64")
 """Outcomes that a record holds as columns of one array, in their order there."""
+FILLS: Final = tuple(each.fill for each in ACCOUNT)
+"""Values of these columns before a run."""
 (
     BITS_SENT,
     DECLARE_STEP,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
-from feasibee.model.outcomes import CHANGES, DECLARES, Need
+from feasibee.model.outcomes import CHANGES, DECLARES, STOPS, Need
 from feasibee.results.statistics import (
     DeclareTimes,
     Interval,
@@ -114,7 +114,7 @@ def _robot_steps(results: Any) -> NDArray[np.int64]:
 
 def last_steps(results: Any, scenario: Scenario) -> NDArray[np.int64]:
     """Return the last step of each run, which may end at its decision or declarations: shape (runs,)."""
-    if scenario.run.stop_at_declarations:
+    if STOPS.is_met(scenario):
         return column(results, "last_step")
     decided = column(results, "decision_step")
     ends = scenario.run.stop_at_decision & (decided >= 0)

@@ -49,6 +49,15 @@ def _alone(key: str) -> Rule:
     )
 
 
+def _exact(key: str) -> Rule:
+    return never(
+        f"sensing.{key}",
+        lambda s: s.acts and getattr(s.sensing, key),
+        "must be 0 for robots that act: they go where they saw a task",
+        "set it to 0, or leave out acting.start",
+    )
+
+
 def _reach(scenario: Sections) -> Iterator[Conflict]:
     """Find reaches with which robots never arrive: they walk past, or bodies and walls keep them away."""
     robots, least, why = scenario.robots, scenario.robots.speed, "robots.speed, or robots walk past"
@@ -102,15 +111,7 @@ ACTING: Final[tuple[Rule, ...]] = (
         '"rank" gives each robot its task, so none is marked',
         'set it to "nearest", or set acting.hold = "stand"',
     ),
-    *(
-        never(
-            f"sensing.{key}",
-            lambda s, key=key: s.acts and getattr(s.sensing, key),
-            "must be 0 for robots that act: they go where they saw a task",
-            "set it to 0, or leave out acting.start",
-        )
-        for key in ("misname", "position_error")
-    ),
+    *map(_exact, ("misname", "position_error")),
     never(
         "robots.work",
         lambda s: s.acts and s.robots.work is not None,

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from feasibee.model.codes import exact
 from feasibee.scenario.bitmaps import Cells
-from feasibee.scenario.fields import Arena, Place, Placed, Point, Robots, Tasks
+from feasibee.scenario.fields import Arena, Place, Placed, Robots, Tasks
 from feasibee.scenario.plan import Plan, plan_of
 from feasibee.scenario.raster import spread
+from feasibee.scenario.types import Point
 from feasibee.strategies.sight import TASKS, WALL
 
 Numbers = NDArray[np.int64]

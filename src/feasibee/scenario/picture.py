@@ -12,9 +12,9 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from feasibee.model.codes import ZONE
-from feasibee.scenario.fields import Polygon
 from feasibee.scenario.plan import Plan
 from feasibee.scenario.sections import Sections
+from feasibee.scenario.types import Polygon
 
 OPACITIES: Final = {"open": 0, "no-go": 64, "wall": 255}
 """Of 255: how dark cells are drawn, in the colour of the drawing's ink."""

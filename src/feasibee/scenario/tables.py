@@ -15,8 +15,9 @@ from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.scenario.bitmaps import digest_of
-from feasibee.scenario.fields import SECTIONS, Point, plain
+from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.maps import with_plans
+from feasibee.scenario.types import Point, plain
 
 
 class FilePoints(tuple[Point, ...]):

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from feasibee.scenario.fields import LENGTH, SPEED, TIME, unit_of
+from feasibee.scenario.fields import unit_of
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.types import LENGTH, SPEED, TIME
 
 HOUR, MINUTE = 3600, 60
 SYMBOLS: Final[Mapping[str, str]] = {

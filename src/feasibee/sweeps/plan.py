@@ -29,11 +29,11 @@ import numpy as np
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import RUN_LIMIT
-from feasibee.scenario.fields import Section
 from feasibee.scenario.paths import toml_tables, toml_value
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.tables import with_names
+from feasibee.scenario.types import Section
 
 POINTS_LIMIT = 1_000_000
 VALUES_LIMIT = 2 * POINTS_LIMIT

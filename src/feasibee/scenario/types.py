@@ -1,0 +1,184 @@
+"""Types of the fields of a scenario: ranges, units, and errors that state one rule."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Final, Literal, LiteralString
+from unicodedata import category
+
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    Strict,
+    TypeAdapter,
+    ValidationError,
+    ValidationInfo,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError
+
+from feasibee.errors import FeasibeeError
+from feasibee.model.codes import exact
+from feasibee.scenario.plugins import manifest_of, registered
+from feasibee.strategies import STRATEGIES
+
+
+class Section(BaseModel):
+    """A section of a scenario: immutable, without unknown keys, silent conversions or NaN."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plain(cls, given: Any) -> Any:
+        return plain(given) if isinstance(given, Mapping) else given
+
+
+def plain(table: Mapping[Any, Any]) -> dict[Any, Any]:
+    """Convert numpy's numbers and arrays to Python's: values of a sweep often come from an array."""
+    return {key: _plain(value) for key, value in table.items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return plain(value)
+    if not hasattr(value, "dtype"):
+        return value
+    if getattr(value, "shape", None) == ():
+        return value.item()
+    return value.tolist() if hasattr(value, "tolist") else value
+
+
+def _without_minus(value: float) -> float:
+    """Return 0.0 for -0.0, so that equal scenarios have equal texts and hashes."""
+    return value + 0.0
+
+
+def _not_tiny(value: float) -> float:
+    """Raise an error for a rate whose mean time is longer than any run."""
+    if 0 < value < 1e-9:
+        raise PydanticCustomError("rate", "must be 0, or at least 1e-9 per step")
+    return _without_minus(value)
+
+
+def _printable(text: str) -> str:
+    """Raise an error for a name with control characters or surrogates."""
+    if not text.isprintable():
+        raise PydanticCustomError("printable", "must contain printable characters only")
+    return text
+
+
+def _few_decimals(value: float) -> float:
+    """Raise an error for too many decimals: a share of an inbox is compared with the value exactly."""
+    if exact(value).denominator > 10**9:
+        raise PydanticCustomError("decimals", "must have at most 9 decimals")
+    return value
+
+
+def _known_strategy(name: str, info: ValidationInfo) -> str:
+    """Raise an error unless a strategy of this name exists and its file declares what it must."""
+    if any(category(each) == "Cc" for each in name):
+        raise PydanticCustomError("strategy", "must be a name without control characters")
+    try:
+        manifest_of(name, **(info.context or {}))
+    except FeasibeeError as error:
+        known = [*STRATEGIES, *registered()]
+        found = name.endswith(".py") or name in known
+        rule = str(error) if found else f"must be the path of a .py file, or one of {', '.join(known)}"
+        raise PydanticCustomError("strategy", "{rule}", {"rule": rule}) from None
+    return name
+
+
+def _one_rule(kind: LiteralString, rule: LiteralString) -> WrapValidator:
+    """Return a validator that raises one error in place of those about each type of a union."""
+
+    def validate(value: Any, handler: ValidatorFunctionWrapHandler) -> Any:
+        try:
+            return handler(value)
+        except ValidationError:
+            raise PydanticCustomError(kind, rule) from None
+
+    return WrapValidator(validate)
+
+
+def _polygons(value: Any) -> Any:
+    """Return a zone of one polygon as a list of polygons."""
+    is_one = isinstance(value, list | tuple) and value and isinstance(value[0], list | tuple) and value[0]
+    return [value] if is_one and isinstance(value[0][0], int | float) else value
+
+
+def without_default(schema: dict[str, Any]) -> None:
+    """Remove a default that depends on another field from the JSON Schema."""
+    schema.pop("default", None)
+
+
+LENGTH: Final = "units"
+TIME: Final = "steps"
+SPEED: Final = "units per step"
+
+Million = Annotated[int, Field(ge=0, le=1_000_000)]
+Some = Annotated[int, Field(ge=1, le=1_000_000)]
+ManyTasks = Annotated[int, Field(ge=0, le=10_000_000)]
+Step = Annotated[int, Field(ge=0, le=1_000_000_000), TIME]
+Steps = Annotated[int, Field(ge=1, le=1_000_000_000), TIME]
+Late = Annotated[int, Field(ge=0, le=1_000), TIME]
+Bits = Annotated[int, Field(ge=1, le=32)]
+Length = Annotated[float, Field(gt=0, le=1e6), LENGTH]
+Duration = Annotated[float, Field(gt=0, le=1e6), TIME]
+Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
+Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
+Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny)]
+Lifetime = Annotated[float, Field(gt=0, le=1e9), TIME]
+Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), SPEED]
+Angle = Annotated[float, Field(gt=0, le=360)]
+Deviation = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), LENGTH]
+Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printable)]
+Quorum = Annotated[Share, AfterValidator(_few_decimals)]
+Lie = Literal["opposite", "feasible", "infeasible", "random", "colluding"]
+StrategyName = Annotated[str, AfterValidator(_known_strategy)]
+Point = tuple[float, float]
+Side = Annotated[
+    Length | Annotated[tuple[Length, Length], Strict(False)],
+    _one_rule("side", "must be > 0 and ≤ 1000000, or two such numbers [width, height]"),
+]
+Listen = Annotated[
+    Literal["always", "dissemination"] | Annotated[dict[Literal["last"], Some], Field(min_length=1)],
+    _one_rule(
+        "listen", "must be 'always', 'dissemination', or {last = 3} for the last 3 steps of dissemination"
+    ),
+]
+Start = Annotated[
+    Step | Literal["declared", "search", "safe"],
+    _one_rule("start", "must be a step, or 'declared', 'search' or 'safe'"),
+]
+Faulty = Annotated[
+    Annotated[float, Field(ge=0, lt=1), AfterValidator(_without_minus)]
+    | Annotated[dict[Literal["count"], Million], Field(min_length=1)],
+    _one_rule("faulty", "must be a share of the robots, a finite number ≥ 0 and < 1, or a count of them"),
+]
+"""A share of the robots, or ``{count = robots}``; 1 could be meant as either, and is neither."""
+Points = Annotated[
+    tuple[Annotated[Point, Strict(False)], ...],
+    Strict(False),
+    _one_rule("points", "must be the name of a CSV file, or pairs of numbers [x, y]"),
+    WithJsonSchema({"anyOf": [{"type": "string"}, TypeAdapter(tuple[Point, ...]).json_schema()]}),
+]
+"""Pairs of numbers; `Scenario` has already replaced the name of a file by its points."""
+
+
+Polygon = Annotated[tuple[Annotated[Point, Strict(False)], ...], Strict(False), Field(min_length=3)]
+Polygons = Annotated[
+    tuple[Polygon, ...],
+    Strict(False),
+    _one_rule("polygons", "must be a list of polygons, each a list of 3 or more points [x, y]"),
+]
+Zone = Annotated[
+    Polygons, BeforeValidator(_polygons), WithJsonSchema({"anyOf": [{"type": "string"}, {"type": "array"}]})
+]
+"""Polygons, or one of them; `Scenario` has already replaced the name of a file by its polygons."""
