@@ -21,6 +21,8 @@ PLACE = {
 }
 PLACED, MAP = {**PLACE, **WALLS}, {"cell": 0.25, "image": image_of(np.zeros((32, 40), bool))}
 UNIQUE = {"sensing.observation": "unique", "robots.count": 2**17}
+ACTS, CHARGING = {"acting.start": 40}, {"robots.work": 60, "robots.charge": 9}
+SKILLED = [{"name": "b", "count": 1, "skills": ["lift"]}]
 JOINING = {"robots.most": 20, "robots.arrival_rate": 0.1}
 FEWER, MORE = {"step": 5, "robots": -1}, {"step": 5, "tasks": 1}
 EVENT, CROWDED = {"events": [{"step": 5}]}, {"robots.most": 25, "events": [{"step": 5}]}
@@ -32,8 +34,8 @@ def robots_of(count, skills=0):
     return [{"name": "a", "count": count, "skills": [f"s{k}" for k in range(skills)]}]
 
 
-def tasks_of(count):
-    return [{"name": "x", "count": count, "needs": {"lift": 1}}]
+def tasks_of(count, needed=1):
+    return [{"name": "x", "count": count, "needs": {"lift": needed}}]
 
 
 def by(strategy):
@@ -149,6 +151,7 @@ EDGES = {
         ({**TASKS_AT_POINTS, "events": [MORE]}, [[1, 1]], [], "tasks.points = '': must have a point"),
     ],
     "tasks.count": [
+        ({**ACTS, "robots.count": 2**14}, 2**15, 2**15 + 1, "acting.start = 'acting robots': needs 4.0 GiB"),
         ({}, 0, -1, "must be ≥ 0"),
         (UNIQUE, 2**17, 2**17 + 1, "sensing.observation = 'unique': needs 4.0 GiB for 131072 robots"),
     ],
@@ -167,6 +170,62 @@ EDGES = {
     ],
     "response.patience": [
         ({"run.steps": 50}, 50, 51, "is longer than a run, run.steps = 50: nobody would be")
+    ],
+    "acting.start": [
+        ({}, "safe", "declared", '"declared" needs robots that declare'),
+        (
+            {"sensing.misname": 0.1, **by("census")},
+            None,
+            40,
+            "sensing.misname = 0.1: must be 0 for robots that act",
+        ),
+        (
+            {"sensing.position_error": 0.1, **by("census")},
+            None,
+            40,
+            "sensing.position_error = 0.1: must be 0 for",
+        ),
+        (CHARGING, None, 40, "robots.work = 60: can't be combined with acting.start"),
+        ({}, 10**9, 10**9 + 1, "must be a step, or 'declared', 'search' or 'safe'"),
+    ],
+    "acting.reach": [
+        ({}, 1.0, 0.9, "needs acting.start: without it, no robot acts"),
+        (ACTS, 1.0, 0.9999, "must be at least robots.speed, or robots walk past"),
+        (
+            {**ACTS, **BODIES, "robots.diameter": 1.5},
+            1.5,
+            1.4999,
+            "must be at least robots.diameter, or a robot",
+        ),
+        (
+            {**ACTS, **WALLS, "robots.diameter": 2.0},
+            1.415,
+            1.414,
+            "must be at least 0.71 diameters, or walls",
+        ),
+    ],
+    "acting.choose": [
+        (
+            {**ACTS, "radio.id_bits": 8},
+            "nearest",
+            "rank",
+            '"rank" needs the numbers of robots, but radio.id_bits',
+        ),
+        ({**ACTS, "acting.hold": "tag"}, "nearest", "rank", '"rank" gives each robot its task'),
+    ],
+    "acting.hold": [
+        (
+            {**ACTS, "acting.relieve": True, "robots.classes": robots_of(1) + SKILLED},
+            "stand",
+            "tag",
+            '"tag" can\'t be combined with acting.relieve',
+        )
+    ],
+    "acting.relieve": [(ACTS, False, True, "needs robots of several classes")],
+    "acting.tolerates": [(ACTS, 16, 17, "must be ≤ 16")],
+    "run.stop_when_taken": [
+        ({}, False, True, "needs acting.start: without it, no task is taken"),
+        ({**ACTS, "events": [MORE]}, False, True, "ends a run once all tasks are taken, but the world"),
     ],
     "response.margin": [({}, 2, 3, "needs response.patience: without it, nobody responds")],
     "run.steps": [
@@ -190,6 +249,7 @@ EDGES = {
     "events.1.robots": [(RETURNING, 9, 10, "lets 26 robots be there at step 4, above robots.most = 25")],
     "tasks.classes": [
         ({"tasks.count": 4}, [], tasks_of(4), "tasks.count = 4: can't be combined with "),
+        (ACTS, tasks_of(3), tasks_of(3, 2), "must need one robot for each task if robots act"),
         ({}, tasks_of(1), tasks_of(1) * 2, "tasks.classes = 'x': is the name of two classes"),
         (TASK_POINT, tasks_of(1), tasks_of(3), "tasks.points = '1 points': must be as many as tasks"),
     ],

@@ -22,12 +22,13 @@ def named(text):
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Results of robots that declare, by votes or a file, and that give a probability, with curves."""
+    """Results of robots that declare, by votes or a file, that give a probability, or act, with curves."""
     small = {"robots": {"count": 4}, "run": {"steps": 3}}
     declares = declaring(tmp_path_factory.mktemp("declaring"))
     declares = declares.replace({"run.steps": 3, "run.stop_at_declarations": True})
     by_votes, sure = (Scenario(**small, decision=each) for each in (BY_VOTES, {"strategy": "bayes"}))
-    return [simulate(each, 2, curves=True) for each in (by_votes, declares, sure)]
+    acting = Scenario(**small, acting={"start": 2})
+    return [simulate(each, 2, curves=True) for each in (by_votes, declares, sure, acting)]
 
 
 def test_the_docstring_names_all_variables_and_dimensions(results):

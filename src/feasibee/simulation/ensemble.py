@@ -60,7 +60,8 @@ def simulate(
         Over ``run``: ``decision``, ``decision_step``, ``bits_sent``, ``feasible_at_end``,
         ``infeasible_at_end``; if robots declare ``declare_step``, ``declared_feasible``,
         ``declared_infeasible``, and ``last_step`` if runs end then; if they give a probability
-        ``said_at_end``. With curves, over ``run`` and ``step``: ``feasible_count``, ``infeasible_count``. In
+        ``said_at_end``; if they act ``first_taken_step``, ``all_taken_step``, ``tasks_taken``,
+        ``distance_walked``, ``vain_arrivals``, ``starts_in_vain``. With curves, over ``run`` and ``step``: ``feasible_count``, ``infeasible_count``. In
         a world that changes also ``truth``, ``held``, ``robots_present``, ``tasks_present``. Attributes:
         ``title``, ``recipe``; of variables ``long_name``, ``units`` and ``flag_values``, ``flag_meanings``.
 

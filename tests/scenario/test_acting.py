@@ -1,0 +1,144 @@
+"""Robots that act (model.md 6.25): their ranks, what they can take, when they start, and what is refused."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from feasibee import Scenario
+from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
+from feasibee.scenario.supported import (
+    ARGOS,
+    EXACT,
+    FAST_PATH,
+    IN_C,
+    PAGE,
+    THEORY,
+    takes_fast_path,
+    unsupported,
+)
+from feasibee.strategies.certified import NEVER
+
+SKILLS = ("arm", "eye", "leg")
+SKILLED = [
+    {"name": "both", "count": 8, "skills": ["arm", "eye"]},
+    {"name": "arms", "count": 8, "skills": ["arm"]},
+]
+NEEDING = [
+    {"name": "lift", "count": 12, "needs": {"arm": 1}},
+    {"name": "look", "count": 8, "needs": {"eye": 1}},
+]
+TEAM = {"robots": {"classes": [*SKILLED, {"name": "none", "count": 4}]}, "tasks": {"classes": NEEDING}}
+
+
+def acting(changes=None, **fields):
+    return Scenario(acting={"start": 40, **fields}).replace(changes or {})
+
+
+@st.composite
+def teams(draw):
+    """Scenarios of a few robots and tasks with skills."""
+
+    def classes(key, least):
+        sets = draw(
+            st.lists(
+                st.sets(st.sampled_from(SKILLS), min_size=least, max_size=least or 3), min_size=1, max_size=3
+            )
+        )
+        made = enumerate(sets)
+        if key == "needs":
+            return [
+                {"name": f"{i}", "count": draw(st.integers(0, 3)), "needs": dict.fromkeys(each, 1)}
+                for i, each in made
+            ]
+        return [
+            {"name": f"{i}", "count": draw(st.integers(1, 2)), "skills": sorted(each)} for i, each in made
+        ]
+
+    return Scenario(
+        robots={"classes": classes("skills", 0)}, tasks={"classes": classes("needs", 1)}, acting={"start": 1}
+    )
+
+
+def matching(scenario):
+    """Return the size of a largest matching of robots and tasks, by augmenting paths."""
+    does = can_do(scenario.robots, scenario.tasks)
+    robots, tasks = (
+        [number for number, each in enumerate(part.classes) for _ in range(each.count)]
+        for part in (scenario.robots, scenario.tasks)
+    )
+    owner = {}
+
+    def assign(robot, seen):
+        for task, kind in enumerate(tasks):
+            if does[robots[robot]][kind] and task not in seen:
+                seen.add(task)
+                if task not in owner or assign(owner[task], seen):
+                    owner[task] = robot
+                    return True
+        return False
+
+    return sum(assign(robot, set()) for robot in range(len(robots)))
+
+
+@given(teams())
+def test_robots_can_take_as_many_tasks_as_a_largest_matching_has(scenario):
+    assert most_taken(scenario) == matching(scenario)
+
+
+@given(st.integers(1, 30), st.integers(0, 30))
+def test_without_classes_each_robot_can_take_a_task(robots, tasks):
+    assert most_taken(Scenario(robots={"count": robots}, tasks={"count": tasks})) == min(robots, tasks)
+
+
+def test_robots_with_most_skills_have_rank_1():
+    team = Scenario(**TEAM, acting={"start": 1})
+    assert ranks_of(team.robots) == [1, 2, 3]
+    assert can_do(team.robots, team.tasks) == [[True, True], [True, False], [False, False]]
+    assert ranks_of(Scenario().robots) == [1]
+    assert can_do(Scenario().robots, Scenario().tasks) == [[True]]
+
+
+@pytest.mark.parametrize(
+    ("scenario", "bits", "may_come_free"),
+    [
+        (acting(), 1, False),
+        (Scenario(**TEAM, acting={"start": 1}), 2, False),
+        (acting({"faults.stopped": 0.1}), 9, True),
+        (acting({"tasks.lifetime": 100.0}), 9, True),
+        (acting({"faults.byzantine": 0.1}), 1, False),
+    ],
+)
+def test_a_status_is_as_long_as_ranks_and_tasks_that_come_free_need(scenario, bits, may_come_free):
+    assert (status_bits(scenario), scenario.may_come_free) == (bits, may_come_free)
+
+
+@pytest.mark.parametrize(
+    ("start", "count", "side", "step"),
+    [
+        (7, 20, 20.0, 7),
+        (0, 20, 20.0, 0),
+        ("search", 20, 20.0, 40),
+        ("safe", 20, 20.0, 100),
+        ("search", 50, 31.62, 50),
+        ("safe", 50, 31.62, 115),
+    ],
+)
+def test_robots_act_from_the_step_of_the_rule_on(start, count, side, step):
+    """The prototype of these rules had 40 and 100 with 20 robots, and 49 and 115 with 50."""
+    scenario = Scenario(robots={"count": count}, arena={"side": side}, acting={"start": start})
+    assert (scenario.acts, scenario.acts_from) == (True, step)
+
+
+def test_robots_that_must_declare_first_act_from_no_step_on():
+    declaring = Scenario(decision={"strategy": "quiet-census"}, acting={"start": "declared"})
+    assert (declaring.acts, declaring.acts_from) == (True, NEVER)
+    assert (Scenario().acts, Scenario().acts_from) == (False, NEVER)
+
+
+@pytest.mark.parametrize("supported", [ARGOS, EXACT, FAST_PATH, IN_C, PAGE, THEORY])
+def test_only_the_general_engine_and_the_reference_have_robots_that_act(supported):
+    (problem,) = unsupported(acting(), supported, "isn't simulated here")
+    assert str(problem) == "acting.start = 40: isn't simulated here; leave out acting.start"
+    assert not takes_fast_path(acting())
