@@ -10,18 +10,20 @@ from typing import Any
 
 from feasibee.model.codes import COS_EIGHTH, exact
 from feasibee.model.purposes import BATTERY, FAILURE, WALK
+from feasibee.reference.acting import Work, rules_of
 from feasibee.reference.draws import choose, cos_sin, duration, happens
 from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.place import Ground
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot import controller
+from feasibee.robot.acting import NONE, Errand
 from feasibee.robot.controller import Declare, Message
 from feasibee.scenario.fields import Robots
 from feasibee.scenario.scenario import Scenario
 
-Said = tuple[Message | None, int]
-"""A message, if any, and its length in bits."""
-SILENCE: Said = (None, 0)
+Said = tuple[Message | None, int, Mapping[int, int]]
+"""A message, if any, its length in bits, and what it says of tasks."""
+SILENCE: Said = (None, 0, {})
 
 
 class Robot:
@@ -64,9 +66,11 @@ class Robot:
         self.fault = fault
         self._scenario = world.scenario
         self._world = world
-        self._reach = float(exact(self._scenario.robots.speed) / world.unit)
+        self.reach = float(exact(self._scenario.robots.speed) / world.unit)
+        """Length of its step."""
         self.joined: int = before.joined + 1 if before else 0
         self._walks: int = before._walks if before else 0
+        self.velocity = STAND
         self._turn()
         self.heading = self.velocity
         self._names = names
@@ -77,6 +81,10 @@ class Robot:
         phases = before.mind.phases if before else 0
         self.mind: Mind = self.mind_of(self._settings(phases, step))
         self._waiting = deque([SILENCE] * self._scenario.radio.delay)
+        self.errand = Errand(rules_of(self._scenario, number, kind))
+        self.detour = 0
+        """Number of steps for which it walks another way than to its target."""
+        self._run: Place | None = None
 
     def mind_of(self, settings: Settings) -> Mind:
         """Return the robot's mind; that of a robot of ``feasibee launch`` is in another process."""
@@ -107,11 +115,28 @@ class Robot:
         self._waiting = deque([SILENCE] * self._scenario.radio.delay)
         self.switches_at = switches_at
 
+    def set_out(self, work: Work) -> None:
+        """Head for its target, unless it is on a detour, or stand; its run waits (model.md 6.25.2)."""
+        self._run = None
+        if self.errand.task != NONE:
+            self._run, self.velocity = self.velocity, STAND
+        elif self.errand.target != NONE:
+            if self.detour:
+                self.detour -= 1
+            else:
+                self._run, self.velocity = self.velocity, work.course(self)
+
     def end_step(self, blocked: bool) -> None:
         """Advance the timers of heading and phase; a blocked robot turns (model.md 3.3, 6.2)."""
-        self._walk_left -= 1
-        if blocked or self._walk_left == 0:
+        if self._run is None:
+            self._walk_left -= 1
+        else:
+            self.velocity = self._run
+        turns = blocked or self._walk_left == 0
+        if turns:
             self._turn()
+        if turns or self.errand.target == NONE:
+            self.detour = self._scenario.acting.detour if blocked and self.errand.target != NONE else 0
         self.mind.end_step()
 
     def happens(self, step: int, purpose: int, probability: float) -> bool:
@@ -131,7 +156,7 @@ class Robot:
         heading, lasting, _, _ = self.draws(self._walks, WALK)
         self._walks += 1
         cosine, sine = cos_sin(heading)
-        self.velocity = (math.floor(self._reach * cosine + 0.5), math.floor(self._reach * sine + 0.5))
+        self.velocity = (math.floor(self.reach * cosine + 0.5), math.floor(self.reach * sine + 0.5))
         self._walk_left = duration(lasting, self._scenario.walk.mean_run)
 
     def _settings(self, phases: int, step: int) -> Settings:

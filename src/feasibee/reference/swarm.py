@@ -8,15 +8,27 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from feasibee.model import purposes
 from feasibee.model.codes import CERTAIN, FEASIBLE, INFEASIBLE, MOST_WALLS, UNDECIDED, exact
 from feasibee.model.record import Record
+from feasibee.reference.acting import Work
 from feasibee.reference.draws import choose, cos_sin, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
-from feasibee.reference.robot import SILENCE, Robot, Said, steps_of
+from feasibee.reference.robot import SILENCE, STAND, Robot, Said, steps_of
 from feasibee.reference.world import Names, Place, World
+from feasibee.robot.acting import NONE
 from feasibee.scenario.feasibility import explain_kinds, kinds_of
 from feasibee.scenario.fields import Robots, Tasks
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Thing
+
+WORKED = (
+    "first_taken_step",
+    "all_taken_step",
+    "tasks_taken",
+    "distance_walked",
+    "vain_arrivals",
+    "starts_in_vain",
+)
+"""Outcomes of robots that act."""
 
 
 def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
@@ -44,6 +56,8 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
                 break
             if scenario.run.stop_at_declarations and swarm.have_all_declared:
                 break
+            if scenario.run.stop_when_taken and swarm.work and swarm.work.all_taken_step != -1:
+                break
         record.bits_sent[row] = swarm.bits_sent
         record.declared_feasible[row] = swarm.declared(FEASIBLE)
         record.declared_infeasible[row] = swarm.declared(INFEASIBLE)
@@ -55,6 +69,8 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
             record.calls[row] = swarm.operator.calls
             record.robots_called[row] = swarm.operator.robots_called
             record.robots_released[row] = swarm.operator.robots_released
+        for name in WORKED if swarm.work else ():
+            getattr(record, name)[row] = getattr(swarm.work, name)
     return record
 
 
@@ -95,6 +111,7 @@ class Swarm:
         half = cos_sin(math.floor(scenario.sensing.view * 2**32 / 720 + 0.5))
         self._view = [math.floor(2**30 * part + 0.5) for part in half]
         self.away: list[Robot] = []
+        self.work = Work(self) if scenario.acts else None
         self._dynamics = Dynamics(self) if scenario.in_motion else None
         self._look_up_truth()
 
@@ -149,28 +166,48 @@ class Swarm:
         blocked = self.move(working)
         # What is said is fixed before anyone changes: the opinions held when the step began.
         messages = [(robot, *robot.delayed(self._said_by(robot))) for robot in working]
-        self.bits_sent += sum(bits for _, _, bits in messages)
+        self.bits_sent += sum(bits for _, _, bits, _ in messages)
+        if self.work:
+            self.work.arrive(working)
         for robot in working:
             if not robot.mind.disseminating:
-                robot.mind.see(self.sightings(robot))
+                self._see(robot)
             if robot.mind.listens:
-                for sender, message, _ in messages:
+                for sender, message, _, news in messages:
                     if message and sender is not robot and self.hears(robot, sender):
                         robot.mind.hear(self.names.id(sender.number), message)
+                        robot.errand.hear(self.names.id(sender.number), news)
         for robot in working:
             robot.end_step(robot in blocked)
+            if self.work:
+                self.work.choose(robot)
         for robot in self.away:
             robot.mind.rest()
 
     def move(self, working: list[Robot]) -> set[Robot]:
         """Move at once all robots whose way is clear; return the blocked ones (model.md 3.1, 6.2)."""
-        going = steps_of(self.scenario.robots, self.world, self.robots, working)
+        if self.work:
+            self.work.begin()
+            for robot in working:
+                robot.set_out(self.work)
+        walking = [robot for robot in working if robot.errand.task == NONE]
+        going = steps_of(self.scenario.robots, self.world, self.robots, walking)
         for robot, step in going.items():
             robot.velocity = step
             robot.move_to(self.world.moved(robot.place, step))
         for robot in working:
             robot.heading = robot.velocity  # until it turns at the end of the step (model.md 6.22.1)
-        return set(working) - set(going)
+        if self.work:
+            self.work.count(sum(step != STAND for step in going.values()))
+        return set(walking) - set(going)
+
+    def _see(self, robot: Robot) -> None:
+        """Let an exploring robot see what is in sight, and how the tasks are."""
+        seen = list(self.sightings(robot))
+        robot.mind.see(seen)
+        for thing, number in seen:
+            if self.work and not thing.is_robot and number >= 0:
+                robot.errand.see(number, self.work.status(number))
 
     def sightings(self, robot: Robot) -> Iterator[tuple[Thing, int]]:
         """Yield all that a robot sees in this step, with the number of each thing; -1 if it isn't there."""
@@ -241,8 +278,13 @@ class Swarm:
         says_declared = self.scenario.decision.declare is not None
         if sender.mind.knowledge:
             bits = sender.mind.knowledge.bits(message.knowledge)
-            return message, bits + (self.names.id_bits + 2 if says_declared else 0)
-        return message, self.names.id_bits + 1 + sender.mind.strategy.value_bits + says_declared
+            bits += self.names.id_bits + 2 if says_declared else 0
+        else:
+            bits = self.names.id_bits + 1 + sender.mind.strategy.value_bits + says_declared
+        if self.work is None or not self.scenario.acting.tell:
+            return message, bits, {}
+        news = sender.errand.news(lies=sender.fault == BYZANTINE)
+        return message, bits + self.work.bits(len(news)), news
 
     @property
     def counted(self) -> list[Robot]:

@@ -1,0 +1,138 @@
+"""Robots that act: who has which task, who arrives, and what comes of it (model.md 6.25)."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+from feasibee.model.codes import exact
+from feasibee.reference.mind import BYZANTINE
+from feasibee.robot.acting import FREE, NONE, Rules
+from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
+from feasibee.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    from feasibee.reference.robot import Robot
+    from feasibee.reference.swarm import Swarm
+
+PLACE_BITS = 33
+"""Bits of a message for a known task in addition to its status: one more follows, and its place."""
+
+
+def rules_of(scenario: Scenario, number: int, kind: int) -> Rules:
+    """Return the rules by which a robot of a class acts."""
+    acting, ranks = scenario.acting, ranks_of(scenario.robots)
+    return Rules(
+        start=scenario.acts_from,
+        by_word=acting.start == "declared",
+        by_rank=acting.choose == "rank",
+        tags=acting.hold == "tag",
+        relieves=acting.relieve,
+        tolerates=acting.tolerates,
+        comes_free=scenario.may_come_free,
+        number=number,
+        rank=ranks[kind],
+        ranks=max(ranks),
+        count=scenario.robots.count if scenario.robots.know_count else None,
+    )
+
+
+class Work:
+    """The tasks of a swarm, those who have them, and the outcomes.
+
+    Parameters
+    ----------
+    swarm : Swarm
+        Its robots and tasks.
+    """
+
+    def __init__(self, swarm: Swarm) -> None:
+        self._swarm, scenario = swarm, swarm.scenario
+        self._places = dict(swarm.tasks)
+        self._reach = swarm.world.squared(exact(scenario.acting.reach))
+        self._can_do = can_do(scenario.robots, scenario.tasks)
+        self._status_bits = status_bits(scenario)
+        self._sends_places = scenario.manifest.sends_positions
+        self._most = most_taken(scenario)
+        self.holders: dict[int, Robot] = {}
+        """Who stands at a task, or has marked it."""
+        self.first_taken_step = self.all_taken_step = -1
+        self.distance_walked = self.vain_arrivals = self.starts_in_vain = 0
+
+    @property
+    def tasks_taken(self) -> int:
+        """Number of tasks at which robots stand."""
+        return sum(robot.errand.task == task for task, robot in self.holders.items())
+
+    def status(self, task: int) -> int:
+        """Return whether a task is free, or else the rank of who has it."""
+        holder = self.holders.get(task)
+        return holder.errand.rules.rank if holder else FREE
+
+    def bits(self, known: int) -> int:
+        """Return how much longer a message is that names so many tasks (model.md 6.25.7)."""
+        if self._sends_places:
+            return known * self._status_bits
+        return known * (PLACE_BITS + self._status_bits) + 1
+
+    def begin(self) -> None:
+        """Let tasks come free whose robots don't work any more, and robots whose tasks have vanished."""
+        swarm = self._swarm
+        self._places |= swarm.tasks
+        for task, robot in [*self.holders.items()]:
+            if task not in swarm.tasks or robot not in swarm.robots or not robot.works(swarm.time):
+                del self.holders[task]
+                robot.errand.lose()
+
+    def course(self, robot: Robot) -> tuple[int, int]:
+        """Return the step of a robot towards its target (model.md 6.25.2)."""
+        x, y = self._swarm.world.way(robot.place, self._places[robot.errand.target])
+        length = math.sqrt(float(x * x + y * y))
+        if length == 0:
+            return 0, 0
+        reach = robot.reach
+        return math.floor(reach * (x / length) + 0.5), math.floor(reach * (y / length) + 0.5)
+
+    def way(self, robot: Robot, task: int) -> int | None:
+        """Return how far a robot is from a task, squared; None if it can't do it."""
+        if not self._can_do[robot.kind][self._swarm.task_kinds[task]]:
+            return None
+        return self._swarm.world.squared_distance(robot.place, self._places[task])
+
+    def choose(self, robot: Robot) -> None:
+        """Let a robot choose its target, if it acts (model.md 6.25.9)."""
+        if robot.fault != BYZANTINE:
+            robot.errand.choose(self._swarm.time, robot.mind.declared, partial(self.way, robot))
+
+    def count(self, steps: int) -> None:
+        """Count steps of robots, as long as there is a task left that they could take."""
+        self.distance_walked += steps if self.all_taken_step == -1 else 0
+
+    def arrive(self, working: list[Robot]) -> None:
+        """Let robots take the tasks that they have reached, in the order of their numbers."""
+        swarm = self._swarm
+        for robot in working:
+            target = robot.errand.target
+            if (
+                target != NONE
+                and swarm.world.squared_distance(robot.place, self._places[target]) <= self._reach
+            ):
+                self._arrive(robot)
+        most = min(len(swarm.present), len(swarm.tasks)) if swarm.scenario.dynamic else self._most
+        if self.all_taken_step == -1 and self.tasks_taken >= most:
+            self.all_taken_step = swarm.time
+
+    def _arrive(self, robot: Robot) -> None:
+        errand, task, swarm = robot.errand, robot.errand.target, self._swarm
+        if not errand.arrive(self.status(task) if task in swarm.tasks else None):
+            self.vain_arrivals += 1
+            return
+        relieved = self.holders.get(task)
+        if relieved is not None and relieved is not robot:
+            relieved.errand.lose(errand.rules.rank)
+        self.holders[task] = robot
+        if errand.task == task:
+            self.starts_in_vain += not swarm.truth
+            if self.first_taken_step == -1:
+                self.first_taken_step = swarm.time
