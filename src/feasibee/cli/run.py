@@ -103,6 +103,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         "bits_per_robot_and_step": found.bits,
         **tracked(record, scenario),
         **({} if found.declared is None else {"declared": plain(found.declared)}),
+        **({} if found.acting is None else {"acting": plain(found.acting)}),
         "seed": seed,
         "first_run": record.first_run,
         "scenario": scenario.to_dict(),
@@ -139,6 +140,7 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         *(_tracking_in_words(summary) if "right_share" in summary else ()),
         f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.",
         *([_declarations_in_words(summary["declared"])] if "declared" in summary else ()),
+        *(_acting_in_words(summary["acting"]) if "acting" in summary else ()),
         f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.",
     ]
     for line in lines:
@@ -173,6 +175,19 @@ def _declarations_in_words(declared: dict[str, Any]) -> str:
         f"{declared['infeasible']:.1%} infeasible; rightly in {_share(declared['ok'])}, "
         f"a robot wrongly in {_share(declared['wrong'])}; half of the swarms {half}, 95% {most}."
     )
+
+
+def _acting_in_words(acting: dict[str, Any]) -> list[str]:
+    """Return whether and when all tasks were taken, and at what cost."""
+    steps = acting["all_taken_step"]
+    half, most = ("never" if steps[name] is None else f"by step {steps[name]}" for name in ("median", "p95"))
+    names = ("tasks_taken", "distance", "vain_arrivals")
+    taken, distance, vain = (f"{acting[name]['estimate']:.3g}" for name in names)
+    return [
+        f"Done: all tasks taken in {_share(acting['done'])}; half of the swarms {half}, 95% {most}. "
+        f"Started in vain: {_share(acting['started_in_vain'])}.",
+        f"Per run: {taken} tasks taken, {distance} units walked per robot, {vain} arrivals in vain.",
+    ]
 
 
 def _share(rate: dict[str, float]) -> str:

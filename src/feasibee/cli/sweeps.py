@@ -300,7 +300,7 @@ def plot(
     hue: str | None = _field("Field with one line per value."),
     y: str | None = _field("Field along the vertical axis of a heat map."),
     show: str = option(
-        "Which share of the runs to draw, or measure of a world that changes.",
+        "Which share of the runs to draw, or measure of a world that changes or of robots that act.",
         MeasureChoice(improvable=False),
         "accuracy",
     ),

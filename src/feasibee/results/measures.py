@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
-from feasibee.model.outcomes import CHANGES, DECLARES, STOPS, Need
+from feasibee.model.outcomes import ACTS, CHANGES, DECLARES, STOPS, Need
+from feasibee.results.acting import Acting, ActsOfRuns, achieved, acts_of
 from feasibee.results.statistics import (
     DeclareTimes,
     Interval,
@@ -483,11 +484,28 @@ _TABLE: Final = (
     ),
     Measure("missed", "changes of truth that swarms missed", needs=CHANGES, less=True),
     Measure("false_alarms", "false alarms per 1,000 steps", "", CHANGES, less=True),
+    Measure(
+        "done",
+        "runs in which all tasks were taken",
+        needs=ACTS,
+        holds=lambda results, scenario: column(results, "all_taken_step") >= 0,
+    ),
+    Measure(
+        "started_in_vain",
+        "runs in which a robot started in vain",
+        needs=ACTS,
+        holds=lambda results, scenario: column(results, "starts_in_vain") > 0,
+        less=True,
+    ),
+    Measure("makespan", "step at which all tasks are taken, median", "steps", ACTS, less=True),
+    Measure("distance", "distance per robot", "units", ACTS, less=True),
 )
 MEASURES: Final[Mapping[str, Measure]] = {each.name: each for each in _TABLE}
 """All measures by name, in the order in which commands offer them."""
 TRACKED: Final = tuple(each.name for each in _TABLE if each.needs is CHANGES)
 """Those of worlds that change, each a field of `Tracking`."""
+ACTED: Final = ("makespan", "distance")
+"""Those of robots that act and aren't shares of the runs, each a field of `Acting`."""
 NONE: Final = Interval(np.nan, np.nan, np.nan)
 
 
@@ -512,6 +530,8 @@ class Measured(NamedTuple):
     """What is counted of how swarms tracked the truth; None in a world that doesn't change."""
     sequential: bool = False
     """Whether a stopping rule chose the number of runs."""
+    acts: ActsOfRuns | None = None
+    """What robots did in each run; None if they don't act."""
 
     def share(self, name: str) -> Interval | None:
         """Return a share of the runs; None without runs, or if their scenario doesn't have it."""
@@ -527,10 +547,16 @@ class Measured(NamedTuple):
         """How swarms tracked the truth; None without runs, or in a world that doesn't change."""
         return summarised([self.followed] if self.followed else [])
 
+    @property
+    def acting(self) -> Acting | None:
+        """What robots that act achieved; None without runs, or if they don't act."""
+        return achieved([self.acts] if self.acts else [])
+
     def to_dict(self) -> dict[str, Any]:
-        """Return declarations, and how swarms tracked the truth if it changes, as plain tables."""
-        tracking = self.tracking
-        return {"declared": plain(self.declared), **({} if tracking is None else tracking.to_dict())}
+        """Return declarations, what robots did, and how swarms tracked the truth, as plain tables."""
+        tracking, acting = self.tracking, self.acting
+        did = {} if acting is None else {"acting": plain(acting)}
+        return {"declared": plain(self.declared), **did, **({} if tracking is None else tracking.to_dict())}
 
 
 def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Measured:
@@ -554,6 +580,7 @@ def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Meas
         None,
         counts_of(results) if scenario.dynamic else None,
         sequential,
+        acts_of(results, scenario) if scenario.acts else None,
     )
     if not (found.runs and scenario.declares):
         return found
@@ -571,6 +598,8 @@ def together(parts: Sequence[Measured], name: str) -> Interval:
     The interval of a share of runs is Wilson's, or a confidence sequence if a stopping rule chose the runs of
     one of the points. That of a delay of detection is from its lower to its upper quartile.
     """
+    if name in ACTED:
+        return getattr(achieved([each.acts for each in parts if each.acts]), name, NONE)
     if name not in TRACKED:
         counted = [each for each in parts if each.runs and name in each.counts]
         runs = sum(each.counts[name] for each in counted), sum(each.runs for each in counted)

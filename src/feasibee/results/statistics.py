@@ -45,7 +45,7 @@ class Quartiles(NamedTuple):
 
 
 class DeclareTimes(NamedTuple):
-    """Steps by which half and 95 % of all swarms had declared, with intervals; None is never."""
+    """Steps by which half and 95 % of all swarms had declared, or acted, with intervals; None is never."""
 
     median: int | None
     p95: int | None
@@ -217,12 +217,12 @@ def bits_per_robot_and_step(bits_sent: ArrayLike, robot_steps: ArrayLike) -> flo
 
 
 def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) -> DeclareTimes:
-    """Return the median and the 95 % quantile of the step of declaring, with intervals by order statistics.
+    """Return the median and the 95 % quantile of a step of each run, with intervals by order statistics.
 
     Parameters
     ----------
     declare_step : array of int, shape (runs,)
-        First step at which enough robots had declared; -1 counts as later than any step.
+        First step at which enough robots had declared, or acted; -1 counts as later than any step.
     confidence : float
         Confidence level, between 0 and 1.
 

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from feasibee.errors import FeasibeeError
-from feasibee.results.measures import MEASURES, TRACKED
+from feasibee.model.outcomes import ACTS, CHANGES
+from feasibee.results.measures import MEASURES
 from feasibee.scenario.comments import meaning_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import symbol_of
@@ -62,8 +63,8 @@ class View(NamedTuple):
         needs = MEASURES[self.show].needs
         points = [each for each in points if needs is None or needs.is_met(each.row.scenario)]
         if not points:
-            tracked = self.show in TRACKED
-            lacks = f"no world of {folder} changes" if tracked else f"no robots of {folder} declare"
+            lacks = f"no robots of {folder} {'act' if needs is ACTS else 'declare'}"
+            lacks = f"no world of {folder} changes" if needs is CHANGES else lacks
             raise FeasibeeError(f"--show {self.show}: {lacks}; use --show accuracy")
         return points
 
