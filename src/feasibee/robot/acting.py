@@ -111,7 +111,7 @@ class Errand:
         return version + (status - version) % (self.rules.ranks + 1)
 
     def news(self, lies: bool = False) -> dict[int, int]:
-        """Return what it says: all versions. A liar says that robots of the last rank have all tasks."""
+        """Return what it says: all versions; a Byzantine robot, that others have all tasks."""
         last = self.rules.ranks
         return {
             task: self._version(version, last) if lies and version != GONE else version
