@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from numba import int32, int64, uint32
 
+from feasibee.engine.acting import forget_tasks
 from feasibee.engine.compile import called, inlined
 from feasibee.engine.crowd import fill_there
 from feasibee.engine.draws import choose, draw, draw_headings, draw_phases, draw_words, duration, poisson
@@ -393,6 +394,8 @@ def join(params, state, now):
     state.robots[Robot.LABEL, i] = pack_label(i, False, False)
     if params.sensing.unique:
         state.remembered[i] = uint32(0)
+    if params.acting.acts:
+        forget_tasks(state, i)
     begin_to_walk(params, state, i)
     draw_phases(params, state, 0, 1)
     prepare_robot(params, state, i, 0)

@@ -14,6 +14,7 @@ from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
 from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.outcomes import (
+    ALL_TAKEN_STEP,
     DECLARE_STEP,
     DECLARED_FEASIBLE,
     DECLARED_INFEASIBLE,
@@ -71,6 +72,8 @@ def has_next_step(params, state, outcome, row, until, part):
     if state.clock[Clock.STEP] >= until or state.clock[Clock.FULL] or total(part, Share.ENDED) > 0:
         return False
     if params.run.stop_at_declarations and have_all_declared(params, state):
+        return False
+    if params.run.stop_when_taken and state.account[ALL_TAKEN_STEP] >= 0:
         return False
     return not (params.run.stop_at_decision and outcome.decision[row] != UNDECIDED)
 

@@ -57,7 +57,7 @@ from feasibee.engine.layout import (
     Share,
 )
 from feasibee.engine.motion import move_freely
-from feasibee.engine.params import ALWAYS, Action
+from feasibee.engine.params import ALWAYS, Action, Moment
 from feasibee.engine.place import drop_cut
 from feasibee.engine.queues import store_members
 from feasibee.engine.sensing import (
@@ -220,6 +220,8 @@ def observe_numbered(params, state, functions, part, i):
             total += popcount(seen)
             continue
         seen = not_missed(params, state, i, seen, w)
+        if seen and params.acting.acts:
+            functions.act(params, state, int64(Moment.SEE), int64(i), int64(w), uint32(seen))
         seen = new_ones(params, state, i, part.last + w, seen)
         if params.sensing.only_counts:
             total += popcount(seen)
@@ -333,13 +335,22 @@ def hear_few(params, state, functions, part):
     for other in range(part.first, part.last):
         find_heard(params, state, part, other)
     drop_unlucky(params, state, part, state.sets[Set.LISTENING], LOSS, state.clock[Clock.LOSS])
-    if params.strategy.knowledge.enabled:
-        for i in range(params.robots.count):
-            for other in range(part.first, part.last):
-                heard = state.links[Link.SIGHT, other, i]
-                defer_all(params, state, functions, Action.MERGE, int64(i), heard, WORD * other)
+    if params.strategy.knowledge.enabled or params.acting.acts:
+        merge_heard(params, state, functions, part)
     if params.decision.declare.enabled or not params.strategy.knowledge.enabled:
         receive_heard(params, state, part)
+
+
+@inlined
+def merge_heard(params, state, functions, part):
+    """Let robots add what they hear of tasks and of the rest to what they know."""
+    for i in range(params.robots.count):
+        for other in range(part.first, part.last):
+            heard = state.links[Link.SIGHT, other, i]
+            if heard and params.acting.acts:
+                functions.act(params, state, int64(Moment.HEAR), int64(i), int64(other), uint32(heard))
+            if params.strategy.knowledge.enabled:
+                defer_all(params, state, functions, Action.MERGE, int64(i), heard, WORD * other)
 
 
 @inlined

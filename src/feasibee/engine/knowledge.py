@@ -42,7 +42,7 @@ from feasibee.engine.layout import (
     Share,
 )
 from feasibee.engine.opinions import adopt, set_declared
-from feasibee.engine.params import Action, Lie
+from feasibee.engine.params import Action, Lie, Moment
 from feasibee.engine.queues import store_members
 from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
 from feasibee.model.outcomes import BITS_SENT
@@ -492,6 +492,8 @@ def publish(params, state, functions, part):
     update_pending(params, state, functions, Action.SPEAK)
     if params.radio.delay > 0:
         part.shared[part.thread, Share.BITS] = delay_messages(params, state, part)
+    if params.acting.acts:
+        functions.act(params, state, int64(Moment.SPEAK), int64(0), int64(0), uint32(0))
 
 
 @inlined

@@ -75,7 +75,12 @@ class Robot(IntEnum):
     LEAVES_AT = 15  # step at which it fails, in a world that changes
     JOINED = 16  # robots that had its number before it
     SWITCHES_AT = 17  # step at which it goes to charge, or comes back
-    SPARE = 18  # room: the tiles or cells of the robots, or sets while they are sorted
+    TARGET = 18  # number of the task to which it goes
+    DETOUR = 19  # steps that it still goes another way
+    BEGAN = 20  # step at which it began to act
+    HEADING_X = 21  # of the run that waits while it goes to a task
+    HEADING_Y = 22
+    SPARE = 23  # room: the tiles or cells of the robots, or sets while they are sorted
 
 
 class Set(IntEnum):
@@ -108,6 +113,11 @@ class Set(IntEnum):
     AWAY = 24  # charge, out of the arena (model.md 6.23)
     PRESENT = 25  # for the truth, events and the operator: those there, and those away that count
     SPEAKING_AGAIN = 26  # those away that will speak when they are back
+    ACTING = 27
+    BOUND = 28  # those that have a target
+    COURSED = 29  # those whose run waits in this step
+    STANDING = 30  # at their tasks
+    MARKED = 31  # those that have marked a task
 
 
 class Count(IntEnum):
@@ -322,6 +332,8 @@ class Tables(NamedTuple):
     adds: Annotated[Int64s, "set of skills", "class of robots, then of tasks"]  # per member of the class
     points: Annotated[Int32s, "robot, then task of the start", "x, y"]  # zeros unless they are given
     parameters: Annotated[Floats, "parameter"]
+    ranks: Annotated[Int64s, "class of robots"]  # 1 for the most skilled (model.md 6.25.1)
+    able: Annotated[Int64s, "class of robots", "class of tasks"]  # 1 if they can do them
     events: Annotated[Int64s, "event", "Event"]  # in their order (model.md 6.17)
     ground: Ground
 
@@ -350,6 +362,10 @@ class State(Struct):
     names: Annotated[Int32s, "task"]  # the task whose name each has, if positions have errors
     tasks_there: Annotated[Words, "word of tasks"]
     vanish_at: Annotated[Int32s, "task"]  # steps at which lifetimes end, if tasks have any
+    holders: Annotated[Int32s, "task"]  # the robot that has each, or -1; this and what follows if robots act
+    news: Annotated[Int32s, "robot", "task"]  # versions that robots know: see `feasibee.engine.acting`
+    told: Annotated[Int32s, "step", "robot", "task"]  # versions in messages of this and the last steps
+    sayers: Annotated[Int32s, "robot", "task, then sender"]  # one more than who said that a task is taken
     task_cells: Cells
     task_lists: TaskLists
     robot_cells: Cells
@@ -370,6 +386,7 @@ class Functions(NamedTuple):
     probability: Any
     update: Any  # see `feasibee.engine.knowledge`
     change: Any  # see `feasibee.engine.dynamics`
+    act: Any  # see `feasibee.engine.acting`
 
 
 @dataclass(frozen=True, eq=False)
@@ -404,9 +421,16 @@ class Lowered(NamedTuple):
     fast: bool  # whether the fast path simulates it, else the general engine
 
     @property
-    def form(self) -> tuple[Strategy, bool, int, bool]:
+    def form(self) -> tuple[Strategy, bool, int, bool, bool]:
         """What compiled code depends on; see `feasibee.engine.runner.engine_functions`."""
-        return self.strategy, self.fast, words_together(self.params.robots.count), self.params.changes
+        params = self.params
+        return (
+            self.strategy,
+            self.fast,
+            words_together(params.robots.count),
+            params.changes,
+            params.acting.acts,
+        )
 
 
 def words_together(robots: int) -> int:
@@ -422,6 +446,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
     remembered = words + -(-params.tasks.count // WORD)
     knowledge, grid = params.strategy.knowledge, params.robots.grid
     tiles = -(-grid.columns // TILE) * -(-grid.rows // TILE)
+    news, tolerates = params.tasks.count * params.acting.acts, params.acting.tolerates
     heard_room = HEARD_ROOM + max(params.robots.count, params.tasks.count) + WORD  # so much one robot may add
     if params.together:
         heard_room = max(heard_room, padded * padded // 2 + APART)  # all pairs may meet
@@ -446,6 +471,10 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         names=np.zeros(params.tasks.count if params.sensing.merges else 0, np.int32),
         tasks_there=np.zeros(-(-params.tasks.count // WORD), np.uint32),
         vanish_at=np.zeros(params.tasks.count if params.tasks.lifetime > 0 else 0, np.int32),
+        holders=np.full(news, -1, np.int32),
+        news=np.zeros((padded, news), np.int32),
+        told=np.zeros((params.radio.delay + 1, padded, news), np.int32),
+        sayers=np.zeros((padded, news * tolerates), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid),
         task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
@@ -474,7 +503,10 @@ def size_of(params: Params, tables: Tables, room: Room) -> int:
     padded = words * WORD
     remembered = words + -(-params.tasks.count // WORD) if params.sensing.unique else 0
     own = math.prod(_inbox_shape(params, room)) + padded * (remembered + 2 * copy_length(params))
-    return 4 * own + 8 * math.prod(_delayed_shape(params))
+    news = (
+        padded * params.tasks.count * params.acting.acts * (2 + params.radio.delay + params.acting.tolerates)
+    )
+    return 4 * (own + news) + 8 * math.prod(_delayed_shape(params))
 
 
 def _delayed_shape(params: Params) -> tuple[int, int, int]:

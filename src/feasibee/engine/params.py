@@ -100,6 +100,17 @@ class Action(IntEnum):
     GAP = 7
 
 
+class Moment(IntEnum):
+    """The moments of a step at which acting has its say, in their order."""
+
+    BEGIN = 0
+    MOVED = 1
+    SPEAK = 2
+    SEE = 3
+    HEAR = 4
+    END = 5
+
+
 class Grid(NamedTuple):
     """A grid of cells over the arena; see `feasibee.engine.cells`."""
 
@@ -344,12 +355,33 @@ class ResponseParams(NamedTuple):
     margin: int
 
 
+class ActingParams(NamedTuple):
+    """When and how robots act (model.md 6.25)."""
+
+    acts: bool
+    start: int  # step
+    by_word: bool  # whether who has declared feasible acts
+    by_rank: bool
+    tags: bool
+    reach: np.uint64  # has arrived if the squared distance is below this
+    relieves: bool
+    tells: bool
+    tolerates: int
+    detour: int  # steps
+    ranks: int
+    come_free: bool  # whether taken tasks may come free
+    most: int  # tasks that can be taken, in a world that stays
+    list_bits: int  # of a message, in addition
+    task_bits: int  # and for each known task
+
+
 class RunParams(NamedTuple):
     """The length of a run (model.md 4.7)."""
 
     steps: int
     stop_at_decision: bool
     stop_at_declarations: bool
+    stop_when_taken: bool
 
 
 class Params(NamedTuple):
@@ -367,6 +399,7 @@ class Params(NamedTuple):
     faults: FaultParams
     run: RunParams
     response: ResponseParams
+    acting: ActingParams
     truth: bool  # at the start
     changes: bool  # whether robots or tasks come or go (model.md 6.17, 6.23)
     truth_stays: bool  # although they may

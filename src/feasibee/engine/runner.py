@@ -15,7 +15,7 @@ import numpy as np
 from numba import types
 from numba.core.errors import NumbaError
 
-from feasibee.engine import dynamics, entrypoints
+from feasibee.engine import acting, dynamics, entrypoints
 from feasibee.engine.compile import careful, entry, helpers_of, inlined, reads_only, with_helpers
 from feasibee.engine.guards import GUARDS, guarded
 from feasibee.engine.knowledge import built_in, update_nothing, updating
@@ -69,10 +69,12 @@ class Engine(NamedTuple):
     functions: Functions
 
 
-def engine_functions(strategy: Strategy, fast: bool, words: int, changes: bool = False) -> Engine:
+def engine_functions(
+    strategy: Strategy, fast: bool, words: int, changes: bool = False, acts: bool = False
+) -> Engine:
     """Compile the functions that start and advance a run, and those that a scenario chooses."""
     start, advance = entrypoints.world_functions(fast, words)
-    functions = strategy_functions(strategy)._replace(change=change_function(changes))
+    functions = strategy_functions(strategy)._replace(change=change_function(changes), act=act_function(acts))
     return Engine(start, advance, functions)
 
 
@@ -83,10 +85,16 @@ def change_function(changes: bool) -> Callable[..., Any]:
 
 
 @cache
+def act_function(acts: bool) -> Callable[..., Any]:
+    """Compile what robots that act do at the moments of a step."""
+    return entry(STRATEGY.act, in_python=False)(acting.act if acts else acting.rest)
+
+
+@cache
 def strategy_functions(strategy: Strategy) -> Functions:
     """Compile the functions of a strategy; the kernels take them as typed function pointers."""
     compiled = {name: _compiled(strategy, name) for name in GUARDS}
-    return Functions(**compiled, update=_update_of(strategy), change=None)
+    return Functions(**compiled, update=_update_of(strategy), change=None, act=None)
 
 
 def _update_of(strategy: Strategy) -> Callable[..., Any]:
@@ -232,7 +240,8 @@ def team_size(params: Params, runs: int, threads: int) -> int:
 
     Runs side by side need no waiting. But the last of them may leave threads without work.
     """
-    if params.robots.count < TOGETHER or params.strategy.knowledge.enabled or params.changes:
+    single = params.strategy.knowledge.enabled or params.changes or params.acting.acts
+    if params.robots.count < TOGETHER or single:
         return 1
     most = max(1, min(threads, params.robots.count // ROBOTS_A_THREAD))
 

@@ -18,6 +18,7 @@ from feasibee.engine.crowd import count_tasks, fill_robots, fill_there, look_and
 from feasibee.engine.draws import choose, draw_now, draw_words, poisson
 from feasibee.engine.inbox import empty, receive
 from feasibee.engine.intrinsics import (
+    bit,
     bit_if,
     contains,
     has_bit,
@@ -44,7 +45,7 @@ from feasibee.engine.layout import (
     Sense,
     Set,
 )
-from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action
+from feasibee.engine.params import ALWAYS, WHILE_DISSEMINATING, Action, Moment
 from feasibee.engine.view import keep_reached
 from feasibee.model import purposes
 
@@ -298,6 +299,8 @@ def observe_task(params, state, functions, i, task):
     """Observe a task in sight."""
     own = number_of(state.robots[Robot.LABEL, i])
     seen = not happens(params, state, own, purposes.MISS_TASK + purposes.PAIR * task, state.clock[Clock.MISS])
+    if seen and params.acting.acts:
+        functions.act(params, state, int64(Moment.SEE), int64(i), int64(task >> 5), uint32(bit(task)))
     if seen and is_new(params, state, own, WORD * state.sets.shape[1] + task):
         number = params.robots.count + (int64(state.names[task]) if params.sensing.merges else task)
         kind = int64(state.tables.class_of[number])
@@ -430,6 +433,8 @@ def receive_general(params, state, functions, part, i, other):
     own, label = number_of(state.robots[Robot.LABEL, i]), state.robots[Robot.LABEL, other]
     if happens(params, state, own, purposes.LOSS + purposes.PAIR * number_of(label), state.clock[Clock.LOSS]):
         return
+    if params.acting.acts:
+        functions.act(params, state, int64(Moment.HEAR), int64(i), int64(other >> 5), uint32(bit(other)))
     if params.strategy.knowledge.enabled:
         defer(params, state, functions, Action.MERGE, i, other, int64(0))
     if params.decision.declare.enabled or not params.strategy.knowledge.enabled:

@@ -7,7 +7,7 @@ from itertools import accumulate
 from typing import Any, Final, get_type_hints
 
 from llvmlite import ir
-from numba import boolean, extending, float64, from_dtype, int32, int64, none, types, uint8
+from numba import boolean, extending, float64, from_dtype, int32, int64, none, types, uint8, uint32
 from numba.core import imputils
 from numba.core.typing import templates
 from numba.np.numpy_support import as_dtype
@@ -159,6 +159,7 @@ STRATEGY: Final = Functions(
     probability=float64(MIND, MESSAGE, SETTING),
     update=UPDATE,
     change=types.void(PARAMS, STATE, types.FunctionType(UPDATE), int64),
+    act=types.void(PARAMS, STATE, int64, int64, int64, uint32),
 )
 """Signatures of the functions that a scenario chooses."""
 FUNCTIONS: Final = of_types([types.FunctionType(each) for each in STRATEGY], Functions)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from numba import int32, int64, uint32, uint64
 
 from feasibee.engine import inbox
+from feasibee.engine.acting import start_acting
 from feasibee.engine.bodies import move_where_clear
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.crowd import keep_order, sense_crowd
@@ -16,7 +17,7 @@ from feasibee.engine.knowledge import defer, known_by, setting_of, take_own_mess
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
 from feasibee.engine.opinions import adopt, count_opinions, opinion_of, set_declared
-from feasibee.engine.params import Action
+from feasibee.engine.params import Action, Moment
 from feasibee.engine.sensing import fill_general, forget, sense_general_crowd
 from feasibee.engine.starting import (
     assign_identities,
@@ -57,8 +58,17 @@ def start_general(params, state, run):
         for w in range(state.sets.shape[1]):
             stop(params, state, w)
         set_quorum(params, state.clock, counted_after_stop(params))
+    if params.acting.acts:
+        start_acting(state)
     if params.changes:
         draw_dynamics(params, state)
+
+
+@inlined
+def let_act(params, state, functions, moment):
+    """Let robots that act do what belongs to a moment of the step (model.md 6.25)."""
+    if params.acting.acts:
+        functions.act(params, state, int64(moment), int64(0), int64(0), uint32(0))
 
 
 @spliced
@@ -88,6 +98,7 @@ def advance_general_few(params, state, functions, part):
     """Do one step of few robots in the general engine."""
     begin_general(params, state, functions, part)
     move_few(params, state, part)
+    let_act(params, state, functions, Moment.MOVED)
     tick(state, part)
     sense_general_few(params, state, functions, part)
     end_general(params, state, functions, part)
@@ -102,6 +113,7 @@ def advance_general_crowd(params, state, functions, part):
     begin_general(params, state, functions, part)
     move_where_clear(params, state, part)
     keep_order(params, state, part)
+    let_act(params, state, functions, Moment.MOVED)
     tick(state, part)
     sense_general_crowd(params, state, functions, part)
     wait_for_all(part)
@@ -136,6 +148,7 @@ def begin_general(params, state, functions, part):
     change_world(params, state, functions, now)
     if params.strategy.knowledge.enabled and params.changes:
         begin_to_know(params, state, functions)
+    let_act(params, state, functions, Moment.BEGIN)
 
 
 @called
@@ -161,6 +174,7 @@ def end_general(params, state, functions, part):
     if params.strategy.judges:
         state.clock[Clock.PENDING] = params.robots.count
         update_pending(params, state, functions, Action.JUDGE)
+    let_act(params, state, functions, Moment.END)
     rate_general(params, state, functions, part)
 
 

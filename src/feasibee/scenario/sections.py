@@ -156,8 +156,12 @@ class Sections(BaseModel):
         start, robots = self.acting.start, self.robots.count
         if not isinstance(start, str):
             return NEVER if start is None else start
-        sightings = {"search": math.log(robots) + 1, "safe": sightings_to_flood(robots)}
-        return steps_for(sightings[start], robots, self.setting) if start in sightings else NEVER
+        if start == "declared":
+            return NEVER
+        flooding: float = sightings_to_flood(robots)  # type: ignore[no-untyped-call]
+        sightings = flooding if start == "safe" else math.log(robots) + 1
+        steps: int = steps_for(sightings, robots, self.setting)  # type: ignore[no-untyped-call]
+        return steps
 
     @property
     def may_come_free(self) -> bool:

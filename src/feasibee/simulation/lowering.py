@@ -13,6 +13,7 @@ from feasibee.engine import params as numbers
 from feasibee.engine.layout import FEW, POOLED, WORD, Event, Int32s, Int64s, Lowered, Tables
 from feasibee.engine.params import Band, Lie, Placement
 from feasibee.model.codes import exact
+from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import Placed, Robots, Tasks
 from feasibee.scenario.messages import bare_bits
@@ -66,12 +67,13 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
         faults=_faults(scenario),
         run=_filled(numbers.RunParams, scenario.run),
         response=_response(scenario),
+        acting=_acting(scenario, unit),
         truth=truth(scenario),
         changes=scenario.in_motion,
         truth_stays=not scenario.dynamic,
         together=together,
         in_space_order=scenario.robots.count > POOLED
-        and not (knows or scenario.in_motion or scenario.radio.delay),
+        and not (knows or scenario.in_motion or scenario.radio.delay or scenario.acts),
         in_sender_order=not fast
         and bool(knows or scenario.radio.id_bits is not None or scenario.decision.inbox_size),
     )
@@ -146,7 +148,7 @@ def _sensing(scenario: Scenario, squared_range: int, unit: Fraction) -> numbers.
         unique=sensing.observation == "unique",
         by_class=by_class,
         only_counts=only_counts,
-        counts_all=only_counts and not may_miss and sensing.observation == "repeated",
+        counts_all=only_counts and not may_miss and sensing.observation == "repeated" and not scenario.acts,
         miss=probability(sensing.miss),
         misname=probability(sensing.wrong),
         merges=sensing.position_error > 0,
@@ -264,6 +266,28 @@ def _response(scenario: Scenario) -> numbers.ResponseParams:
     )
 
 
+def _acting(scenario: Scenario, unit: Fraction) -> numbers.ActingParams:
+    acting = scenario.acting
+    place = 0 if scenario.manifest.sends_positions else 33
+    return _filled(
+        numbers.ActingParams,
+        acting,
+        acts=scenario.acts,
+        start=scenario.acts_from,
+        by_word=acting.start == "declared",
+        by_rank=acting.choose == "rank",
+        tags=acting.hold == "tag",
+        reach=limit_of(squared(acting.reach, unit) + 1),
+        relieves=acting.relieve,
+        tells=acting.tell,
+        ranks=max(ranks_of(scenario.robots)),
+        come_free=scenario.may_come_free,
+        most=most_taken(scenario) if scenario.acts else 0,
+        list_bits=int(place > 0),
+        task_bits=place + status_bits(scenario),
+    )
+
+
 def _placement(section: Placed, unit: Fraction, margin: int) -> numbers.PlacementParams:
     return numbers.PlacementParams(
         how=Placement[section.placement.upper()],
@@ -322,6 +346,8 @@ def tables_of(scenario: Scenario, params: numbers.Params) -> Tables:
             ]
         ),
         parameters=np.array(list(scenario.decision.parameters.values()), np.float64),
+        ranks=np.array(ranks_of(robots), np.int64),
+        able=np.array(can_do(robots, tasks), np.int64),
         events=_events(scenario),
         ground=place.tables_of(scenario),
     )

@@ -298,6 +298,33 @@ class Swarm:
         return np.where(self._exists[:, None], known, np.int32(0)) if self._in_motion else known
 
     @property
+    def targets(self) -> NDArray[np.int32]:
+        """The task to which each robot goes: int32, shape (robots,), -1 for none (model.md 6.25)."""
+        bound = self._members(self._state.sets[self._layout.Set.BOUND])
+        return np.where(bound, self._numbers([self._layout.Robot.TARGET])[0], np.int32(-1))
+
+    @property
+    def standing(self) -> NDArray[np.bool_]:
+        """Whether each robot stands at a task that it has taken: bool, shape (robots,)."""
+        return self._members(self._state.sets[self._layout.Set.STANDING]).astype(np.bool_)
+
+    @property
+    def holders(self) -> NDArray[np.int32]:
+        """The robot that has taken or marked each task, -1 for none: int32, shape (tasks,), by number.
+
+        Empty unless robots act.
+        """
+        return self._state.holders
+
+    @property
+    def news(self) -> NDArray[np.int32]:
+        """The version of each task that each robot knows: int32, shape (robots, tasks) (model.md 6.25.5).
+
+        -1 stands for nothing. There are no tasks unless robots act.
+        """
+        return self._state.news[: self._params.robots.count] - np.int32(1)
+
+    @property
     def declaration_step(self) -> int:
         """First step at which more than the threshold's share had declared one opinion; -1 before."""
         return int(self._record.declare_step[0])

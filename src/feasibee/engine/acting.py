@@ -1,0 +1,449 @@
+"""Robots that act: ways to tasks, arrivals, what they know of tasks, and what they choose (model.md 6.25).
+
+`act` is passed to the step as a pointer, so that worlds in which nobody acts don't compile it. One thread
+simulates robots that act. A version in `State.news` and `State.told` is one more than the model's; 0 stands
+for nothing.
+"""
+
+from __future__ import annotations
+
+import math
+
+from numba import float64, int32, int64, uint32, uint64
+
+from feasibee.engine.cells import shortest
+from feasibee.engine.compile import called, inlined, with_helpers
+from feasibee.engine.intrinsics import contains, lowest_member, popcount, set_member, without_lowest
+from feasibee.engine.layout import Clock, Robot, Set
+from feasibee.engine.params import Moment
+from feasibee.engine.place import position
+from feasibee.model.outcomes import (
+    ALL_TAKEN_STEP,
+    BITS_SENT,
+    DISTANCE_WALKED,
+    FIRST_TAKEN_STEP,
+    STARTS_IN_VAIN,
+    TASKS_TAKEN,
+    VAIN_ARRIVALS,
+)
+from feasibee.strategies import certified
+
+GONE = 2**30 + 1
+"""Version of a task that has vanished."""
+PATIENCE = 20
+"""Steps after which a robot that has no task by its rank goes to the nearest."""
+NOWHERE = 2**64 - 1
+RUN = (int(Robot.STEP_X), int(Robot.HEADING_X)), (int(Robot.STEP_Y), int(Robot.HEADING_Y))
+"""Where a robot's step is, and where that of its run is kept while the run waits."""
+told_enough = inlined(with_helpers(certified.told_enough, inlined))
+
+
+def act(params, state, moment, i, w, members):
+    """Do what belongs to a moment; robot ``i`` sees or hears the members of word ``w``."""
+    if moment == Moment.SEE:
+        see_all(params, state, i, w, members)
+    elif moment == Moment.HEAR:
+        hear_all(params, state, i, w, members)
+    elif moment == Moment.BEGIN:
+        free_tasks(state)
+        set_out(params, state)
+    elif moment == Moment.MOVED:
+        count_moves(params, state)
+    elif moment == Moment.SPEAK:
+        tell_all(params, state)
+        arrive_all(params, state)
+    else:
+        choose_all(params, state)
+
+
+def rest(params, state, moment, i, w, members):
+    """Stand in for `act` where nobody acts."""
+
+
+@called
+def start_acting(state):
+    """Let no task be taken, and no robot know of any."""
+    state.holders[:] = -1
+    state.news[:] = 0
+    state.told[:] = 0
+    state.sayers[:] = 0
+
+
+@called
+def forget_tasks(state, i):
+    """Let a robot that joins know of no task."""
+    state.news[i] = 0
+    state.sayers[i] = 0
+
+
+# --- Motion ---
+
+
+@called
+def free_tasks(state):
+    """Free the tasks of robots that stopped or left, and the robots of tasks that vanished."""
+    sets = state.sets
+    for task in range(state.holders.size):
+        i = int64(state.holders[task])
+        if i < 0:
+            continue
+        has = contains(sets[Set.STANDING], i) or contains(sets[Set.MARKED], i)
+        is_there = contains(state.tasks_there, task)
+        if is_there and has and contains(sets[Set.WORKING], i):
+            continue
+        state.holders[task] = -1
+        for kind in (Set.STANDING, Set.MARKED):
+            set_member(sets, kind, i, False)
+    taken = int64(0)
+    for task in range(state.holders.size):
+        i = int64(state.holders[task])
+        taken += int64(i >= 0 and contains(sets[Set.STANDING], i))
+    state.account[TASKS_TAKEN] = taken
+
+
+@called
+def set_out(params, state):
+    """Let each robot with a target make a step towards it, unless it is on a detour, and others stand."""
+    robots, sets = state.robots, state.sets
+    for w in range(sets.shape[1]):
+        left = uint32((sets[Set.BOUND, w] | sets[Set.STANDING, w]) & sets[Set.WORKING, w])
+        sets[Set.COURSED, w] = uint32(0)
+        while left:
+            i = lowest_member(w, left)
+            left = without_lowest(left)
+            if robots[Robot.DETOUR, i] > 0:
+                robots[Robot.DETOUR, i] -= 1
+                continue
+            set_member(sets, Set.COURSED, i, True)
+            u, v = int32(0), int32(0)
+            if not contains(sets[Set.STANDING], i):
+                u, v = course(params, state, i, int64(robots[Robot.TARGET, i]))
+            for step, heading in RUN:
+                robots[heading, i] = robots[step, i]
+            robots[Robot.STEP_X, i], robots[Robot.STEP_Y, i] = u, v
+
+
+@inlined
+def way_to(params, state, i, task):
+    """Return the way from a robot to a task along x and y."""
+    ax, ay = position(state.robots, i)
+    bx, by = position(state.tasks, task)
+    if params.arena.walls:
+        return bx - ax, by - ay
+    return shortest(bx - ax, params.arena.width), shortest(by - ay, params.arena.height)
+
+
+@called
+def squared_way(params, state, i, task):
+    """Return the squared distance of a robot and a task."""
+    x, y = way_to(params, state, i, task)
+    return uint64(x * x) + uint64(y * y)
+
+
+@called
+def course(params, state, i, task):
+    """Return a robot's step towards a task (model.md 6.25.2)."""
+    x, y = way_to(params, state, i, task)
+    squared = uint64(x * x) + uint64(y * y)
+    if squared == 0:
+        return int32(0), int32(0)
+    length, reach = math.sqrt(float64(squared)), params.robots.reach
+    u = math.floor(reach * (float64(x) / length) + 0.5)
+    v = math.floor(reach * (float64(y) / length) + 0.5)
+    return int32(u), int32(v)
+
+
+@called
+def count_moves(params, state):
+    """Count the robots that moved; let runs wait, and block no standing robot."""
+    sets = state.sets
+    moved = int64(0)
+    for w in range(sets.shape[1]):
+        sets[Set.BLOCKED, w] &= ~sets[Set.STANDING, w]
+        moved += popcount(uint32(sets[Set.WORKING, w] & ~(sets[Set.STANDING, w] | sets[Set.BLOCKED, w])))
+        left = sets[Set.COURSED, w]
+        while left:
+            state.robots[Robot.WALK_LEFT, lowest_member(w, left)] += 1
+            left = without_lowest(left)
+    if state.account[ALL_TAKEN_STEP] < 0 and params.robots.speed > 0.0:
+        state.account[DISTANCE_WALKED] += moved
+
+
+# --- Arrival ---
+
+
+@inlined
+def rank_of(state, i):
+    """Return the rank of a robot: 1 for the most skilled."""
+    return state.tables.ranks[state.tables.class_of[i]]
+
+
+@inlined
+def status_of(state, task):
+    """Return 0 if a task is free, else the rank of who has it."""
+    holder = int64(state.holders[task])
+    return int64(0) if holder < 0 else rank_of(state, holder)
+
+
+@called
+def arrive_all(params, state):
+    """Let each robot that has reached its target take the task, or learn how it is (model.md 6.25.3)."""
+    now = state.clock[Clock.STEP] + 1
+    for w in range(state.sets.shape[1]):
+        left = uint32(state.sets[Set.BOUND, w] & state.sets[Set.WORKING, w])
+        while left:
+            i = lowest_member(w, left)
+            task = int64(state.robots[Robot.TARGET, i])
+            if squared_way(params, state, i, task) < params.acting.reach:
+                arrive(params, state, i, task, now)
+            left = without_lowest(left)
+    most = params.acting.most
+    if params.changes and not params.truth_stays:
+        most = min(state.clock[Clock.ROBOTS], state.clock[Clock.TASKS])
+    if state.account[ALL_TAKEN_STEP] < 0 and state.account[TASKS_TAKEN] >= most:
+        state.account[ALL_TAKEN_STEP] = now
+
+
+@called
+def arrive(params, state, i, task, now):
+    """Let a robot take a task, if it may have it, and know how the task is."""
+    if not contains(state.tasks_there, task):
+        state.news[i, task] = GONE
+        state.account[VAIN_ARRIVALS] += 1
+        return
+    holder, status = int64(state.holders[task]), status_of(state, task)
+    relieves = params.acting.relieves and 0 < status < rank_of(state, i)
+    if status > 0 and holder != i and not relieves:
+        state.account[VAIN_ARRIVALS] += 1
+        see(params, state, i, task)
+        return
+    set_member(state.sets, Set.BOUND, i, False)
+    state.holders[task] = int32(i)
+    if relieves:
+        set_member(state.sets, Set.STANDING, holder, False)
+        state.account[TASKS_TAKEN] -= 1
+        see(params, state, holder, task)
+    if contains(state.sets[Set.ACTING], i):
+        stand(state, i, now)
+    else:
+        set_member(state.sets, Set.MARKED, i, True)
+    see(params, state, i, task)
+
+
+@inlined
+def stand(state, i, now):
+    """Let a robot stand at the task that it has reached."""
+    set_member(state.sets, Set.STANDING, i, True)
+    set_member(state.sets, Set.MARKED, i, False)
+    state.account[TASKS_TAKEN] += 1
+    state.account[STARTS_IN_VAIN] += 1 - state.clock[Clock.TRUTH]
+    if state.account[FIRST_TAKEN_STEP] < 0:
+        state.account[FIRST_TAKEN_STEP] = now
+
+
+# --- Knowledge ---
+
+
+@called
+def next_version(params, version, status):
+    """Return the least version with a status from a version on; 0 as the version stands for nothing."""
+    period = params.acting.ranks + 1
+    if not params.acting.come_free or version == 0:
+        return 1 + status
+    ahead = (status - (version - 1)) % period
+    return version + ahead
+
+
+@called
+def see(params, state, i, task):
+    """Let a robot know how a task is."""
+    version = next_version(params, int64(state.news[i, task]), status_of(state, task))
+    state.news[i, task] = int32(version)
+    first = params.acting.tolerates * task
+    for k in range(first, first + params.acting.tolerates):
+        state.sayers[i, k] = 0
+
+
+@called
+def see_all(params, state, i, w, members):
+    """Let a robot know how the tasks in sight are."""
+    while members:
+        see(params, state, i, lowest_member(w, members))
+        members = without_lowest(members)
+
+
+@inlined
+def slot_of(state, step):
+    """Return where `State.told` has the messages of a step."""
+    return step % state.told.shape[0]
+
+
+@called
+def tell_all(params, state):
+    """Fix what each robot says of tasks, and count the bits of those that broadcast."""
+    now = state.clock[Clock.STEP] + 1
+    if not params.acting.tells:
+        return
+    due, bits = slot_of(state, now + 1), int64(0)
+    for i in range(params.robots.count):
+        told = state.told[slot_of(state, now), i]
+        for task in range(told.size):
+            told[task] = state.news[i, task]
+        if contains(state.sets[Set.BYZANTINE], i):
+            lie(params, told)
+        if contains(state.sets[Set.SPEAKING], i):
+            known = int64(0)
+            for task in range(told.size):
+                known += int64(state.told[due, i, task] != 0)
+            bits += params.acting.list_bits + params.acting.task_bits * known
+    state.account[BITS_SENT] += bits
+
+
+@called
+def lie(params, told):
+    """Say that robots of the last rank have all known tasks."""
+    for task in range(told.size):
+        if 0 < told[task] < GONE:
+            told[task] = int32(next_version(params, int64(told[task]), params.acting.ranks))
+
+
+@called
+def hear_all(params, state, i, w, members):
+    """Let a robot keep the larger of its versions and those that it hears."""
+    if not params.acting.tells:
+        return
+    known, due = state.news[i], slot_of(state, state.clock[Clock.STEP] + 2)
+    while members:
+        sender = lowest_member(w, members)
+        told = state.told[due, sender]
+        if params.acting.tolerates == 0:
+            for task in range(known.size):
+                known[task] = max(known[task], told[task])
+        else:
+            doubt_all(params, state, i, sender, told)
+        members = without_lowest(members)
+
+
+@called
+def doubt_all(params, state, i, sender, told):
+    """Keep the larger versions of free tasks, and of taken ones if enough robots have sent one."""
+    tolerates, known = params.acting.tolerates, state.news[i]
+    number = int64(state.robots[Robot.IDENTITY, sender])
+    for task in range(known.size):
+        if told[task] <= known[task]:
+            continue
+        is_free = (told[task] - 1) % (params.acting.ranks + 1) == 0 and told[task] != GONE
+        if is_free or told_enough(state.sayers[i], tolerates * task, tolerates, number):
+            known[task] = told[task]
+
+
+# --- Choice ---
+
+
+@called
+def choose_all(params, state):
+    """End the detours that are over, give robots their runs back, and let them choose targets."""
+    robots, sets, now = state.robots, state.sets, state.clock[Clock.STEP] + 1
+    for w in range(sets.shape[1]):
+        left = sets[Set.COURSED, w]
+        while left:
+            i = lowest_member(w, left)
+            for step, heading in RUN:
+                robots[step, i] = robots[heading, i]
+            left = without_lowest(left)
+        left = sets[Set.WORKING, w]
+        while left:
+            i = lowest_member(w, left)
+            if contains(sets[Set.BLOCKED], i) and contains(sets[Set.BOUND], i):
+                robots[Robot.DETOUR, i] = int32(params.acting.detour)
+            elif contains(sets[Set.TURNING], i) or not contains(sets[Set.BOUND], i):
+                robots[Robot.DETOUR, i] = 0
+            if not contains(sets[Set.STANDING], i):
+                target = target_of(params, state, i, now)
+                set_member(sets, Set.BOUND, i, target >= 0)
+                robots[Robot.TARGET, i] = int32(target)
+            left = without_lowest(left)
+
+
+@called
+def target_of(params, state, i, now):
+    """Return the task that a robot goes to, or -1."""
+    sets = state.sets
+    declared, feasible = contains(sets[Set.DECLARED], i), contains(sets[Set.DECLARED_FEASIBLE], i)
+    if contains(sets[Set.BYZANTINE], i) or (declared and not feasible) or knows_too_many(params, state, i):
+        return int64(-1)
+    if now >= params.acting.start or (params.acting.by_word and declared):
+        if not contains(sets[Set.ACTING], i):
+            set_member(sets, Set.ACTING, i, True)
+            state.robots[Robot.BEGAN, i] = int32(now)
+    elif not params.acting.tags or contains(sets[Set.MARKED], i):
+        return int64(-1)
+    if contains(sets[Set.MARKED], i):
+        return marked_by(state, i)
+    if params.acting.by_rank and now < state.robots[Robot.BEGAN, i] + PATIENCE:
+        return task_of_rank(params, state, i)
+    return nearest(params, state, i)
+
+
+@called
+def knows_too_many(params, state, i):
+    """Return whether a robot knows that there are more tasks than robots."""
+    if not params.robots.knows_count:
+        return False
+    known = int64(0)
+    for task in range(state.holders.size):
+        known += int64(0 < state.news[i, task] < GONE)
+    return known > params.robots.at_start
+
+
+@called
+def marked_by(state, i):
+    """Return the task that a robot has marked."""
+    for task in range(state.holders.size):
+        if state.holders[task] == i:
+            return int64(task)
+    return int64(-1)
+
+
+@inlined
+def known_status(params, state, i, task):
+    """Return the status of a task as a robot knows it, or -1."""
+    version = int64(state.news[i, task])
+    return (version - 1) % (params.acting.ranks + 1) if 0 < version < GONE else int64(-1)
+
+
+@inlined
+def can_do(params, state, i, task):
+    """Return whether a robot can do a task."""
+    kinds = state.tables.class_of
+    return state.tables.able[kinds[i], kinds[params.robots.count + task]] == 1
+
+
+@called
+def task_of_rank(params, state, i):
+    """Return the task that comes after ``i`` known ones, if it is free and the robot can do it; else -1."""
+    before = int64(0)
+    for task in range(state.holders.size):
+        status = known_status(params, state, i, task)
+        if status >= 0 and before == i:
+            return int64(task) if status == 0 and can_do(params, state, i, task) else int64(-1)
+        before += int64(status >= 0)
+    return int64(-1)
+
+
+@called
+def nearest(params, state, i):
+    """Return the nearest free task, or, if there is none, the nearest at which to relieve; or -1."""
+    found, relieved = int64(-1), int64(-1)
+    least = least_relieved = uint64(NOWHERE)
+    for task in range(state.holders.size):
+        status = known_status(params, state, i, task)
+        relieves = params.acting.relieves and 0 < status < rank_of(state, i)
+        if not (status == 0 or relieves) or not can_do(params, state, i, task):
+            continue
+        away = squared_way(params, state, i, task)
+        if status == 0 and away < least:
+            found, least = int64(task), away
+        elif relieves and away < least_relieved:
+            relieved, least_relieved = int64(task), away
+    return found if found >= 0 else relieved
