@@ -446,7 +446,6 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
     remembered = words + -(-params.tasks.count // WORD)
     knowledge, grid = params.strategy.knowledge, params.robots.grid
     tiles = -(-grid.columns // TILE) * -(-grid.rows // TILE)
-    news, tolerates = params.tasks.count * params.acting.acts, params.acting.tolerates
     heard_room = HEARD_ROOM + max(params.robots.count, params.tasks.count) + WORD  # so much one robot may add
     if params.together:
         heard_room = max(heard_room, padded * padded // 2 + APART)  # all pairs may meet
@@ -471,10 +470,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         names=np.zeros(params.tasks.count if params.sensing.merges else 0, np.int32),
         tasks_there=np.zeros(-(-params.tasks.count // WORD), np.uint32),
         vanish_at=np.zeros(params.tasks.count if params.tasks.lifetime > 0 else 0, np.int32),
-        holders=np.full(news, -1, np.int32),
-        news=np.zeros((padded, news), np.int32),
-        told=np.zeros((params.radio.delay + 1, padded, news), np.int32),
-        sayers=np.zeros((padded, news * tolerates), np.int32),
+        **_empty_news(params, padded),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid),
         task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
@@ -482,6 +478,17 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         clock=np.where(np.arange(len(Clock)) == Clock.TABLE_SLOTS, room.slots, 0),
         account=np.zeros(len(ACCOUNT), np.int64),
     )
+
+
+def _empty_news(params: Params, padded: int) -> dict[str, Int32s]:
+    """Allocate what is of tasks if robots act."""
+    tasks = params.tasks.count * params.acting.acts
+    return {
+        "holders": np.full(tasks, -1, np.int32),
+        "news": np.zeros((padded, tasks), np.int32),
+        "told": np.zeros((params.radio.delay + 1, padded, tasks), np.int32),
+        "sayers": np.zeros((padded, tasks * params.acting.tolerates), np.int32),
+    }
 
 
 class Room(NamedTuple):

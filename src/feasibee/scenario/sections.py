@@ -158,9 +158,9 @@ class Sections(BaseModel):
             return NEVER if start is None else start
         if start == "declared":
             return NEVER
-        flooding: float = sightings_to_flood(robots)  # type: ignore[no-untyped-call]
+        flooding: float = sightings_to_flood(robots)
         sightings = flooding if start == "safe" else math.log(robots) + 1
-        steps: int = steps_for(sightings, robots, self.setting)  # type: ignore[no-untyped-call]
+        steps: int = steps_for(sightings, robots, self.setting)
         return steps
 
     @property
