@@ -433,7 +433,7 @@ def _names_in(scenario: Scenario) -> Flooding | None:
 
 
 def _print_limits(bounds: Sequence[Limits]) -> None:
-    from feasibee.studies.limits import LIMITS
+    from feasibee.studies.limits import LIMITS, TAKEN
     from feasibee.studies.needs import quiet_times_in_words
 
     out = console()
@@ -446,8 +446,11 @@ def _print_limits(bounds: Sequence[Limits]) -> None:
         robots, tasks = found.scenario.robots.count, found.scenario.tasks.count
         title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
         print_numbers(title, ["limit", "median", "interval", "95 %", "interval"], rows)
-    for name, words in LIMITS.items():
-        out.print(f"{name.replace('_', ' ')}: {words}.", soft_wrap=True)
+        if found.distance is not None:
+            out.print(f"Distance of a robot until least sum: {found.distance:.3g} units.", soft_wrap=True)
+    for name, words in {**LIMITS, **TAKEN}.items():
+        if name in bounds[0].steps:
+            out.print(f"{name.replace('_', ' ')}: {words}.", soft_wrap=True)
     scenario = bounds[0].scenario
     for line in (NOTE, *([] if scenario.place.exists else quiet_times_in_words(scenario))):
         out.print(line, soft_wrap=True)

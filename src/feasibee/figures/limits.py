@@ -31,8 +31,11 @@ LOOKS: Final[Mapping[str, Look]] = {
     "area": Look("area", "#009E73", (0, (1, 1.2)), 0.4, "right"),
     "flooding": Look("flooding", "#D55E00", "-", 0.20),
     "complete_map": Look("complete map", "#CC79A7", "--", 0.62),
+    "least_sum": Look("least sum", "#56B4E9", "--", 0.85),
+    "least_maximum": Look("least maximum", "#56B4E9", "-", 0.35),
+    "mapped_maximum": Look("mapped, least maximum", "#E69F00", "-", 0.35),
 }
-"""The limits, in the order in which they are drawn."""
+"""The limits that may be there, in the order in which they are drawn."""
 SHOWN: Final = 0.995
 """Share of the runs of each limit that the time axis shows."""
 
@@ -48,9 +51,10 @@ def draw_limits(steps: Mapping[str, NDArray[np.int64]], most: int) -> Figure:
         Number of steps of a run.
     """
     with figure(5.6, 3.0) as (drawn, ax):
-        end = max(_end(steps[name], most) for name in LOOKS)
+        looks = {name: look for name, look in LOOKS.items() if name in steps}
+        end = max(_end(steps[name], most) for name in looks)
         never = 0
-        for name, look in LOOKS.items():
+        for name, look in looks.items():
             reached, runs = np.sort(steps[name][steps[name] >= 0]), steps[name].size
             curve = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.6}
             draw_share_by_step(ax, reached, runs, most, **curve)

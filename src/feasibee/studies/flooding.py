@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from feasibee.errors import Problem, ScenarioError
 from feasibee.results.statistics import declare_times
-from feasibee.scenario.fields import Response
+from feasibee.scenario.fields import Acting, Response
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -40,6 +40,11 @@ STAYING: Final[dict[str, Any]] = {
     **{f"response.{name}": field.default for name, field in Response.model_fields.items()},
 }
 """What makes a world stay as it is at the start."""
+SEARCHING: Final[dict[str, Any]] = {
+    **{f"acting.{name}": field.default for name, field in Acting.model_fields.items()},
+    "run.stop_when_taken": False,
+}
+"""What makes robots search for good, whoever acts."""
 
 
 class Flooding(NamedTuple):
@@ -88,7 +93,7 @@ def _world_of(scenario: Scenario) -> Scenario:
 
 def _flooding(world: Scenario, progress: Callable[[float], None] | None) -> Flooding:
     load_engine(world)
-    steps, wanted, own = np.empty(RUNS, np.int64), _wanted(world), local()
+    steps, wanted, own = np.empty(RUNS, np.int64), can_know(world), local()
 
     def found_in(run: int) -> int:
         if not hasattr(own, "swarm"):  # one for each thread: to make one takes longer than its run
@@ -127,6 +132,7 @@ def with_oracle(scenario: Scenario, cells_per_range: int, what: str) -> Scenario
                 "range": scenario.sensing.range,
             },
             "decision.declare": None,
+            **SEARCHING,
             "decision.start": "coin",
             "decision.listen": "always",
             "decision.quality_floor": 0,
@@ -157,7 +163,7 @@ class Repeated(Swarm):
             self._begin(self._inboxes)
 
 
-def _wanted(world: Scenario) -> NDArray[np.bool_]:
+def can_know(world: Scenario) -> NDArray[np.bool_]:
     """Return whether each robot can know each task: shape (robots, tasks)."""
     ground = ground_of(world)
     if ground is None:

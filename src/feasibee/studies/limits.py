@@ -36,8 +36,9 @@ from feasibee.simulation.snapshot import members
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies.contract import Setting
 from feasibee.studies import oracle
+from feasibee.studies.assignment import Least, least, ways_between
 from feasibee.studies.comparison import Outcome, check_distinct, check_stays, origin
-from feasibee.studies.flooding import NEVER, Repeated, with_oracle
+from feasibee.studies.flooding import NEVER, Repeated, can_know, with_oracle
 
 LIMITS: Final[Mapping[str, str]] = {
     "pooled": "all sightings together name all tasks, or one more than there are robots",
@@ -46,6 +47,13 @@ LIMITS: Final[Mapping[str, str]] = {
     "complete_map": "enough robots to decide can know that all of these were seen",
 }
 """What has happened by the step of each limit."""
+TAKEN: Final[Mapping[str, str]] = {
+    "least_sum": "all tasks taken, or as many as there are robots, if all know all and walk least in total",
+    "least_maximum": "the same at the soonest",
+    "mapped_sum": "as least sum, if robots search until the complete map",
+    "mapped_maximum": "the same at the soonest",
+}
+"""Likewise if robots act (model.md 6.25), by the assignments of `feasibee.studies.assignment`."""
 BOUNDS: Final[Mapping[str, str]] = {"infeasible": "flooding", "proved_feasible": "complete_map"}
 """Which limit bounds the step by which a swarm of any strategy declares, if none of its robots ever errs."""
 STRIDE: Final = 80
@@ -63,9 +71,11 @@ class Limits:
     seed: int
     """Seed of the runs."""
     steps: Mapping[str, NDArray[np.int64]]
-    """First step of each of `LIMITS`, shape (runs,); -1 if never within the steps of a run."""
+    """First step of each of `LIMITS` and, if robots act, of `TAKEN`, shape (runs,); -1 if never."""
     cell: tuple[float, float]
     """Width and height in units of a cell of the area, which is seen when its centre is in range."""
+    distance: float | None = None
+    """If robots act, mean distance in units that a robot walks until ``least_sum``."""
 
     @property
     def runs(self) -> int:
@@ -81,6 +91,7 @@ class Limits:
         """Return the limits as plain tables, for programs."""
         return {
             **plain(self.times),
+            **({} if self.distance is None else {"distance": self.distance}),
             "bounds": dict(BOUNDS),
             "cell": list(self.cell),
             "runs": self.runs,
@@ -149,27 +160,43 @@ def limits_at(
     threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     check_progress(progress)
     world = oracle_world(most, cells_per_range)
-    steps = _steps_of(world, list(worlds), which, threads, progress)
+    acts = most if most.acts else None
+    steps = _steps_of(world, list(worlds), which, threads, progress, acts)
     setting = world.setting
     cell = setting.width / oracle.columns(setting), setting.height / oracle.rows(setting)
-    return {
-        number: Limits(each, which.seed, dict(zip(LIMITS, steps[:, place].T, strict=True)), cell)
-        for place, (number, each) in enumerate(worlds.items())
-    }
+    found = {}
+    for place, (number, each) in enumerate(worlds.items()):
+        columns = dict(zip((*LIMITS, *TAKEN, "moves"), steps[:, place].T, strict=False))
+        moves = columns.pop("moves", None)
+        walked = None if moves is None else float(moves.mean() * each.robots.speed / each.robots.count)
+        found[number] = Limits(each, which.seed, columns, cell, walked)
+    return found
 
 
 def _steps_of(
-    world: Scenario, tasks: Sequence[int], runs: Runs, threads: int, progress: Callable[[float], None] | None
+    world: Scenario,
+    tasks: Sequence[int],
+    runs: Runs,
+    threads: int,
+    progress: Callable[[float], None] | None,
+    acts: Scenario | None,
 ) -> NDArray[np.int64]:
-    """Return the first step of each limit in each run: shape (runs, len(tasks), limits); -1 if never."""
+    """Return the first step of each limit in each run: shape (runs, len(tasks), limits); -1 if never.
+
+    If robots act, as ``acts`` says, those of `TAKEN` follow, and the moves until the first of them.
+    """
     load_engine(world)
-    steps = np.empty((runs.count, len(tasks), len(LIMITS)), np.int64)
+    steps = np.empty((runs.count, len(tasks), len(LIMITS) + (len(TAKEN) + 1 if acts else 0)), np.int64)
     own = local()
 
     def found_in(run: int) -> list[list[int]]:
         if not hasattr(own, "swarm"):  # one for each thread: to make one takes longer than its run
             own.swarm = Tireless(world, runs.seed, run)
-        return limits_of_run(own.swarm, run, tasks)
+        found = limits_of_run(own.swarm, run, tasks)
+        if acts is None:
+            return found
+        more = _taken(own.swarm, run, found[0][-1], tasks, acts)
+        return [each + rest for each, rest in zip(found, more, strict=True)]
 
     with ThreadPoolExecutor(threads) as pool:
         found = pool.map(found_in, range(runs.count))
@@ -227,6 +254,26 @@ def limits_of_run(swarm: Tireless, run: int, tasks: Sequence[int]) -> list[list[
     area = _pooled(seen[:, setting.tasks :], oracle.cells(setting))
     pooled = [_pooled(seen[:, :each], min(each, setting.robots + 1)) for each in tasks]
     return [[*both, area, complete_map] for both in zip(pooled, flooding, strict=True)]
+
+
+def _taken(swarm: Tireless, run: int, mapped: int, tasks: Sequence[int], acts: Scenario) -> list[list[int]]:
+    """Return the steps of `TAKEN` with only the first so many tasks of a run, and the moves until the first.
+
+    ``mapped`` is the step of the complete map; -1 if never.
+    """
+    able = can_know(acts)
+
+    def best(step: int) -> list[Least]:
+        swarm.begin(run)
+        swarm.advance(step)
+        ways = ways_between(acts, swarm.positions, swarm.tasks, able)[swarm.counted]
+        return [least(ways[:, :each]) for each in tasks]
+
+    first, then = best(0), best(max(0, mapped))
+    return [
+        [*now[:2], *(mapped + steps if mapped >= 0 else NEVER for steps in later[:2]), now.moves]
+        for now, later in zip(first, then, strict=True)
+    ]
 
 
 def naming_steps(known: NDArray[np.int32], setting: Setting, tasks: int) -> NDArray[np.int32]:
