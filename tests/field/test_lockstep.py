@@ -8,8 +8,10 @@ from nets import play as play_in_memory
 
 from feasibee import Scenario
 from feasibee.field.brain import compiled
+from feasibee.field.replay import replay
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
+from feasibee.reference.swarm import WORKED
 from feasibee.scenario.plugins import strategy_of
 from feasibee.strategies import STRATEGIES
 from tests.places import rooms
@@ -21,11 +23,15 @@ def check_equal(scenario, folder, result):
     expected, (decision, decision_step) = simulated(scenario)
     assert opinions(steps) == expected
     for step, swarm in zip(steps, play(scenario, 1, 0), strict=True):
+        errands = [[robot.errand.target, robot.errand.task] for robot in swarm.robots]
+        assert step.get("goes") == (errands if swarm.work else None), step["step"]
         minds = [(mind[3], mind[4]) for mind in step["minds"]]
         assert minds == [(robot.mind.phase_left, robot.mind.phases) for robot in swarm.robots], step["step"]
     assert [step["step"] for step in steps] == list(range(len(expected)))
     assert (result["decision"], result["decision_step"]) == (DECISIONS[decision], decision_step)
     assert result["lost"] == []
+    if swarm.work:
+        assert result["acting"] == {name: getattr(swarm.work, name) for name in WORKED}
 
 
 CLASSES = {
@@ -160,6 +166,52 @@ WORLDS = {
         "run.steps": 60,
     },
 }
+ACTING = {
+    "at once": {"acting.start": 0},
+    "by rank once declared": {
+        "acting.start": "declared",
+        "acting.choose": "rank",
+        "decision.strategy": "quiet-census",
+        "robots.know_count": True,
+        "run.steps": 120,
+    },
+    "tags of bodies": {
+        "acting.start": 25,
+        "acting.hold": "tag",
+        "robots.avoid_collisions": True,
+        "robots.diameter": 0.8,
+        "robots.count": 7,
+    },
+    "robots that relieve": {
+        "robots.classes": [
+            {"name": "a", "count": 3, "skills": ["x", "y"]},
+            {"name": "b", "count": 3, "skills": ["x"]},
+        ],
+        "tasks.classes": [
+            {"name": "c", "count": 3, "needs": {"x": 1}},
+            {"name": "d", "count": 3, "needs": {"y": 1}},
+        ],
+        "acting.start": 0,
+        "acting.relieve": True,
+        "run.steps": 100,
+    },
+    "liars and late messages": {
+        "acting.start": 5,
+        "acting.tolerates": 1,
+        "robots.count": 7,
+        "faults.byzantine": {"count": 1},
+        "radio.delay": 2,
+    },
+    "robots and tasks that come and go": {**STREAMS, "acting.start": 0, "tasks.lifetime": 30.0},
+    "robots that stop, and a run that ends": {
+        "acting.start": 0,
+        "robots.count": 6,
+        "tasks.count": 3,
+        "faults.stopped": 0.4,
+        "faults.stop_step": 15,
+        "run.steps": 100,
+    },
+}
 
 
 def of(world):
@@ -184,6 +236,24 @@ def test_robots_in_c_equal_the_run(world, tmp_path):
     scenario = of(world)
     brain = compiled(strategy_of(scenario.manifest), scenario.setting, tmp_path)
     check_equal(scenario, tmp_path, play_in_memory(a_plan(scenario), tmp_path, brain=brain)[1])
+
+
+@pytest.mark.quick(3)
+@pytest.mark.parametrize("world", ACTING)
+def test_acting_robots_of_a_field_equal_the_run(world, tmp_path):
+    """Their targets and tasks at each step, and what comes of it; and their logs replay."""
+    changes = {"run.stop_at_decision": False, **ACTING[world]}
+    usual = {"arena.side": 8.0, "run.steps": 50}
+    scenario = (
+        Scenario().replace({**usual, **changes})
+        if "tasks.classes" in changes
+        else small(**{**usual, **changes})
+    )
+    _, result, *_ = play_in_memory(a_plan(scenario), tmp_path)
+    check_equal(scenario, tmp_path, result)
+    assert result["acting"]["tasks_taken"] > 0
+    for log in tmp_path.glob("robot-*.jsonl"):
+        replay(log)
 
 
 @NEEDS_FORK

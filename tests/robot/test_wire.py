@@ -11,6 +11,7 @@ import pytest
 from feasibee import Scenario
 from feasibee.reference.swarm import Swarm
 from feasibee.robot import Message, Wire, WireError
+from feasibee.robot.acting import GONE, Rules
 from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.wire import OVERHEAD, BitReader, BitWriter
 from feasibee.scenario.setting import setting_from
@@ -343,3 +344,31 @@ def test_bits_are_read_as_they_were_written():
         assert getattr(reader, code)(*limits) == number
     assert reader.place == writer.length
     reader.end()
+
+
+def test_what_acting_robots_say_of_tasks_has_the_bits_of_the_model_and_comes_back():
+    """1 bit, 32 for the place and a status for each task, 1 at the end (model.md 6.25.7)."""
+    for rules, news, bits in (
+        (Rules(), ((3, 0), (2**32 - 1, 1)), 2 * (33 + 1) + 1),
+        (
+            Rules(ranks=3, comes_free=True),
+            ((1, 0), (2, 7), (5, 254 * 4 + 3), (8, GONE)),
+            4 * (33 + 2 + 8) + 1,
+        ),
+        (Rules(ranks=2), (), 1),
+    ):
+        wire = Wire(STRATEGIES["dmmd"], 5, rules=rules)
+        message = Message(1, news=news)
+        assert wire.bits(4, message) == 6 + bits
+        assert wire.decode(wire.encode(4, message)) == (4, message)
+        plain = Wire(STRATEGIES["dmmd"], 5)
+        with pytest.raises(WireError, match="another strategy or setting"):
+            plain.decode(wire.encode(4, message))
+    wire = Wire(STRATEGIES["dmmd"], 5, rules=Rules(comes_free=True))
+    with pytest.raises(WireError, match="came free 255 times"):
+        wire.encode(4, Message(1, news=((1, 2 * 255),)))
+    writer, reader = (Wire(STRATEGIES["dmmd"], 5, rules=Rules(ranks=ranks)) for ranks in (3, 2))
+    writer._header = reader._header
+    frame = writer.encode(4, Message(1, news=((1, 3),)))
+    with pytest.raises(WireError, match="out of range"):
+        reader.decode(frame)

@@ -160,6 +160,8 @@ def _brain(scenario: Scenario) -> Iterator[Path]:
 
     if scenario.responds:
         raise FeasibeeError("--c with [response]: robots in C tell no operator what they lack; leave one out")
+    if scenario.acts:
+        raise FeasibeeError("--c with [acting]: robots in C don't act yet; leave one out")
     with tempfile.TemporaryDirectory() as folder:
         yield compiled(strategy_of(scenario.manifest), scenario.setting, Path(folder))
 
@@ -294,7 +296,7 @@ def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: 
     if number >= count:
         raise FeasibeeError(f"--id {number}: must be below robots.count, {count}; use 0 or more")
     with closing(LineLog(log)) if log is not None else nullcontext() as lines:
-        orders = bodies.orders(bodies.everyone[number])
+        orders = bodies.orders(bodies.everyone[number], real=True)
         orders["settings"] = json.loads(json.dumps(orders["settings"]))
         node = Node(orders, lines.write if lines is not None else None, strategy=scenario.strategy)
         with suppress(KeyboardInterrupt):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
+from feasibee.field.errands import RemoteErrand, orders_of
 from feasibee.field.node import Status, sighting_of
 from feasibee.model.codes import UNDECIDED
 from feasibee.reference.mind import BYZANTINE, HONEST, Mind, Settings, plain_settings
@@ -46,6 +47,7 @@ class RemoteMind:
 class Body(Robot):
     """The body of a robot: place, walk and faults, without its mind."""
 
+    errand_type = RemoteErrand
     process = 0
     """Number of its process: robots are counted as they come, and no number is used again."""
     lost = False
@@ -67,6 +69,11 @@ class Body(Robot):
     def works(self, step: int) -> bool:
         """Return whether the robot still works at a step, and its process answers."""
         return not self.lost and super().works(step)
+
+    @property
+    def remote_errand(self) -> RemoteErrand:
+        """What its robot last reported of its target, and what this body did."""
+        return cast(RemoteErrand, self.errand)
 
     def state(self) -> list[int]:
         """Return the state of the body, for the world's log."""
@@ -122,14 +129,34 @@ class Bodies(Swarm):
         self.everyone.append(body)
         return body
 
-    def orders(self, body: Body) -> dict[str, Any]:
-        """Return what a robot is sent when it joins."""
-        return {
+    def orders(self, body: Body, *, real: bool = False) -> dict[str, Any]:
+        """Return what a robot is sent when it joins; a real one, without a world, finds tasks itself."""
+        orders = {
             "strategy": self.scenario.manifest.name,
             "settings": plain_settings(body.remote.settings),
             "insight": self._insight_of(body),
             "asks_gap": self.operator is not None and self.scenario.manifest.knows_gap,
         }
+        return orders | ({"acting": self._errand_of(body, real)} if self.work else {})
+
+    def _errand_of(self, body: Body, real: bool) -> dict[str, Any]:
+        """Return what a robot is sent of its errand."""
+        assert self.work is not None
+        world, kinds = self.world, self.task_kinds
+        orders: dict[str, Any] = orders_of(
+            body.errand.rules,
+            tells=self.scenario.acting.tell,
+            able=self.work.can_do[body.kind],
+            frame=[float(world.unit), *world.size, world.is_torus],
+            tasks=None if real else [[*world.task_place(i), kind] for i, kind in enumerate(kinds)],
+        )
+        return orders
+
+    def report(self, body: Body, told: Mapping[str, Any]) -> None:
+        """Keep what a robot reports."""
+        body.remote.report(told["was"])
+        if self.work and told.get("goes") is not None:
+            body.remote_errand.report(told["goes"], self.work.places)
 
     def _insight_of(self, body: Body) -> Mapping[str, Any] | None:
         """Return what only Byzantine robots know; None for the other ones."""
@@ -149,10 +176,17 @@ class Bodies(Swarm):
         insight = self._insight_of(body)
         if insight is not body.knows:
             body.knows = sight["insight"] = insight
+        if self.work:
+            tasks = [number for is_robot, *_, number in seen if not is_robot and number >= 0]
+            sight["taken"] = [[each, rank] for each in tasks if (rank := self.work.status(each))]
+            errand = body.remote_errand
+            sight["acts"] = [errand.heeded, errand.deeds[errand.heeded :]]
         return sight
 
     def advance(self, working: list[Body]) -> None:
         """Move some robots at once; the others stand. What they meet turns them."""
         blocked = self.move(cast("list[Robot]", working))
+        if self.work:
+            self.work.arrive(cast("list[Robot]", working))
         for body in working:
             body.end_step(body in blocked)

@@ -76,8 +76,16 @@ STATUS: Final = row(OPINION, OPINION, FLAG, TIME, TIME, maybe(whole(-(2**32), 2*
 """The form of `node.Status`."""
 INSIGHT: Final = maybe(record({"truth": BIT, "invented": row(many(SIGHTING), many(SIGHTING))}))
 """What Byzantine robots know: the truth, and tasks and robots to invent; None for others."""
-_SEEN: Final = {"place": PLACE, "see": many(SIGHTING), "insight": INSIGHT}
-_TICK: Final = {"t": TIME, "said": maybe(is_text), "was": STATUS}
+TAKEN: Final = maybe(many(row(NAME, whole(1, 2**16))))
+"""Numbers of the tasks in sight that are taken, with the ranks of those who have them; None for none."""
+DEED: Final = row(("reached", "lost").__contains__, whole(-1, 2**16))
+"""What a body did, with the status of the task; -1 for none."""
+ACTS: Final = maybe(row(TIME, many(DEED)))
+"""Number of the first deed, and the deeds from it on."""
+GOES: Final = maybe(row(NAME, whole(-1, 2**62), TIME))
+"""The form of `errands.Errands.goes`."""
+_SEEN: Final = {"place": PLACE, "see": many(SIGHTING), "insight": INSIGHT, "taken": TAKEN, "acts": ACTS}
+_TICK: Final = {"t": TIME, "said": maybe(is_text), "was": STATUS, "goes": GOES}
 _OBJECT: Final = record({})
 
 CHECKS: Final[Mapping[int, Form]] = {

@@ -10,6 +10,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from feasibee.field.errands import Errands
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import BYZANTINE, Draw, Mind, Words, settings_from
 from feasibee.robot.controller import Message
@@ -104,6 +105,8 @@ class Node:
         id_bits = max(setting.id_bits, (max(setting.robots, setting.robot_ids) - 1).bit_length())
         task_of = self._names.of_position if self._names else None
         declares = settings.declare is not None
+        self._errands = Errands(orders["acting"], setting) if "acting" in orders else None
+        tells = self._errands is not None and self._errands.tells
         if brain is not None and settings.fault != BYZANTINE:
             from feasibee.field.brain import CompiledMind
 
@@ -112,7 +115,14 @@ class Node:
             self._wire: Any = self._mind
         else:
             self._mind = Mind(strategy, settings, self._draw)
-            self._wire = Wire(strategy, id_bits, declares=declares, setting=setting, task_of=task_of)
+            self._wire = Wire(
+                strategy,
+                id_bits,
+                declares=declares,
+                setting=setting,
+                task_of=task_of,
+                rules=self._errands.errand.rules if self._errands and tells else None,
+            )
         self._line: dict[str, Any] = {"feasibee": "robot", "version": VERSION, **orders}
         self._log()
 
@@ -124,6 +134,16 @@ class Node:
         held = mind.opinion, mind.declared, mind.disseminating
         return Status(*held, mind.phase_left, mind.phases, gap)
 
+    @property
+    def goes(self) -> list[int] | None:
+        """What its body needs to know of its errand; None if it doesn't act."""
+        return self._errands.goes if self._errands else None
+
+    @property
+    def way(self) -> dict[str, Any]:
+        """Where its driver shall go; empty if it doesn't act."""
+        return self._errands.in_units if self._errands else {}
+
     def speak(self, step: int, place: tuple[float, float], insight: Any = None) -> str | None:
         """Begin a step at a place; return the robot's message as hexadecimal digits, if it has one.
 
@@ -134,6 +154,11 @@ class Node:
             self._insight = insight
         self._mind.move_to(*place)
         message = self._mind.says(step, self._insight["truth"], self._inventions)
+        if self._errands:
+            self._errands.move_to(place)
+            if message is not None and self._errands.tells:
+                news = self._errands.errand.news(lies=self._mind.settings.fault == BYZANTINE)
+                message = message._replace(news=tuple(sorted(news.items())))
         said = None if message is None else self._encoded(message)
         self._line = {"step": step, "place": list(place), "said": said, "see": [], "heard": []}
         if insight is not None:
@@ -152,12 +177,27 @@ class Node:
             self.dropped["message that can't be encoded"] += 1
             return None
 
-    def sense(self, sightings: Sequence[Sequence[Any]]) -> None:
-        """Store the robots and tasks in sight, in the form of `sighting_of`."""
+    def sense(
+        self,
+        sightings: Sequence[Sequence[Any]],
+        taken: Iterable[Sequence[int]] | None = None,
+        acts: Any = None,
+    ) -> None:
+        """Store the robots and tasks in sight, in the form of `sighting_of`.
+
+        An acting robot also learns which of the tasks are taken (`checks.TAKEN`), and what its body did
+        (`checks.ACTS`).
+        """
         seen = [each for each in sightings if self._can_be(sighting_from(each)[0])]
         self.dropped["impossible sighting"] += len(sightings) - len(seen)
         self._line["see"] = seen
         things = [sighting_from(each) for each in seen]
+        if self._errands:
+            self._line |= {"taken": list(taken or ()), "acts": acts}
+            if acts:
+                self._errands.heed(*acts)
+            if not self._mind.disseminating:
+                self._errands.see(things, taken or ())
         self._mind.see((self._names.named(thing) if self._names else thing, which) for thing, which in things)
 
     def _can_be(self, thing: Thing) -> bool:
@@ -182,7 +222,13 @@ class Node:
                 continue
             self._line["heard"].append([sender, text])
             self._mind.hear(sender if named == -1 else named, message)
+            if self._errands:
+                self._errands.hear(sender if named == -1 else named, message.news)
         self._mind.end_step()
+        if self._errands:
+            if self._mind.settings.fault != BYZANTINE:
+                self._errands.errand.choose(self.step, self._mind.declared, self._errands.way)
+            self._line["goes"] = self.goes
         self._log()
 
     def _draw(self, counter: int, purpose: int) -> Words:

@@ -10,7 +10,21 @@ from typing import Annotated, Any, Final, Literal, NamedTuple
 from pydantic import Field, Strict, ValidationError
 
 from feasibee.errors import FeasibeeError, one_line, quoted
-from feasibee.field.checks import FARTHEST, INSIGHT, MESSAGE, PLACE, SIGHTING, STATUS, TIME, many, row, whole
+from feasibee.field.checks import (
+    ACTS,
+    FARTHEST,
+    GOES,
+    INSIGHT,
+    MESSAGE,
+    PLACE,
+    SIGHTING,
+    STATUS,
+    TAKEN,
+    TIME,
+    many,
+    row,
+    whole,
+)
 from feasibee.field.logs import damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node
 from feasibee.files import named
@@ -44,6 +58,9 @@ _STEP: Final = {
     "heard": many(MESSAGE),
     "status": STATUS,
     "insight": INSIGHT,
+    "taken": TAKEN,
+    "acts": ACTS,
+    "goes": GOES,
     **_DRAWS,
 }
 """The forms of what a step's line has."""
@@ -117,6 +134,44 @@ class _Settings(Section):
     repeated: bool
 
 
+class _Rules(Section):
+    """`feasibee.robot.acting.Rules` with the ranges of its numbers."""
+
+    start: Steps
+    by_word: bool
+    by_rank: bool
+    tags: bool
+    relieves: bool
+    tolerates: Annotated[int, Field(ge=0, le=16)]
+    comes_free: bool
+    number: Million
+    rank: Classes
+    ranks: Classes
+    count: Million | None
+
+
+class _Acting(Section):
+    """The orders of `feasibee.field.errands.Errands` with the ranges of their numbers."""
+
+    rules: _Rules
+    tells: bool
+    able: Annotated[list[bool], Field(min_length=1, max_length=_CLASSES)]
+    frame: Annotated[tuple[Annotated[float, Field(gt=0, le=1e9)], Seed, Seed, bool], Strict(False)]
+    tasks: list[Annotated[tuple[Seed, Seed, Annotated[int, Field(ge=0, lt=_CLASSES)]], Strict(False)]] | None
+
+
+def _acting_fits(orders: Mapping[str, Any]) -> bool:
+    """Return whether the orders of an acting robot's log can be some; those of others have none."""
+    if "acting" not in orders:
+        return True
+    try:
+        acting = _Acting.model_validate(orders["acting"])
+    except ValidationError:
+        return False
+    kinds = len(acting.able)
+    return acting.rules.rank <= acting.rules.ranks and all(kind < kinds for *_, kind in acting.tasks or ())
+
+
 def _problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
     """Return what is invalid in the orders of a robot's log; empty if its robot can be one of a scenario."""
     try:
@@ -130,6 +185,7 @@ def _problem_of(orders: Mapping[str, Any], strategy: Strategy) -> str:
     half = min(setting.width, setting.height) / 2
     fits = {
         "insight": INSIGHT(orders.get("insight")),
+        "acting": _acting_fits(orders),
         "asks_gap": orders.get("asks_gap") in (False, strategy.knows_gap),
         "settings.parameters": settings.parameters == setting.parameters
         and len(setting.parameters) == len(strategy.parameters),
@@ -196,7 +252,7 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
         draws.extend(_draws(line))
         try:
             node.speak(line["step"], tuple(line["place"]), line.get("insight"))
-            node.sense(line["see"])
+            node.sense(line["see"], line.get("taken"), line.get("acts"))
             node.finish(line["heard"])
         except _UNFIT as error:
             raise _unfit(path, at, error, draws) from None
@@ -246,7 +302,7 @@ def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque
     """Raise an error if the log says anything else than the replay."""
     if draws:
         raise damaged(path, at, "has too many draws")
-    for name in ("said", "see", "heard", "status"):
+    for name in ("said", "see", "heard", "status", "taken", "acts", "goes"):
         kept, found = line.get(name), again.get(name)
         if kept != found:
             raise FeasibeeError(

@@ -123,11 +123,16 @@ class Robot:
         self._place = tuple(orders["settings"]["place"])
         self._first = orders["settings"]["step"]
         self._insight: Any = None
-        self._ready = {"t": 0, "said": None, "was": list(self._node.status), "ends": False}
+        self._ready = {"t": 0, "said": None, "ends": False, **self._held}
         self._client.send(SAID, self._ready)
         if orders["clock"]:
             self._free(orders["clock"])
         self._lockstep()
+
+    @property
+    def _held(self) -> dict[str, Any]:
+        """What it reports: what its mind holds, and where it goes, if it acts."""
+        return {"was": list(self._node.status), "goes": self._node.goes}
 
     def _join(self) -> dict[str, Any]:
         """Ask the world for the robot's settings until it answers."""
@@ -164,10 +169,10 @@ class Robot:
             if self._has_begun:  # a robot that was silent hasn't heard anything
                 self._node.finish(body.get("heard", ()))
             self._has_begun = not ends
-            answer = {"t": body["t"], "was": list(self._node.status), "said": None, "ends": ends}
+            answer = {"t": body["t"], "said": None, "ends": ends, **self._held}
             if not ends:
                 answer["said"] = self._node.speak(body["t"], tuple(body["place"]), body.get("insight"))
-                self._node.sense(body["see"])
+                self._node.sense(body["see"], body.get("taken"), body.get("acts"))
             self._answers[order] = answer
             while len(self._answers) > KEPT:
                 del self._answers[min(self._answers)]
@@ -177,6 +182,7 @@ class Robot:
     def _free(self, clock: Mapping[str, float]) -> NoReturn:
         """Step by the robot's own clock, with what it saw and heard last."""
         self._see: list[Any] = []
+        self._tasks: tuple[Any, Any] = None, None
         self._heard: list[Any] = []
         while (frame := self._receive(RETRY)) is None or frame.kind != SIGHT:  # the start
             self._client.send(SAID, self._ready)
@@ -193,14 +199,14 @@ class Robot:
             if now < due:
                 continue
             if step > self._first:
-                self._node.sense(self._see)
+                self._node.sense(self._see, *self._tasks)
                 self._node.finish(self._heard)
                 self._see, self._heard = [], []
             step += 1
-            was = list(self._node.status)
+            held = self._held
             said = self._node.speak(step, self._place, self._insight)
             self._insight = None
-            self._client.send(TICK, {"t": step, "said": said, "was": was})
+            self._client.send(TICK, {"t": step, "said": said, **held})
             due += period * (1.0 + clock["jitter"] * (2.0 * noise.random() - 1.0))
             if time.monotonic() > due + period:  # it was stopped, or the machine is busy
                 due = time.monotonic()
@@ -210,6 +216,7 @@ class Robot:
         body = frame.body
         if frame.kind == SIGHT:
             self._see, self._place = body["see"], tuple(body["place"])
+            self._tasks = body.get("taken"), body.get("acts")
             self._insight = body.get("insight") or self._insight
         elif frame.kind == HEARD:
             if len(self._heard) < HEARD_LIMIT:

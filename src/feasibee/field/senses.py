@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.checks import MESSAGE, PLACE, SIGHTING, anything, many, record, whole
+from feasibee.field.checks import DEED, MESSAGE, PLACE, SIGHTING, TAKEN, anything, many, record, whole
 from feasibee.field.connections import split_address
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.files import named, why_not
@@ -24,6 +24,8 @@ _SENSED = record(
         "place": PLACE,
         "heard": many(anything, 0, HEARD_LIMIT),
         "see": many(SIGHTING),
+        "taken": TAKEN,
+        "acts": many(DEED),
         **dict.fromkeys(("robots", "tasks"), whole(0, COUNT_LIMIT)),
     }
 )
@@ -55,11 +57,11 @@ def drive(
             continue
         step += 1
         said = node.speak(step, tuple(sensed["place"]))
-        node.sense(sensed["see"])
+        node.sense(sensed["see"], sensed["taken"], [node.goes[2], sensed["acts"]] if node.goes else None)
         heard = [each for each in sensed["heard"] if MESSAGE(each)]
         node.dropped["malformed message"] += len(sensed["heard"]) - len(heard)
         node.finish(each for each in heard if each[0] != number)
-        write({"step": step, "said": said, **node.status._asdict()})
+        write({"step": step, "said": said, **node.status._asdict(), **node.way})
     return step
 
 
@@ -82,7 +84,16 @@ def _parsed(text: bytes) -> dict[str, Any] | None:
         return None
     if not isinstance(found, dict):
         return None
-    sensed = {"place": [0.0, 0.0], "heard": [], "see": [], "robots": 0, "tasks": 0, **found}
+    sensed = {
+        "place": [0.0, 0.0],
+        "heard": [],
+        "see": [],
+        "taken": [],
+        "acts": [],
+        "robots": 0,
+        "tasks": 0,
+        **found,
+    }
     if not _SENSED(sensed):
         return None
     for is_robot, name in ((1, "robots"), (0, "tasks")):

@@ -64,6 +64,12 @@ class Field:
         if plan.scenario.robots.work is not None:
             rule = "robots of a field don't charge; leave out robots.work and robots.charge"
             raise FeasibeeError(f"robots.work = {plan.scenario.robots.work}: {rule}")
+        if plan.scenario.acts and plan.scenario.place.exists:
+            rule = "robots of a field know no way around walls; leave out acting.start or the place"
+            raise FeasibeeError(f"acting.start = {plan.scenario.acting.start}: {rule}")
+        if plan.scenario.acts and any(fault.kind == RESTART for fault in plan.faults):
+            rule = "a world that starts again doesn't know who has which task; leave out acting.start"
+            raise FeasibeeError(f"--restart-world with [acting]: {rule}")
         self._plan, self._named, self._tell = plan, folder, tell
         self._host, self._port, self._starts_robots, self._brain = host, port, starts_robots, brain
         self._session = secrets.randbits(63) + 1

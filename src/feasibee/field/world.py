@@ -45,6 +45,7 @@ from feasibee.field.plan import PARTITION, PROCESS, Fault, Plan, plan_from
 from feasibee.field.robot import KEY_VARIABLE, follow_parent, read_order
 from feasibee.model.codes import DECISIONS, UNDECIDED
 from feasibee.model.record import Record
+from feasibee.reference.swarm import WORKED
 from feasibee.results.measures import tracked
 
 
@@ -146,7 +147,7 @@ class World:
             if frame is not None and frame.kind == SAID:
                 body = self.body(frame)
                 if frame.robot in missing:
-                    body.remote.report(frame.body["was"])
+                    self.bodies.report(body, frame.body)
                     missing.discard(frame.robot)
                 self.answer(body)
         return [body for body in bodies if body.process in missing]
@@ -293,7 +294,7 @@ class World:
         self._tracked.append((self.bodies.truth, decision))
         counts = {"feasible": self.bodies.feasible_count, "infeasible": self.bodies.infeasible_count}
         self.report({"event": "step", "step": step, **counts})
-        there = self.bodies.bodies
+        there, work = self.bodies.bodies, self.bodies.work
         self.log.write(
             {
                 "step": step,
@@ -306,6 +307,7 @@ class World:
                 "processes": [body.process for body in there],
                 "tasks": list(self.bodies.tasks),
                 "truth": self.bodies.truth,
+                **({"goes": [[each.errand.target, each.errand.task] for each in there]} if work else {}),
             }
         )
 
@@ -314,7 +316,8 @@ class World:
         """Whether the swarm has decided, or all have declared, and that ends the run."""
         run = self.plan.scenario.run
         decided = run.stop_at_decision and self.decision != UNDECIDED
-        return decided or (run.stop_at_declarations and self.bodies.have_all_declared)
+        taken = run.stop_when_taken and self.bodies.work and self.bodies.work.all_taken_step != -1
+        return decided or bool(taken) or (run.stop_at_declarations and self.bodies.have_all_declared)
 
     def end(self) -> dict[str, Any]:
         """Let the robots go; return the result."""
@@ -325,11 +328,13 @@ class World:
                 self.server.send(channel, BYE, {})
         self.log.write({"event": "end"})
         self.log.close()
-        measures = {}
+        measures: dict[str, Any] = {}
         if self.plan.scenario.dynamic:
             record = Record.empty(0, 1, 0, len(self._tracked))
             record.truth[0], record.held[0] = np.array(self._tracked).T
             measures = tracked(record, self.plan.scenario)
+        if work := self.bodies.work:
+            measures["acting"] = {name: getattr(work, name) for name in WORKED}
         return {
             "decision": DECISIONS[self.decision],
             "decision_step": self.decision_step if self.decision != UNDECIDED else None,
@@ -408,7 +413,7 @@ class Lockstep(World):
             if frame is not None and frame.kind == SAID:
                 order = frame.body["t"], frame.body["ends"]
                 if frame.robot in waiting and order == (self.step, kind == END):
-                    everyone[frame.robot].remote.report(frame.body["was"])
+                    self.bodies.report(everyone[frame.robot], frame.body)
                     said[frame.robot] = frame.body["said"]
                     waiting.discard(frame.robot)
                 elif frame.robot not in orders:
@@ -469,7 +474,7 @@ class FreeRunning(World):
         if frame.kind != TICK or step <= self._ticks.get(body.process, 0):
             return
         self._ticks[body.process] = self.bodies.time = step
-        body.remote.report(frame.body["was"])
+        self.bodies.report(body, frame.body)
         if body.works(step):
             self.bodies.advance([body])
             self._send_around(body, frame.body["said"])

@@ -49,9 +49,11 @@ class Work:
 
     def __init__(self, swarm: Swarm) -> None:
         self._swarm, scenario = swarm, swarm.scenario
-        self._places = dict(swarm.tasks)
+        self.places = dict(swarm.tasks)
+        """Where tasks are or were."""
         self._reach = swarm.world.squared(exact(scenario.acting.reach))
-        self._can_do = can_do(scenario.robots, scenario.tasks)
+        self.can_do = can_do(scenario.robots, scenario.tasks)
+        """For each class of robots whether it can do a task of each class."""
         self._status_bits = status_bits(scenario)
         self._sends_places = scenario.manifest.sends_positions
         self._most = most_taken(scenario)
@@ -79,7 +81,7 @@ class Work:
     def begin(self) -> None:
         """Let tasks come free whose robots don't work any more, and robots whose tasks have vanished."""
         swarm = self._swarm
-        self._places |= swarm.tasks
+        self.places |= swarm.tasks
         for task, robot in [*self.holders.items()]:
             if task not in swarm.tasks or robot not in swarm.robots or not robot.works(swarm.time):
                 del self.holders[task]
@@ -87,7 +89,7 @@ class Work:
 
     def course(self, robot: Robot) -> tuple[int, int]:
         """Return the step of a robot towards its target (model.md 6.25.2)."""
-        x, y = self._swarm.world.way(robot.place, self._places[robot.errand.target])
+        x, y = self._swarm.world.way(robot.place, self.places[robot.errand.target])
         length = math.sqrt(float(x * x + y * y))
         if length == 0:
             return 0, 0
@@ -96,9 +98,9 @@ class Work:
 
     def way(self, robot: Robot, task: int) -> int | None:
         """Return how far a robot is from a task, squared; None if it can't do it."""
-        if not self._can_do[robot.kind][self._swarm.task_kinds[task]]:
+        if not self.can_do[robot.kind][self._swarm.task_kinds[task]]:
             return None
-        return self._swarm.world.squared_distance(robot.place, self._places[task])
+        return self._swarm.world.squared_distance(robot.place, self.places[task])
 
     def choose(self, robot: Robot) -> None:
         """Let a robot choose its target, if it acts (model.md 6.25.9)."""
@@ -116,7 +118,7 @@ class Work:
             target = robot.errand.target
             if (
                 target != NONE
-                and swarm.world.squared_distance(robot.place, self._places[target]) <= self._reach
+                and swarm.world.squared_distance(robot.place, self.places[target]) <= self._reach
             ):
                 self._arrive(robot)
         most = min(len(swarm.present), len(swarm.tasks)) if swarm.scenario.dynamic else self._most

@@ -21,9 +21,9 @@ from feasibee.robot.controller import Declare, Message
 from feasibee.scenario.fields import Robots
 from feasibee.scenario.scenario import Scenario
 
-Said = tuple[Message | None, int, Mapping[int, int]]
-"""A message, if any, its length in bits, and what it says of tasks."""
-SILENCE: Said = (None, 0, {})
+Said = tuple[Message | None, int]
+"""A message, if any, and its length in bits."""
+SILENCE: Said = (None, 0)
 
 
 class Robot:
@@ -48,6 +48,8 @@ class Robot:
     step : int
         The step at which it comes.
     """
+
+    errand_type: type[Errand] = Errand
 
     def __init__(
         self,
@@ -81,7 +83,7 @@ class Robot:
         phases = before.mind.phases if before else 0
         self.mind: Mind = self.mind_of(self._settings(phases, step))
         self._waiting = deque([SILENCE] * self._scenario.radio.delay)
-        self.errand = Errand(rules_of(self._scenario, number, kind))
+        self.errand = self.errand_type(rules_of(self._scenario, number, kind))
         self.detour = 0
         """Number of steps for which it walks another way than to its target."""
         self._run: Place | None = None

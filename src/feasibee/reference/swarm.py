@@ -166,17 +166,17 @@ class Swarm:
         blocked = self.move(working)
         # What is said is fixed before anyone changes: the opinions held when the step began.
         messages = [(robot, *robot.delayed(self._said_by(robot))) for robot in working]
-        self.bits_sent += sum(bits for _, _, bits, _ in messages)
+        self.bits_sent += sum(bits for _, _, bits in messages)
         if self.work:
             self.work.arrive(working)
         for robot in working:
             if not robot.mind.disseminating:
                 self._see(robot)
             if robot.mind.listens:
-                for sender, message, _, news in messages:
+                for sender, message, _ in messages:
                     if message and sender is not robot and self.hears(robot, sender):
                         robot.mind.hear(self.names.id(sender.number), message)
-                        robot.errand.hear(self.names.id(sender.number), news)
+                        robot.errand.hear(self.names.id(sender.number), dict(message.news))
         for robot in working:
             robot.end_step(robot in blocked)
             if self.work:
@@ -282,9 +282,9 @@ class Swarm:
         else:
             bits = self.names.id_bits + 1 + sender.mind.strategy.value_bits + says_declared
         if self.work is None or not self.scenario.acting.tell:
-            return message, bits, {}
+            return message, bits
         news = sender.errand.news(lies=sender.fault == BYZANTINE)
-        return message, bits + self.work.bits(len(news)), news
+        return message._replace(news=tuple(news.items())), bits + self.work.bits(len(news))
 
     @property
     def counted(self) -> list[Robot]:

@@ -51,6 +51,8 @@ class Message(NamedTuple):
     """Whether the sender has declared its opinion, if it declares by votes."""
     knowledge: tuple[int, ...] = ()
     """The words of the message, if the strategy passes on knowledge."""
+    news: tuple[tuple[int, int], ...] = ()
+    """Name and version of each task that it tells of, if robots act (model.md 6.25.5)."""
 
 
 class Declare(NamedTuple):

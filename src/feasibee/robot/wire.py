@@ -9,6 +9,7 @@ from binascii import crc32
 from collections.abc import Callable
 from typing import Any, Final, NamedTuple
 
+from feasibee.robot.acting import GONE, Rules
 from feasibee.robot.controller import NONE, Message
 from feasibee.strategies.contract import Setting, Strategy
 from feasibee.strategies.words import Words
@@ -22,6 +23,10 @@ OVERHEAD: Final = HEADER_BYTES + CHECKSUM_BYTES
 """Number of bytes of a frame in addition to its payload."""
 UNIT: Final = 2**16
 """Parameters are compared in units of 1 / UNIT."""
+FREES_BITS: Final = 8
+"""Bits for how often a task came free."""
+VANISHED: Final = 2**FREES_BITS - 1
+"""That number of a task that has vanished."""
 WORD = 2**32 - 1
 """The bits of a word, without its sign."""
 
@@ -200,6 +205,9 @@ class Wire:
     task_of : callable, optional
         Given the name of a task in a message, returns its id, or -1 if it has none. By default the name is
         the id.
+    rules : Rules, optional
+        How robots act, if they tell each other of tasks (model.md 6.25.7). Names of tasks have 32 bits here
+        with each strategy.
 
     Examples
     --------
@@ -223,6 +231,7 @@ class Wire:
         declares: bool = False,
         setting: Setting | None = None,
         task_of: Callable[[int], int] | None = None,
+        rules: Rules | None = None,
     ) -> None:
         if strategy.knowledge and setting is None:
             raise TypeError(f"{strategy.name} passes on knowledge: give the wire a setting")
@@ -232,6 +241,7 @@ class Wire:
         self._knowledge = strategy.knowledge
         self._value_bits = strategy.value_bits
         self._id_bits, self._declares, self._task_of = id_bits, declares, task_of
+        self._rules = rules
         self._setting = setting._replace(id_bits=id_bits) if setting is not None else None
         self._words = 0
         if strategy.knowledge and self._setting is not None:
@@ -282,12 +292,16 @@ class Wire:
             raise WireError("is of another strategy or setting; use the same for all robots")
         reader = BitReader(body[HEADER_BYTES:], self._task_of)
         heard = self._read(reader)
+        if self._rules:
+            news = self._read_news(reader, self._rules)
+            heard = heard._replace(message=heard.message._replace(news=news))
         reader.end()
         return heard
 
     def _scheme(self, strategy: Strategy) -> bytes:
         """Return bytes that differ between strategies and settings, for the header."""
         numbers = [self._id_bits, self._value_bits, int(self._declares)]
+        numbers += [self._rules.ranks, int(self._rules.comes_free)] if self._rules else []
         if self._setting is not None and strategy.knowledge:
             setting = self._setting
             numbers += [self._words, setting.robot_classes, setting.task_classes, int(setting.knows_count)]
@@ -312,7 +326,31 @@ class Wire:
             else:
                 for word in message.knowledge:
                     writer.word(word)
+        if self._rules:
+            self._write_news(writer, message, self._rules)
         return writer
+
+    def _write_news(self, writer: BitWriter, message: Message, rules: Rules) -> None:
+        """Write name and status of each task, with how often it came free; the most stands for vanished."""
+        for name, version in message.news:
+            frees, status = divmod(version, rules.ranks + 1) if version != GONE else (VANISHED, 0)
+            if frees >= VANISHED and version != GONE:
+                raise WireError(f"has a task that came free {frees} times; at most {VANISHED - 1} are sent")
+            writer.flag(True)
+            writer.number(name, 32)
+            writer.number(status, rules.ranks.bit_length())
+            writer.number(frees, FREES_BITS if rules.comes_free else 0)
+        writer.flag(False)
+
+    def _read_news(self, reader: BitReader, rules: Rules) -> tuple[tuple[int, int], ...]:
+        """Read what `_write_news` writes."""
+        news = []
+        while reader.flag():
+            name = reader.number(32)
+            status = reader.below(rules.ranks + 1, rules.ranks.bit_length())
+            frees = reader.number(FREES_BITS if rules.comes_free else 0)
+            news.append((name, GONE if frees == VANISHED else frees * (rules.ranks + 1) + status))
+        return tuple(news)
 
     def _read(self, reader: BitReader) -> Heard:
         sender, opinion, value, declared = NONE, NONE, 0, False
