@@ -433,7 +433,7 @@ def task_of_rank(params, state, i):
 
 @called
 def nearest(params, state, i):
-    """Return the nearest free task, or, if there is none, the nearest at which to relieve; or -1."""
+    """Return the nearest free task, or else the nearest at which to relieve; or -1."""
     found, relieved = int64(-1), int64(-1)
     least = least_relieved = uint64(NOWHERE)
     for task in range(state.holders.size):

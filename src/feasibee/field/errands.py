@@ -13,7 +13,7 @@ from feasibee.strategies.contract import Setting, Thing
 _ROSTER: Final[Any] = roster
 """The strategy's file, whose functions have no types."""
 REACHED, LOST = "reached", "lost"
-"""What a body tells its robot: it has reached its target, or doesn't have its task any more."""
+"""What a body reports to its robot: it has reached its target, or has lost its task."""
 
 
 class RemoteErrand(Errand):

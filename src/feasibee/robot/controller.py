@@ -52,7 +52,7 @@ class Message(NamedTuple):
     knowledge: tuple[int, ...] = ()
     """The words of the message, if the strategy passes on knowledge."""
     news: tuple[tuple[int, int], ...] = ()
-    """Name and version of each task that it tells of, if robots act (model.md 6.25.5)."""
+    """Name and version of each task that it lists, if robots act (model.md 6.25.5)."""
 
 
 class Declare(NamedTuple):
