@@ -73,7 +73,7 @@ class Errands:
         self._place = x, y
 
     def name(self, thing: Thing, number: int) -> int:
-        """Return the name of a task in sight; -1 if the robot can't tell it from others."""
+        """Return the name of a task in sight; -1 if it has none."""
         if self._tasks is not None or number == NONE:
             return number if self._tasks is not None and number < len(self._tasks) else NONE
         name = int(_ROSTER.place_of(thing, self._setting))
