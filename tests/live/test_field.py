@@ -19,7 +19,7 @@ from feasibee.field.plan import Fault, Plan, parse_fault, schedule
 from feasibee.field.supervisor import Field
 from feasibee.live import fieldsession, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
-from feasibee.live.messages import Look, encode_frame
+from feasibee.live.messages import NO_TASK, Look, encode_frame
 from feasibee.live.scene import Logged
 from feasibee.reference import play
 from feasibee.simulation.snapshot import FLAGS
@@ -79,7 +79,7 @@ def running(plan, folder):
 @pytest.fixture(scope="module")
 def ended(tmp_path_factory):
     """The folder of a field in lockstep that has ended, and its scenario."""
-    folder, scenario = tmp_path_factory.mktemp("ended"), small(60)
+    folder, scenario = tmp_path_factory.mktemp("ended"), small(60).replace({"acting.start": 5})
     Field(a_plan(scenario, lockstep=True), folder, lambda event: None).run()
     return folder, scenario
 
@@ -96,6 +96,18 @@ def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(ended):
         assert (held["feasible"].astype(int) - held["neutral"]).tolist() == opinions
         assert (shown["feasible"], shown["infeasible"]) == (swarm.feasible_count, swarm.infeasible_count)
         assert shown["truth"] == swarm.truth
+        errands = [robot.errand for robot in swarm.robots]
+        assert held["standing"].tolist() == [each.task >= 0 for each in errands]
+        aims = [max(each.target, each.task) for each in errands]
+        assert np.where(shown["aims"] == NO_TASK, -1, shown["aims"].astype(int)).tolist() == aims
+        assert shown["taken"].tolist() == [any(each.task == task for each in errands) for task in range(4)]
+    assert held["standing"].any()
+    session = FieldSession(folder)
+    session.begin(None)
+    session.rewind(60, 0)
+    session.inspect(robot := int(np.flatnonzero(held["standing"])[0]))
+    said = next(each for each in session.messages() if isinstance(each, dict) and each["type"] == "robot")
+    assert ["Acts", f"stands at task {errands[robot].task}"] in said["reasons"]
 
 
 def test_a_log_that_grows_is_that_of_the_whole_file(ended, tmp_path):

@@ -15,6 +15,7 @@ from feasibee.simulation.snapshot import FLAGS
 WORLDS = {
     "the paper's": {},
     "of knowledge": {"decision.strategy": "census", "faults.stopped": 0.2, "faults.stop_step": 60},
+    "of robots that act": {"acting.start": 30, "acting.hold": "tag"},
     "of 1,500 robots": {"robots.count": 1500, "tasks.count": 1400, "arena.side": 170.0},
 }
 
@@ -105,6 +106,7 @@ def test_the_outlook_is_what_the_run_does(world, tmp_path):
         assert found["changes"] == changes_of(Swarm(scenario, 1), robot, last)
         assert outlook.to_dict(2)["changes"] == found["changes"][2:]
         assert found["decision"] == expected.decision_step[0]
+        assert found["allTaken"] == (expected.all_taken_step[0] if scenario.acts else -1)
         assert found["declaration"] == (expected.declare_step[0] if scenario.manifest.declares else -1)
         assert len(found["changes"]) > 2
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from feasibee.figures import arena, frames
 from feasibee.scenario import geometry
-from feasibee.scenario.geometry import images
+from feasibee.scenario.geometry import images, segments
 from feasibee.simulation import html
 
 SIDES = st.integers(1, 200).map(lambda number: number / 4)
@@ -58,3 +58,22 @@ def test_whole_numbers_stay_whole():
 @pytest.mark.parametrize("painter", [html, frames, arena])
 def test_every_painter_asks_the_one_rule(painter):
     assert painter.images is geometry.images
+    assert painter.segments is geometry.segments
+
+
+@given(SIDES, SIDES, st.tuples(PARTS, PARTS, PARTS, PARTS))
+def test_lines_on_a_torus_go_the_shortest_way_and_end_where_they_should(width, height, shares):
+    size = np.array([width, height])
+    start, end = np.array(shares[:2]) * size, np.array(shares[2:]) * size
+    lines, names = segments(start[None], end[None], (width, height), walls=False)
+    copies = [np.hypot(*(end + size * (i, j) - start)) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    assert np.hypot(*(lines[0, 1] - lines[0, 0])) == min(copies)
+    assert lines[0, 0].tolist() == start.tolist()
+    assert lines[-1, 1].tolist() == end.tolist()
+    assert names.tolist() == [0] * (1 if lines[0, 1].tolist() == end.tolist() else 2)
+
+
+def test_lines_within_walls_are_straight():
+    lines, names = segments(np.array([[1.0, 1.0]]), np.array([[29.0, 11.0]]), (30.0, 12.0), walls=True)
+    assert lines.tolist() == [[[1.0, 1.0], [29.0, 11.0]]]
+    assert names.tolist() == [0]

@@ -18,6 +18,7 @@ from feasibee.field.logs import LOG_LIMIT, VERSION, check_line, damaged, parsed,
 from feasibee.field.plan import KINDS, PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED
+from feasibee.scenario.geometry import Acting
 from feasibee.scenario.paths import toml_tables
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -50,6 +51,8 @@ class _Step(NamedTuple):
     """The fault of each robot."""
     works: NDArray[np.bool_]
     counted: NDArray[np.bool_]
+    goals: NDArray[np.int32]
+    """The task to which each robot goes, and that at which it stands, or -1."""
 
 
 class _OfRobots:
@@ -140,6 +143,7 @@ class Recording:
     def _forms(self, there: int) -> dict[str, Form]:
         """Return the forms of what the next step's line has, if there are so many robots."""
         now, most, scenario = len(self._steps), self.scenario.most, self.scenario
+        goal = whole(-1, most.tasks - 1)
         starts = now == 0 and not any(event.step == 0 for event in scenario.events)
         robots, tasks = ((each.count,) * 2 if starts else () for each in (scenario.robots, scenario.tasks))
         return {
@@ -151,6 +155,7 @@ class Recording:
             "minds": many(STATUS, there, there),
             "lost": many(whole(0, most.robots - 1)),
             "decision": _decision(now),
+            **({"goes": many(row(goal, goal), there, there)} if scenario.acts else {}),
         }
 
     def _step(self, line: dict[str, Any]) -> _Step:
@@ -160,6 +165,7 @@ class Recording:
             raise damaged(self._path, self._lines, f"has no valid step {now}")
         forms = self._forms(len(robots) if isinstance(robots, list) else 0)
         check_line(self._path, self._lines, line, forms)
+        goes = line["goes"] if forms.pop("goes", None) else [[-1, -1]] * len(line["robots"])
         robots, processes, tasks, truth, bodies, minds, lost, decision = (line[name] for name in forms)
         first = self._first_faults
         faults = np.array([first[each] if each < len(first) else HONEST for each in processes], np.str_)
@@ -168,7 +174,8 @@ class Recording:
         places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
         counted = works & (faults != BYZANTINE)
         there = robots, processes, tasks, truth, places, shown
-        return _Step(*there, lost, (decision[0], decision[1]), faults, works, counted)
+        goals = np.array(goes, np.int32).reshape(-1, 2)
+        return _Step(*there, lost, (decision[0], decision[1]), faults, works, counted, goals)
 
     def _fault(self, line: dict[str, Any]) -> Fault:
         """Return the fault of a line, if it can be one."""
@@ -258,6 +265,21 @@ class Recording:
     """Whether each robot counts in the decision: bool, shape (robots,)."""
     lost = _OfRobots(False, lambda step: np.isin(step.robots, step.lost))
     """Whether each robot's process is silent: bool, shape (robots,)."""
+
+    all_taken_step: Final = -1
+    """A log doesn't have it."""
+    targets = _OfRobots(-1, lambda step: step.goals[:, 0])
+    """The task to which each robot goes: int32, shape (robots,), -1 for none."""
+    standing = _OfRobots(False, lambda step: step.goals[:, 1] >= 0)
+    """Whether each robot stands at a task: bool, shape (robots,)."""
+
+    @property
+    def acting(self) -> Acting:
+        """Targets of robots, and tasks at which robots stand: a log doesn't have which tasks are marked."""
+        holders = np.full(self.scenario.most.tasks, -1, np.int32)
+        stands = self._now.goals[:, 1] >= 0
+        holders[self._now.goals[stands, 1]] = np.array(self._now.robots, np.int32)[stands]
+        return Acting.of(self.targets, self.standing, holders, self.task_numbers)
 
     def has_fault(self, kind: str) -> NDArray[np.bool_]:
         """Return whether each robot has a fault of a kind: bool, shape (robots,)."""

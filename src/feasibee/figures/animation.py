@@ -42,7 +42,7 @@ LAST = 2
 """Duration of the last frame, in seconds."""
 FRAMES_LIMIT = 20_000
 AFTER_DECISION = 30
-"""Least number of steps that are shown after the decision."""
+"""Least number of steps that are shown after the decision, or after all tasks are taken."""
 
 
 def animate(
@@ -69,8 +69,8 @@ def animate(
     seed, run : int
         Seed, and number of the run.
     steps : tuple of int, optional
-        First and last step; by default from 0 to 30 steps or more after the decision, and in a world that
-        changes to the end.
+        First and last step; by default from 0 to 30 steps or more after the decision, or if robots act, after
+        they stand at all tasks that they can. In a world that changes it is to the end.
     every : int
         Number of steps per frame.
     fps : int
@@ -192,6 +192,9 @@ def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple
     if scenario.dynamic:
         return 0, last
     record = simulate_record(scenario, run)
+    if scenario.acts:
+        step = int(record.all_taken_step[0])
+        return 0, last if step < 0 else min(last, step + AFTER_DECISION)
     return 0, _after(int(record.decision[0]), int(record.decision_step[0]), last)
 
 

@@ -7,16 +7,20 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle, Polygon, Wedge
 from PIL import Image
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.figures.style import axes_for, in_metres
 from feasibee.model.codes import COLOURS, DECISIONS, TASK, ZONE
-from feasibee.scenario.geometry import images
+from feasibee.scenario.geometry import images, segments
 from feasibee.scenario.picture import extent_of, outlines_of, picture_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
+
+WALKS, STANDS = 0.5, 1.8
+"""Widths of the lines from robots to the tasks to which they walk, and at which they stand, in points."""
 
 
 def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
@@ -26,6 +30,8 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     ----------
     swarm : Swarm
         Whose present step to draw; the fill of a robot is its opinion, and a black rim says that it declared.
+        If robots act, free tasks are hollow. A thin line leads to the task to which a robot walks, and a
+        thick one to that at which it stands.
     ax : matplotlib Axes, optional
         By default a new figure's.
     """
@@ -36,11 +42,9 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     with axes_for(ax, 3.4, min(6.0, max(1.6, 0.9 + 2.5 * height / width))) as axes:
         draw_ground(axes, scenario)
         _draw_robots(axes, swarm, scenario)
-        x, y = swarm.tasks.T
-        look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
-        axes.scatter(x, y, marker="^", s=26, zorder=2, **look)
+        _draw_tasks(axes, swarm, scenario)
         frame_arena(axes, scenario)
-        _arena_legend(axes, scenario.declares)
+        _arena_legend(axes, scenario)
         return axes
 
 
@@ -93,20 +97,41 @@ def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
         ax.annotate(str(number + 1), place, color="white", fontsize=5.5, zorder=4, clip_on=True, **middle)
 
 
-def _arena_legend(ax: Axes, declares: bool) -> None:
-    """Write above the axes what robots, tasks and ranges look like."""
+def _draw_tasks(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
+    """Draw the tasks; if robots act, free ones hollow, and lines from robots to their tasks."""
+    x, y = swarm.tasks.T
+    look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
+    if scenario.acts:
+        aims, standing, holders = swarm.acting
+        look["color"] = [TASK if each >= 0 else "white" for each in holders]
+        bound, walls = np.flatnonzero(aims >= 0), scenario.arena.boundary == "walls"
+        lines, found = segments(swarm.positions[bound], swarm.tasks[aims[bound]], scenario.arena.size, walls)
+        widths = np.where(standing[bound], STANDS, WALKS)[found]
+        ax.add_collection(LineCollection(list(lines), colors="black", linewidths=widths, zorder=2.1))
+    ax.scatter(x, y, marker="^", s=26, zorder=2, **look)
+
+
+def _arena_legend(ax: Axes, scenario: Scenario) -> None:
+    """Write above the axes what robots, tasks, ranges and lines look like."""
+    declares, acts = scenario.declares, scenario.acts
     rim: dict[str, Any] = {"color": "white", "markeredgecolor": "black", "markeredgewidth": 0.9}
+    task = {"marker": "^", "color": TASK, "markeredgecolor": "black", "markeredgewidth": 0.4}
+    line = {"linestyle": "-", "marker": "", "color": "black"}
     looks: dict[str, dict[str, Any]] = {
         **{name: {"color": COLOURS[name]} for name in ("feasible", "infeasible")},
         **({"declared": rim} if declares else {}),
-        "task": {"marker": "^", "color": TASK, "markeredgecolor": "black", "markeredgewidth": 0.4},
+        "taken task" if acts else "task": task,
+        **({"free task": {**task, "color": "white"}} if acts else {}),
         "range": {"markersize": 9, "color": "0.87"},
     }
+    if acts:
+        looks |= {"walks to": {**line, "linewidth": WALKS}, "stands at": {**line, "linewidth": STANDS}}
     usual = {"linestyle": "", "marker": "o", "markersize": 6}
     handles = [ax.plot([], [], **{**usual, **look})[0] for look in looks.values()]
     where: dict[str, Any] = {
         "loc": "lower center",
         "bbox_to_anchor": (0.5, 1.0),
-        "ncols": 3 if declares else 4,
+        "ncols": 3 if acts or declares else 4,
     }
-    ax.legend(handles, looks, columnspacing=1, handletextpad=0.2, **where)
+    where |= {"handlelength": 1.2, "handletextpad": 0.5} if acts else {"handletextpad": 0.2}
+    ax.legend(handles, looks, columnspacing=1, **where)

@@ -14,7 +14,7 @@ from PIL import Image, ImageColor, ImageDraw, ImageFont
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED, ZONE
-from feasibee.scenario.geometry import images
+from feasibee.scenario.geometry import Acting, images, segments
 from feasibee.scenario.picture import extent_of, outlines_of, picture_of
 from feasibee.scenario.plan import Plan
 from feasibee.scenario.runs import check_integer
@@ -37,6 +37,7 @@ RING = 1.4  # radii: outer edge of the ring of a robot that disseminates
 RIM = 1.12  # radii: outer edge of the rim of a robot that has declared
 NOSE = 1.65  # radii: end of the tick that shows a robot's heading
 TASK_SIDE = 0.9  # of a robot's diameter
+STANDS = 0.35  # radii: width of the line to the task at which a robot stands
 
 
 class Theme(NamedTuple):
@@ -113,7 +114,7 @@ class Painter:
         self.radius = max(LEAST_RADIUS * whole, scenario.robots.diameter / 2 * self.scale)
         self.font = self._font(inner, {note for each in notes for note in each})
         self.line = round(1.55 * self.font.size)
-        self.lines = 3 if scenario.declares or scenario.dynamic else 2
+        self.lines = 2 + (scenario.declares or scenario.dynamic) + scenario.acts
         lines = self.lines + max(map(len, notes), default=0)
         self.words = self.corner[1] + self.arena[1] + self.margin // 2
         below = self.words + lines * self.line + self.margin // 2
@@ -121,16 +122,20 @@ class Painter:
         bottom = below + (whole // 7 + self.line if span else 0)
         self.strip = (self.margin + label, below + self.margin // 2, whole - self.margin, bottom - self.line)
         self.size = (whole, -(-bottom // (2 * DRAWN)) * 2 * DRAWN)
-        self.drawn_tasks: NDArray[np.int64] | None = None
+        self.drawn_tasks: tuple[list[int], list[bool]] | None = None
 
     def draw(
         self, swarm: Shown, notes: Sequence[str] = (), lost: NDArray[np.bool_] | None = None
     ) -> Image.Image:
         """Draw the present step of a swarm of this scenario, with notes and with lost robots in grey."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
-        if self.drawn_tasks is None or not np.array_equal(self.drawn_tasks, swarm.task_numbers):
-            self.ground, self.drawn_tasks = self._ground(swarm.tasks), swarm.task_numbers
+        acting = swarm.acting if self.scenario.acts else None
+        full = np.ones(len(swarm.task_numbers), np.bool_) if acting is None else acting.holders >= 0
+        if self.drawn_tasks != (drawn_tasks := (swarm.task_numbers.tolist(), full.tolist())):
+            self.ground, self.drawn_tasks = self._ground(swarm.tasks, full), drawn_tasks
         arena = self.ground.copy()
+        if acting is not None:
+            self._aims(arena, swarm, acting)
         self._robots(arena, swarm, np.zeros(len(swarm.present), np.bool_) if lost is None else lost)
         drawn.paste(arena, self.corner)
         pen = ImageDraw.Draw(drawn)
@@ -155,15 +160,14 @@ class Painter:
         assert isinstance(font, ImageFont.FreeTypeFont)  # Pillow's wheels have FreeType
         return font
 
-    def _ground(self, tasks: NDArray[np.float64]) -> Image.Image:
-        """Draw the arena with its place, and with tasks, which never move."""
+    def _ground(self, tasks: NDArray[np.float64], full: NDArray[np.bool_]) -> Image.Image:
+        """Draw the arena with its place, and with tasks, which never move; some are hollow."""
         ground = Image.new("RGB", self.arena, self.theme.paper)
         if self.scenario.plan is not None:
             self._place(ground, self.scenario.plan)
         half = max(1.2 * DRAWN, TASK_SIDE * self.radius)
-        stamp = _task(round(8 * half) / 8, self.theme)
-        for x, y, _ in self._images(tasks, half * 1.3):
-            _press(ground, stamp, x, y)
+        for x, y, task in self._images(tasks, half * 1.3):
+            _press(ground, _task(round(8 * half) / 8, self.theme, bool(full[task])), x, y)
         return ground
 
     def _place(self, ground: Image.Image, plan: Plan) -> None:
@@ -190,7 +194,8 @@ class Painter:
         reach = NOSE * self.radius if self.radius >= DETAILED_RADIUS * DRAWN else RING * self.radius
         spots = self._images(swarm.positions[there], reach)
         if self.radius >= DETAILED_RADIUS * DRAWN:
-            self._noses(arena, spots, swarm.headings[there])
+            walks = swarm.acting.aims[there] < 0 if self.scenario.acts else True
+            self._noses(arena, spots, swarm.headings[there] * walks)
         radius = round(8 * self.radius) / 8
         for x, y, robot in spots:
             _press(arena, _robot(radius, self.theme, *looks[robot]), x, y)
@@ -198,7 +203,7 @@ class Painter:
     def _noses(
         self, arena: Image.Image, spots: Sequence[tuple[float, float, int]], headings: NDArray[np.float64]
     ) -> None:
-        """Draw each robot's heading as a tick, to a 64th of a turn; no tick if it has stopped for good."""
+        """Draw each robot's heading as a tick, to a 64th of a turn; none if it stands or has a target."""
         turns = np.round(headings / np.pi * 32) * np.pi / 32
         reach = NOSE * self.radius * (headings != 0)
         ahead = np.stack([reach * np.cos(turns), -reach * np.sin(turns)], axis=1).round().tolist()
@@ -207,6 +212,16 @@ class Painter:
         for far_x, far_y, robot in spots:
             x, y = (DRAWN * round(each / DRAWN) for each in (far_x, far_y))
             pen.line((x, y, x + ahead[robot][0], y + ahead[robot][1]), self.theme.ink, thick)
+
+    def _aims(self, arena: Image.Image, swarm: Shown, acting: Acting) -> None:
+        """Draw a line from each robot to the task to which it walks, and a thick one if it stands there."""
+        bound, walls = np.flatnonzero(acting.aims >= 0), self.scenario.arena.boundary == "walls"
+        ends = swarm.positions[bound], swarm.tasks[acting.aims[bound]]
+        lines, found = segments(*ends, self.scenario.arena.size, walls)
+        lines = np.stack([lines[..., 0] * self.scale, arena.height - lines[..., 1] * self.scale], axis=-1)
+        pen, thick = ImageDraw.Draw(arena), max(2 * DRAWN, round(STANDS * self.radius))
+        for line, stands in zip(lines.tolist(), acting.standing[bound][found].tolist(), strict=True):
+            pen.line([tuple(end) for end in line], self.theme.ink, thick if stands else DRAWN)
 
     def _images(self, places: NDArray[np.float64], reach: float) -> list[tuple[float, float, int]]:
         """Return the places of things in the arena's picture, y downwards, and their numbers."""
@@ -248,6 +263,9 @@ class Painter:
             write(left, 2, f"declared: {feasible} feasible, {infeasible} infeasible")
         if self.scenario.dynamic:
             write(left, 2, f"{int(swarm.present.sum())} robots, {len(swarm.tasks)} tasks")
+        if self.scenario.acts:
+            standing = int(swarm.acting.standing.sum())
+            write(left, self.lines - 1, f"robots stand at {standing} of {len(swarm.tasks)} tasks")
         for line, text in enumerate(notes, self.lines):
             write(left, line, text)
 
@@ -374,14 +392,15 @@ def _robot(
 
 
 @cache
-def _task(half: float, theme: Theme) -> Stamp:
-    """Draw a task, a triangle with an outline."""
+def _task(half: float, theme: Theme, full: bool = True) -> Stamp:
+    """Draw a task, a triangle with an outline, full or hollow."""
     side = 2 * DRAWN * int(np.ceil((1.3 * half + 1) / DRAWN))
     large = Image.new("RGBA", (side * FINE, side * FINE))
     centre, unit = side * FINE / 2, half * FINE
     pen = ImageDraw.Draw(large)
-    detailed = half >= DETAILED_RADIUS * DRAWN
-    for size, colour in ((1.0, theme.ink), (0.78, TASK)) if detailed else ((1.0, theme.faint),):
+    fill = (0.78, TASK) if full else (0.68, theme.paper)
+    detailed, dot = half >= DETAILED_RADIUS * DRAWN, (1.0, theme.faint if full else theme.ink)
+    for size, colour in ((1.0, theme.ink), fill) if detailed else (dot,):
         corners = [(0.0, -1.05), (1.0, 0.75), (-1.0, 0.75)]
         pen.polygon([(centre + x * size * unit, centre + y * size * unit) for x, y in corners], colour)
     return _stamp(large, half)

@@ -182,6 +182,9 @@ class FieldSession:
             words = [["Phase", "not there"]]
         elif "working" not in having:
             words = [["Phase", "stopped"]]
+        if (aim := self._field.acting.aims[robot]) >= 0:
+            does = "stands at" if "standing" in having else "walks to"
+            words.append(["Acts", f"{does} task {self._field.task_numbers[aim]}"])
         words += [["Special", ", ".join(special)]] if special else []
         words.append(["Knows", "the robot's own log has it"])
         return self._marked({"type": "robot", "lane": 0, "step": self.step, "robot": robot, "reasons": words})

@@ -19,8 +19,10 @@ from feasibee.live.scene import Logged
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.simulation.swarm import Swarm
 
-PROTOCOL: Final = 5
+PROTOCOL: Final = 6
 """Version of the messages; raise it when a page of the previous version could not read them."""
+NO_TASK: Final = 2**16 - 1
+"""Aim of a robot that has none; more tasks than this are beyond the limit of a page."""
 MESSAGE_LIMIT: Final = 16 * 1024
 """Most bytes of a message of the page."""
 
@@ -146,10 +148,11 @@ def encode_frame(
         "feasible": swarm.feasible_counts[-1],
         "infeasible": swarm.infeasible_counts[-1],
         "counted": swarm.counted.sum(),
-        **{name: having[name] for name in ("disseminating", "working", "there")},
+        **{name: having[name] for name in ("disseminating", "working", "there", "standing")},
         "declaredFeasible": swarm.declared_counts[0],
         "declaredInfeasible": swarm.declared_counts[1],
         "tasks": task_places[0].size,
+        "allTakenStep": swarm.all_taken_step,
         "truth": int(swarm.truth),
         "bits": swarm.bits_sent,
         "robotSteps": swarm.robot_counts[1:].sum(),
@@ -164,7 +167,15 @@ def encode_frame(
         "taskY": task_y,
         "truths": truths.astype("u1"),
     }
-    return _binary("frame", generation, head, arrays)
+    return _binary("frame", generation, head, arrays | _acts(swarm))
+
+
+def _acts(swarm: Swarm | Logged) -> dict[str, Any]:
+    """Return the task of each robot, and whether each task is taken, if robots act."""
+    if not swarm.scenario.acts:
+        return {}
+    aims, _, holders = swarm.acting
+    return {"aims": np.where(aims < 0, NO_TASK, aims).astype("<u2"), "taken": (holders >= 0).view("u1")}
 
 
 def encode_tasks(swarm: Swarm | Logged, generation: int) -> bytes:

@@ -10,14 +10,21 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Final, NamedTuple
 
+import numpy as np
+
 from feasibee.errors import FeasibeeError
 from feasibee.reference.robot import settings_of
 from feasibee.robot.controller import Controller, Message
+from feasibee.scenario.acting import ranks_of
+from feasibee.scenario.geometry import segments
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.snapshot import FLAGS, RobotState
 from feasibee.simulation.swarm import Swarm
+from feasibee.strategies.certified import NEVER
 
 OPINIONS: Final = {1: "feasible", 0: "infeasible", -1: "no opinion"}
+GONE: Final = 2**30
+"""Version of a task that has vanished (model.md 6.25.5)."""
 LISTED: Final = 12
 """Most senders of one opinion that are listed."""
 TAKEN: Final = 10_000
@@ -57,6 +64,8 @@ def _lines(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, 
         yield "Phase", "stopped"
         return
     yield "Phase", _phase(scenario, state)
+    if scenario.acts and not _has(state, "byzantine"):
+        yield "Acts", _deed(swarm, state, number)
     if not scenario.manifest.knowledge:
         yield "Saw", _seen(scenario, state)
     if not scenario.manifest.knowledge or scenario.decision.declare is not None:
@@ -74,6 +83,50 @@ def _phase(scenario: Scenario, state: RobotState) -> str:
     said = "nothing" if state.broadcasts < 0 else OPINIONS[state.broadcasts]
     said = "what it knows" if scenario.manifest.knowledge else said
     return f"disseminating, {_numbered(state.phase_left, 'step')} left; broadcasts {said}"
+
+
+def _deed(swarm: Swarm, state: RobotState, number: int) -> str:
+    """Return what a robot does that may act, why, and what it knows of tasks (model.md 6.25)."""
+    aims, standing, holders = swarm.acting
+    versions, statuses = swarm.news[number], max(ranks_of(swarm.scenario.robots)) + 1
+    known = {
+        each: versions[each] % statuses
+        for each in np.flatnonzero((versions >= 0) & (versions < GONE)).tolist()
+    }
+    free = sum(status == 0 for status in known.values())
+    knows = f"knows {_numbered(len(known), 'task')}, {free} of them as free"
+    if swarm.targets[number] >= 0 > aims[number]:
+        return f"walks to task {swarm.targets[number]}, but it has vanished; {knows}"
+    if aims[number] < 0:
+        return f"{_idle(swarm, state, number, len(known))}; {knows}"
+    task, holder = int(swarm.task_numbers[aims[number]]), holders[aims[number]]
+    if standing[number]:
+        return f"stands at task {task}; {knows}"
+    scenario, ends = swarm.scenario, (swarm.positions[[number]], swarm.tasks[aims[[number]]])
+    line = segments(*ends, scenario.arena.size, scenario.arena.boundary == "walls")[0][0]
+    away = float(np.hypot(*(line[1] - line[0])))
+    how = "sees" if away <= scenario.sensing.range else "saw or heard" if scenario.acting.tell else "saw"
+    why = f"it {how} that it {'is free' if known[task] == 0 else 'has a robot with more skills'}"
+    if holder == number:
+        why = "it has marked it"
+    elif holder >= 0 and known[task] == 0:
+        why += f", but robot {holder} has it"
+    return f"walks to task {task}, {away:.1f} units away: {why}; {knows}"
+
+
+def _idle(swarm: Swarm, state: RobotState, number: int, known: int) -> str:
+    """Return why a robot goes to no task that may act."""
+    scenario, (_, _, holders) = swarm.scenario, swarm.acting
+    declared, start = _has(state, "declared"), scenario.acts_from
+    if declared and opinion_of(state) == 0:
+        return "doesn't act: it has declared infeasible"
+    if scenario.robots.know_count and known > scenario.robots.count:
+        return "doesn't act: it knows more tasks than there are robots"
+    if swarm.step >= start or (scenario.acting.start == "declared" and declared):
+        return "knows no free task that it can do"
+    begins = "once it declares feasible" if start == NEVER else f"from step {start:,} on"
+    marked = [f"has marked task {each}, and " for each in swarm.task_numbers[holders == number].tolist()]
+    return f"{''.join(marked)}acts {begins}"
 
 
 def _numbered(count: int, word: str) -> str:

@@ -30,6 +30,7 @@ class Logged(Recording):
             "byzantine": self.has_fault(BYZANTINE),
             "stubborn": self.has_fault(STUBBORN),
             "there": there,
+            "standing": self.standing,
         }
         flags = np.zeros(there.size, np.uint16)
         for bit, name in enumerate(FLAGS):
@@ -54,6 +55,7 @@ def scene_of(scenario: Scenario) -> dict[str, Any]:
         "changes": scenario.dynamic,
         "truth": truth(scenario),
         "declares": scenario.declares,
+        "acts": scenario.acts,
     }
 
 

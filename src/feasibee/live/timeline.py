@@ -29,7 +29,7 @@ CHANGES_LIMIT: Final = 5000
 """Most changes of a robot, or of the world, that are sent: more than a seek bar has pixels."""
 SHOWN: Final = sum(
     1 << FLAGS.index(name)
-    for name in ("feasible", "neutral", "disseminating", "declared", "working", "there")
+    for name in ("feasible", "neutral", "disseminating", "declared", "working", "there", "standing")
 )
 """Flags whose change is a change of the robot."""
 
@@ -122,7 +122,7 @@ class Outlook:
         self._changes: list[tuple[int, int]] = []
         self._seen = self._noted = -1
         self._world: list[tuple[int, int, int, int]] = []
-        self._declaration = -1
+        self._declaration = self._all_taken = -1
         self.decision_step = -1
 
     @property
@@ -163,6 +163,7 @@ class Outlook:
             "world": self._world[seen:],
             "decision": self.decision_step,
             "declaration": self._declaration,
+            "allTaken": self._all_taken,
             "done": self.done,
         }
 
@@ -171,8 +172,8 @@ class Outlook:
         if self._robot is None or len(self._changes) >= CHANGES_LIMIT:
             return chunk
         scenario, step = self._swarm.scenario, self._swarm.step
-        if scenario.in_motion or scenario.manifest.judges:
-            return 1  # it may leave, or change its opinion, in any step
+        if scenario.in_motion or scenario.manifest.judges or scenario.acts:
+            return 1  # it may leave, change its opinion, or reach its task, in any step
         robot = self._swarm.robot(self._robot)
         is_sure = robot.flags >> FLAGS.index("declared") & 1
         if scenario.manifest.declares and not is_sure:
@@ -186,6 +187,7 @@ class Outlook:
         self._seen = swarm.step
         self.decision_step = max(self.decision_step, swarm.first_decision[1])
         self._declaration = max(self._declaration, swarm.declaration_step)
+        self._all_taken = max(self._all_taken, swarm.all_taken_step)
         if swarm.scenario.dynamic:
             self._note_world()
         if self._robot is not None and len(self._changes) < CHANGES_LIMIT:

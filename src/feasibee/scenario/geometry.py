@@ -1,13 +1,42 @@
-"""Positions of robots and tasks in pictures of the arena, with their images across the edges of a torus."""
+"""Positions and lines in pictures of the arena, with their images across the edges of a torus."""
 
 from __future__ import annotations
 
-from typing import TypeVar
+from typing import NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Number = TypeVar("Number", np.float64, np.int64)
+
+
+class Acting(NamedTuple):
+    """What robots that act do at a step (model.md 6.25), as pictures and pages draw it."""
+
+    aims: NDArray[np.int64]
+    """Task to which each robot walks, or at which it stands: int64, shape (robots,).
+
+    It is the task's place among those of the step. -1 stands for none, or for one that has vanished.
+    """
+    standing: NDArray[np.bool_]
+    """Whether each robot stands at a task: bool, shape (robots,)."""
+    holders: NDArray[np.int64]
+    """Robot that stands at each task of the step, or has marked it: int64, shape (tasks,), -1 for none."""
+
+    @classmethod
+    def of(
+        cls,
+        targets: NDArray[np.int32],
+        standing: NDArray[np.bool_],
+        holders: NDArray[np.int32],
+        numbers: NDArray[np.int64],
+    ) -> Self:
+        """Return what robots do; targets and holders are those of ``Swarm``, numbers those of its tasks."""
+        aims = np.where(np.isin(targets, numbers), np.searchsorted(numbers, targets), -1)
+        held = holders[numbers].astype(np.int64)
+        at = np.flatnonzero((held >= 0) & standing[held])
+        aims[held[at]] = at
+        return cls(aims, standing, held)
 
 
 def images(
@@ -42,3 +71,29 @@ def images(
         shift[len(places) + len(low) :, axis] = -side
         places, names = places[every] + shift, names[every]
     return places, names
+
+
+def segments(
+    starts: NDArray[np.float64], ends: NDArray[np.float64], size: tuple[float, float], walls: bool
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return lines to draw from places to others: on a torus the shortest way, from both ends if it wraps.
+
+    Parameters
+    ----------
+    starts, ends : float64 array, shape (lines, 2)
+        Positions, from 0 to the sides of the arena.
+    size, walls
+        As in `images`.
+
+    Returns
+    -------
+    float64 array, shape (parts, 2, 2)
+        Start and end of each line, and then of each second part.
+    int64 array, shape (parts,)
+        Number of the line of each part.
+    """
+    straight = ends - starts
+    ways = straight if walls else straight - np.round(straight / size) * size
+    wrapped = (ways != straight).any(axis=1).nonzero()[0]
+    whole, second = np.stack([starts, starts + ways], axis=1), np.stack([ends - ways, ends], axis=1)
+    return np.concatenate([whole, second[wrapped]]), np.concatenate([np.arange(len(starts)), wrapped])

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK
-from feasibee.scenario.geometry import images
+from feasibee.scenario.geometry import Acting, images, segments
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.picture import draw_plan
 
@@ -27,6 +27,7 @@ LEAST = 4
 def show_swarm(swarm: Any, run: int) -> str:
     """Return a `Swarm` as HTML: its arena, its counts as a legend of colours, and its collapsed scenario."""
     world, there = swarm.scenario, swarm.present
+    acting = swarm.acting if world.acts else None
     drawn = draw_arena(
         world.arena.size,
         swarm.positions[there],
@@ -37,6 +38,8 @@ def show_swarm(swarm: Any, run: int) -> str:
         diameter=world.robots.diameter,
         walls=world.arena.boundary == "walls",
         ground=draw_plan(world, *scale_of(world.arena.size)),
+        free=None if acting is None else acting.holders < 0,
+        lines="" if acting is None else _lines(swarm, acting),
     )
     counts = {DECISIONS[FEASIBLE]: swarm.feasible_count, DECISIONS[INFEASIBLE]: swarm.infeasible_count}
     legend = ", ".join(
@@ -46,6 +49,8 @@ def show_swarm(swarm: Any, run: int) -> str:
     outcome = f"{DECISIONS[swarm.decision]} (truth: {DECISIONS[int(swarm.truth)]})"
     if world.declares:
         outcome += "; declared: {} feasible, {} infeasible".format(*swarm.declared_counts)
+    if acting is not None:
+        outcome += f"; robots stand at {acting.standing.sum()} of {len(swarm.tasks)} tasks"
     head = f"<p><strong>Run {run}, step {swarm.step}</strong>: {legend}; {outcome}</p>"
     return framed(head + drawn + folded("scenario", world._repr_html_()))
 
@@ -61,6 +66,8 @@ def draw_arena(
     diameter: float,
     walls: bool,
     ground: str = "",
+    free: NDArray[np.bool_] | None = None,
+    lines: str = "",
 ) -> str:
     """Return an arena as SVG on white; it has few paths, so that thousands of robots need little memory.
 
@@ -80,8 +87,10 @@ def draw_arena(
         Diameter of a robot, in units.
     walls : bool
         Whether the arena has walls instead of being a torus.
-    ground : str
-        Elements of SVG below robots and tasks, on the scale of `scale_of`.
+    ground, lines : str
+        Elements of SVG below tasks, and between tasks and robots, on the scale of `scale_of`.
+    free : bool array, shape (tasks,), optional
+        Whether each task is free, if robots act; such tasks are hollow.
     """
     if max(len(positions), len(tasks)) > MOST:
         return f"<p>More than {MOST} robots or tasks aren't drawn here; use feasibee animate.</p>"
@@ -92,13 +101,28 @@ def draw_arena(
     def place(units: NDArray[np.float64], reach: int) -> list[list[int]]:
         return _places(units, scale, (width, height), reach, walls)
 
-    parts = [ground, _triangles(place(tasks, 0), radius, radius >= DETAILED)]
+    shapes = [(tasks, False)] if free is None else [(tasks[~free], False), (tasks[free], True)]
+    parts = [ground, *(_triangles(place(some, 0), radius, hollow) for some, hollow in shapes), lines]
     for opinion in DECISIONS:
         for tells, sure in product((False, True), repeat=2):
             chosen = positions[(opinions == opinion) & (disseminating == tells) & ((declared >= 0) == sure)]
             parts += _robots(place(chosen, round(1.5 * radius)), radius, opinion, tells, sure)
     label = f"An arena with {len(positions)} robots and {len(tasks)} tasks"
     return _framed("".join(parts), width, height, walls, label)
+
+
+def _lines(swarm: Any, acting: Acting) -> str:
+    """Return lines from robots to the tasks to which they walk, and thick ones if they stand there."""
+    size, bound = swarm.scenario.arena.size, np.flatnonzero(acting.aims >= 0)
+    ends = swarm.positions[bound], swarm.tasks[acting.aims[bound]]
+    found, robots = segments(*ends, size, swarm.scenario.arena.boundary == "walls")
+    (scale, height), thick = scale_of(size), acting.standing[bound][robots]
+    pixels = np.rint(found * (scale, -scale) + (0, height)).astype(np.int64)
+    return "".join(
+        f'<path d="{"".join("M{} {}L{} {}".format(*each.ravel()) for each in pixels[thick == stands])}" '
+        f'stroke="#222" stroke-width="{width}"/>'
+        for stands, width in ((False, 3), (True, 14))
+    )
 
 
 def scale_of(size: tuple[float, float]) -> tuple[float, int]:
@@ -157,12 +181,13 @@ def _dots(spots: list[list[int]], width: float, colour: str) -> str:
     return f'<path d="{path}" stroke="{colour}" stroke-width="{width:g}" stroke-linecap="round" fill="none"/>'
 
 
-def _triangles(spots: list[list[int]], radius: int, detailed: bool) -> str:
-    """Return tasks as triangles of one path."""
+def _triangles(spots: list[list[int]], radius: int, free: bool) -> str:
+    """Return tasks as triangles of one path, hollow if they are free."""
     if not spots:
         return ""
-    half = 0.9 * radius
+    half, detailed = 0.9 * radius, radius >= DETAILED
     shape = f"l{half:g} {1.8 * half:g}h{-2 * half:g}z"
     path = "".join(f"M{x} {y - round(1.05 * half)}{shape}" for x, y in spots)
+    fill = ("#fff" if detailed else "#222") if free else (TASK if detailed else "#bbb")
     outline = f' stroke="#222" stroke-width="{0.14 * radius:g}"' if detailed else ""
-    return f'<path d="{path}" fill="{TASK if detailed else "#bbb"}"{outline}/>'
+    return f'<path d="{path}" fill="{fill}"{outline}/>'

@@ -27,6 +27,7 @@ FLAGS = (
     "byzantine",
     "stubborn",
     "there",
+    "standing",
 )
 """Properties of robots, each a set of the engine; ``there`` is false where no robot has the number."""
 

@@ -11,6 +11,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED, exact
 from feasibee.model.record import Record
 from feasibee.scenario.feasibility import Verdict, explain, explain_kinds
+from feasibee.scenario.geometry import Acting
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
@@ -78,7 +79,8 @@ class Swarm:
         self._layout = layout
         lowered = lowering.lower(self.scenario, self._which.seed)
         self._tables = lowered.tables
-        endless = lowered.params.run._replace(stop_at_decision=False, stop_at_declarations=False)
+        stops = dict.fromkeys(("stop_at_decision", "stop_at_declarations", "stop_when_taken"), False)
+        endless = lowered.params.run._replace(**stops)
         self._params = lowered.params._replace(run=endless)
         self._packed = params.packed(self._params)
         engine = runner.engine_functions(*lowered.form)
@@ -329,6 +331,11 @@ class Swarm:
         """First step at which more than the threshold's share had declared one opinion; -1 before."""
         return int(self._record.declare_step[0])
 
+    @property
+    def all_taken_step(self) -> int:
+        """First step at which robots stood at all tasks that they could; -1 before."""
+        return int(self._record.all_taken_step[0])
+
     def robot(self, number: int) -> RobotState:
         """Return what one robot knows at this step.
 
@@ -397,6 +404,11 @@ class Swarm:
     def snapshot(self) -> Snapshot:
         """Return the robots of this step in few bytes."""
         return snapshot_of(self._state, self._side, self._places)
+
+    @property
+    def acting(self) -> Acting:
+        """Targets of robots, and taken tasks, of this step; only if robots act (model.md 6.25)."""
+        return Acting.of(self.targets, self.standing, self.holders, self.task_numbers)
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the tasks of this step, in the unit of ``Snapshot``."""

@@ -2,7 +2,7 @@
 
 import { Comings } from "./comings.js";
 import { Crowd, contextOf } from "./crowd.js";
-import { DISSEMINATING, THERE, WORKING } from "./frames.js";
+import { DISSEMINATING, NO_TASK, STANDING, THERE, WORKING } from "./frames.js";
 import { drawGround, imageOf, tracePolygons } from "./ground.js";
 import { LOOKS, drawSprite } from "./sprites.js";
 
@@ -10,7 +10,7 @@ const TURN = 65536; // units of a position along the longer side
 const DETAILED = 2000; // with more robots than this, no ticks, no flashes, no copies beyond the edge
 const FLASH = 700; // milliseconds
 
-/** @import { Frame, Places } from "./frames.js" */
+/** @import { Frame, Shown } from "./frames.js" */
 /** @import { Plan } from "./ground.js" */
 /** @import { Shades } from "./theme.js" */
 
@@ -31,6 +31,7 @@ const FLASH = 700; // milliseconds
  * @property {boolean} changes Whether robots or tasks may come and go.
  * @property {number} last
  * @property {boolean} declares
+ * @property {boolean} [acts] Whether robots go to tasks and do them.
  */
 
 /**
@@ -63,7 +64,7 @@ export class Arena {
     this.context = contextOf(canvas, { alpha: false });
     this.colours = colours;
     this.redraw = redraw;
-    /** @type {Places | null} */
+    /** @type {Shown | null} */
     this.tasks = null;
     this.crowd = new Crowd();
     this.comings = new Comings();
@@ -111,7 +112,7 @@ export class Arena {
     this.redraw();
   }
 
-  /** @param {Places} tasks */
+  /** @param {Shown} tasks */
   setTasks(tasks) {
     this.tasks = tasks;
     this.paintGround();
@@ -175,6 +176,7 @@ export class Arena {
     } else {
       context.drawImage(this.ground, 0, 0);
       for (const each of shadowed) this.shadow(each, now.heading[each]);
+      this.aims(now);
       this.flash(time);
       this.robots(now);
       if (this.radius > 2.5 * this.ratio) this.ticks(now);
@@ -243,9 +245,12 @@ export class Arena {
         if (now.flags[i] & ~old.flags[i] & DISSEMINATING) this.flashes.set(i, time);
       if (this.world.changes) this.comings.notice(old, now, time);
     }
-    const { taskX: x, taskY: y } = now;
-    if (this.world.changes && !(this.tasks && isSame(this.tasks.x, x) && isSame(this.tasks.y, y)))
-      this.setTasks({ x, y });
+    const { taken, taskX: x, taskY: y } = now,
+      shown = this.tasks,
+      places = this.world.changes ? { x, y } : shown,
+      isShown = shown && places && isSame(shown.x, places.x) && isSame(shown.y, places.y);
+    if (places && !(isShown && (!taken || (shown.taken && isSame(shown.taken, taken)))))
+      this.setTasks({ ...places, taken });
     this.before = now;
   }
 
@@ -279,6 +284,33 @@ export class Arena {
     return sprite;
   }
 
+  /**
+   * Draw a line from each robot to the task to which it walks, and a thick one if it stands there.
+   * @param {Frame} now
+   */
+  aims({ aims, flags }) {
+    const { context, px, py, unit, width, height, world, tasks, ratio } = this;
+    if (!aims || !tasks) return;
+    context.strokeStyle = this.colours.ink;
+    for (const stands of [false, true]) {
+      context.lineWidth = stands ? Math.max(2 * ratio, 0.35 * this.radius) : 0.7 * ratio;
+      context.beginPath();
+      for (let i = 0; i < aims.length; i++) {
+        if (!this.has(i) || aims[i] === NO_TASK || Boolean(flags[i] & STANDING) !== stands) continue;
+        const x = tasks.x[aims[i]] * unit,
+          y = height - tasks.y[aims[i]] * unit,
+          across = world.walls ? 0 : width * Math.round((x - px[i]) / width),
+          along = world.walls ? 0 : height * Math.round((y - py[i]) / height);
+        context.moveTo(px[i], py[i]);
+        context.lineTo(x - across, y - along);
+        if (!across && !along) continue;
+        context.moveTo(px[i] + across, py[i] + along);
+        context.lineTo(x, y);
+      }
+      context.stroke();
+    }
+  }
+
   /** @param {Frame} now */
   ticks(now) {
     const { context, px, py, radius } = this;
@@ -286,7 +318,7 @@ export class Arena {
     context.lineWidth = Math.max(this.ratio, 0.16 * radius);
     context.beginPath();
     for (let i = 0; i < now.robots; i++) {
-      if (!(now.flags[i] & WORKING)) continue;
+      if (!(now.flags[i] & WORKING) || (now.aims?.[i] ?? NO_TASK) !== NO_TASK) continue;
       const angle = (now.heading[i] * Math.PI) / 128,
         x = Math.cos(angle),
         y = -Math.sin(angle);
@@ -430,8 +462,8 @@ export class Arena {
 }
 
 /**
- * @param {Uint16Array} one
- * @param {Uint16Array} other
+ * @param {Uint16Array | Uint8Array} one
+ * @param {Uint16Array | Uint8Array} other
  */
 function isSame(one, other) {
   return one.length === other.length && one.every((each, k) => each === other[k]);

@@ -1,7 +1,7 @@
 // The ground of an arena: grid, tasks and walls, drawn once until something of it changes.
 
 /** @import { Arena } from "./arena.js" */
-/** @import { Places } from "./frames.js" */
+/** @import { Shown } from "./frames.js" */
 
 /**
  * A floor plan from scene.py: an image in base64, whose opacity says how dark each cell is; sizes in units.
@@ -106,14 +106,28 @@ export function tracePolygons(context, polygons, scale, height) {
 /**
  * @param {CanvasRenderingContext2D} context
  * @param {Arena} arena
- * @param {Places} tasks
+ * @param {Shown} tasks
  */
-function drawTasks(context, { ratio, scale, unit, height, colours }, { x, y }) {
+function drawTasks(context, arena, tasks) {
+  if (tasks.taken) for (const taken of [0, 1]) drawSome(context, arena, tasks, taken);
+  else drawSome(context, arena, tasks);
+}
+
+/**
+ * Draw the tasks; if robots act, those that are taken, or hollow those that are free.
+ * @param {CanvasRenderingContext2D} context
+ * @param {Arena} arena
+ * @param {Shown} tasks
+ * @param {number} [which] 1 for taken ones.
+ */
+function drawSome(context, { ratio, scale, unit, height, colours }, { x, y, taken }, which) {
   const size = Math.max(1.5 * ratio, Math.min(0.42 * scale, 9 * ratio));
-  context.fillStyle = colours.task;
-  if (size < 4 * ratio) context.globalAlpha = 0.5; // many tasks would hide the robots
+  const small = size < 4 * ratio;
+  context.fillStyle = which !== 0 ? colours.task : small ? colours.ink : colours.ground;
+  if (small) context.globalAlpha = 0.5; // many tasks would hide the robots
   context.beginPath();
   for (let i = 0; i < x.length; i++) {
+    if (taken && taken[i] !== which) continue;
     const left = x[i] * unit,
       top = height - y[i] * unit;
     context.moveTo(left, top - size);
@@ -124,8 +138,8 @@ function drawTasks(context, { ratio, scale, unit, height, colours }, { x, y }) {
   context.fill();
   context.globalAlpha = 1;
   if (size > 4 * ratio) {
-    context.strokeStyle = colours.ground;
-    context.lineWidth = 0.8 * ratio;
+    context.strokeStyle = taken ? colours.ink : colours.ground;
+    context.lineWidth = (taken ? 1.3 : 0.8) * ratio;
     context.stroke();
   }
 }

@@ -57,8 +57,8 @@ export class Lane {
    */
   follow(robot) {
     this.arena.chosen = robot;
-    const { world, decision, declaration } = this.outlook;
-    this.outlook = { ...nothing(robot < 0 ? null : robot), world, decision, declaration };
+    const { world, decision, declaration, allTaken } = this.outlook;
+    this.outlook = { ...nothing(robot < 0 ? null : robot), world, decision, declaration, allTaken };
   }
 
   /**
@@ -127,7 +127,9 @@ export class Lane {
     const moves = this.arena.draw(view, time);
     showTooltip(this, this.world, view.now);
     const { feasible, infeasible } = view.now;
-    const text = `${formatted(feasible)} feasible, ${formatted(infeasible)} infeasible; ${decided(view.now, this.world)}`;
+    const { standing, tasks, taken } = view.now,
+      done = !taken ? "" : `; ${formatted(standing)} of ${formatted(tasks)} tasks done`,
+      text = `${formatted(feasible)} feasible, ${formatted(infeasible)} infeasible; ${decided(view.now, this.world)}${done}`;
     const [name, said] = /** @type {HTMLCollectionOf<HTMLElement>} */ (this.caption.children);
     if (said.textContent !== text) said.textContent = text;
     if (name.textContent !== this.world.strategy) name.textContent = this.world.strategy;
@@ -161,7 +163,7 @@ function begun(last, changes) {
  * @returns {Outlook}
  */
 function nothing(robot) {
-  return { robot, changes: [], world: [], decision: -1, declaration: -1, done: false };
+  return { robot, changes: [], world: [], decision: -1, declaration: -1, allTaken: -1, done: false };
 }
 
 /**

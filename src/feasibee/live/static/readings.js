@@ -2,7 +2,7 @@
 
 import { $, announce, duration, formatted } from "./elements.js";
 import { NEUTRAL } from "./frames.js";
-import { OPINIONS, questionOf } from "./words.js";
+import { doneOf, OPINIONS, questionOf } from "./words.js";
 
 /** @import { Opened } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
@@ -20,6 +20,8 @@ export class Readings {
     /** @type {string | null} */
     this.decision = null; // shown
     this.plotted = 0; // when
+    this.last = 0; // step
+    this.done = ""; // shown
   }
 
   /**
@@ -34,7 +36,10 @@ export class Readings {
     this.decision = null;
     $("toml").textContent = world.toml;
     $("last").textContent = formatted(world.last);
+    this.last = world.last;
     $("question").textContent = questionOf(world).question;
+    $("done").hidden = $("legend-free").hidden = $("legend-taken").hidden = !world.acts;
+    $("legend-task").hidden = Boolean(world.acts);
     $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
     $("legend-truth").hidden = !world.changes;
     $("stopped-row").hidden = !fields["faults.stopped"];
@@ -53,6 +58,7 @@ export class Readings {
     if (frame.step !== this.step) {
       this.showCounts(frame);
       this.showDecision(frame);
+      this.showDone(frame);
       this.step = frame.step;
       this.plotted = Math.min(this.plotted, time - PLOT_PAUSE + 1);
     }
@@ -91,6 +97,18 @@ export class Readings {
     const bars = /** @type {HTMLCollectionOf<HTMLElement>} */ ($("bar").children);
     for (const [place, count] of [frame.feasible, undecided, frame.infeasible].entries())
       bars[place].style.width = `${(100 * count) / whole}%`;
+  }
+
+  /**
+   * Show whether robots that act did it.
+   * @param {Frame} frame
+   */
+  showDone({ there, tasks, taken, standing, allTakenStep, step }) {
+    if (!taken) return;
+    const { question, answer } = doneOf({ robots: there, tasks, standing, allTakenStep, step }, this.last);
+    $("question").textContent = question;
+    if (this.done.startsWith("Not yet") && !answer.startsWith("Not yet")) announce(answer);
+    $("done").textContent = this.done = answer;
   }
 
   /**

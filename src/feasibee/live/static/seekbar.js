@@ -2,7 +2,7 @@
 
 import { contextOf } from "./crowd.js";
 import { $, capital, formatted } from "./elements.js";
-import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, THERE, WORKING } from "./frames.js";
+import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, STANDING, THERE, WORKING } from "./frames.js";
 import { drawTruth, truthsOf } from "./curve.js";
 
 /** @import { Shades } from "./theme.js" */
@@ -23,6 +23,7 @@ const NAMED = 6; // most changes of the truth whose steps are said in words
  * @property {Change[]} world Steps at which the numbers of robots or tasks, or the truth, change.
  * @property {number} decision
  * @property {number} declaration
+ * @property {number} [allTaken] If robots act: from when they stand at all tasks that they can.
  * @property {boolean} done
  * @property {string} [problem] Why nothing is found.
  */
@@ -71,6 +72,7 @@ export class SeekBar {
       if (outlook.robot !== null) this.strip(pen, outlook, top + lane * (STRIP + 1), at, colours);
       pen.fillStyle = pen.strokeStyle = colours.ink;
       if (outlook.decision >= 0) sign(pen, at(outlook.decision), height, lane > 0);
+      if ((outlook.allTaken ?? -1) >= 0) pen.fillRect(at(outlook.allTaken ?? 0) - 3, 1.5, 6, 6);
       if (outlook.declaration < 0) continue;
       const x = at(outlook.declaration);
       pen.fillRect(x - 0.5, 0, 1, SIGNS);
@@ -119,6 +121,10 @@ export class SeekBar {
         flags & NEUTRAL ? colours.undecided : flags & FEASIBLE ? colours.feasible : colours.infeasible;
       pen.globalAlpha = flags & WORKING ? 1 : 0.3;
       pen.fillRect(at(step), top + STRIP - high, Math.max(0.5, at(end) - at(step)), high);
+      if (flags & STANDING) {
+        pen.fillStyle = colours.task;
+        pen.fillRect(at(step), top, Math.max(0.5, at(end) - at(step)), 2);
+      }
       if (flags & DECLARED && !(k && changes[k - 1][1] & DECLARED)) {
         pen.fillStyle = colours.ink;
         pen.fillRect(at(step) - 1, top, 2, STRIP);
@@ -152,12 +158,17 @@ function sign(pen, x, height, hollow) {
  * @param {number} lane
  * @param {number} swarms
  */
-function inWords({ robot, changes, world, decision, declaration, done, problem }, lane, swarms) {
+function inWords(
+  { robot, changes, world, decision, declaration, allTaken = -1, done, problem },
+  lane,
+  swarms,
+) {
   if (problem) return `No look ahead: ${problem}.`;
   const side = swarms === 1 ? "" : lane ? "Right: " : "Left: ",
     none = done ? "no decision" : "looking for the decision";
   const words = [decision < 0 ? none : `decision at step ${formatted(decision)}`];
   if (declaration >= 0) words.push(`declaration at step ${formatted(declaration)}`);
+  if (allTaken >= 0) words.push(`robots stand at all tasks that they can, at step ${formatted(allTaken)}`);
   if (robot !== null) {
     const more = done ? "" : " so far";
     words.push(`robot ${robot} changes ${formatted(Math.max(0, changes.length - 1))} times${more}`);

@@ -1,6 +1,17 @@
 // The tooltip of the robot under the pointer.
 
-import { BYZANTINE, DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, STUBBORN, THERE, WORKING } from "./frames.js";
+import {
+  BYZANTINE,
+  DECLARED,
+  DISSEMINATING,
+  FEASIBLE,
+  NEUTRAL,
+  NO_TASK,
+  STANDING,
+  STUBBORN,
+  THERE,
+  WORKING,
+} from "./frames.js";
 
 /** @import { Opened } from "./arena.js" */
 /** @import { Lane } from "./lane.js" */
@@ -25,6 +36,8 @@ export function showTooltip({ arena, tip: box, canvas, frame: around }, world, f
     flags & BYZANTINE && "Byzantine",
     flags & STUBBORN && "stubborn",
     flags & DECLARED && "has declared",
+    (frame.aims?.[robot] ?? NO_TASK) !== NO_TASK &&
+      (flags & STANDING ? "stands at a task" : "walks to a task"),
     (!(flags & WORKING) || flags & BYZANTINE) && "not counted",
   ];
   const text = `Robot ${robot}: ${words.filter(Boolean).join(", ")}`;

@@ -29,6 +29,23 @@ export function questionOf({ robots, tasks }, missing = 0) {
 }
 
 /**
+ * Whether robots that act did the tasks, so far.
+ * @param {{robots: number, tasks: number, standing: number, allTakenStep: number, step: number}} now
+ * @param {number} last
+ */
+export function doneOf({ robots, tasks, standing, allTakenStep, step }, last) {
+  const all = standing === tasks,
+    ended = all || allTakenStep >= 0 || step >= last,
+    word = all ? "Yes" : ended ? "No" : "Not yet",
+    since = ended && allTakenStep >= 0 ? `, from step ${allTakenStep.toLocaleString("en")} on` : "",
+    most = !all && allTakenStep >= 0 ? ", as many as they can" : "";
+  return {
+    question: `Did ${counted(robots, "robot")} do ${counted(tasks, "task")}?`,
+    answer: `${word}: robots stand at ${standing.toLocaleString("en")} of ${counted(tasks, "task")}${most}${since}.`,
+  };
+}
+
+/**
  * The swarm's decision and whether it is right.
  * @param {{decision: number, decisionStep: number, last: number, missing: number}} recording
  * @param {{step: number, feasible: number, infeasible: number}} frame
