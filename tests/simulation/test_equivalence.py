@@ -324,6 +324,99 @@ def test_engine_equals_reference_in_worlds_that_change(scenario, seed, first_run
     assert_equal(scenario, seed, runs=2, first_run=first_run)
 
 
+@st.composite
+def acting(draw):
+    """Scenarios beyond the paper, whose world may change, and whose robots act (model.md 6.25)."""
+    scenario = draw(st.one_of(beyond(), changing()))
+    robots, tasks = scenario.robots, scenario.tasks
+    least = max(robots.speed, robots.diameter, 0.01)
+    steps = st.integers(0, scenario.run.steps)
+    changes = {
+        "acting.start": draw(steps | st.sampled_from(["declared", "search", "safe"])),
+        "acting.choose": draw(st.sampled_from(["nearest", "rank"])),
+        "acting.hold": draw(st.sampled_from(["stand", "tag"])),
+        "acting.reach": draw(st.floats(1, 3)) * least,
+        "acting.relieve": draw(st.booleans()),
+        "acting.tell": draw(st.sampled_from([True, True, False])),
+        "acting.tolerates": draw(st.sampled_from([0, 0, 1, 3])),
+        "acting.detour": draw(st.integers(1, 9)),
+        "sensing.misname": 0.0,
+        "sensing.position_error": 0.0,
+        "robots.work": None,
+        "robots.charge": None,
+        "robots.away": "counted",
+        "run.stop_when_taken": draw(st.booleans()),
+    }
+    if tasks.classes:
+        classes = [
+            {"name": each.name, "count": each.count, "needs": {min(each.needs): 1}} for each in tasks.classes
+        ]
+        changes["tasks.classes"] = classes
+    with suppress(ScenarioError):  # such as tags and ranks together
+        return scenario.replace(changes)
+    assume(False)
+    raise AssertionError
+
+
+@given(acting(), st.integers(0, 2**64 - 1), st.integers(0, 2**32 - 3))
+def test_engine_equals_reference_with_robots_that_act(scenario, seed, first_run):
+    assert_equal(scenario, seed, runs=2, first_run=first_run)
+
+
+CREW = {
+    "robots": {
+        "classes": [
+            {"name": "a", "count": 4, "skills": ["x", "y"]},
+            {"name": "b", "count": 4, "skills": ["x"]},
+        ]
+    },
+    "tasks": {
+        "classes": [
+            {"name": "a", "count": 4, "needs": {"x": 1}},
+            {"name": "b", "count": 4, "needs": {"y": 1}},
+        ]
+    },
+}
+COMING = {"lifetime": 50.0, "arrival_rate": 0.1, "count": 8}
+MISSIONS = {
+    "tags": {"acting": {"start": 40, "hold": "tag"}},
+    "by rank once declared": {
+        "acting": {"start": "declared", "choose": "rank"},
+        "decision": {"strategy": "quiet-census"},
+        "run": {"steps": 250},
+    },
+    "bodies within walls": {
+        "acting": {"start": 10},
+        "robots": {"count": 12, "avoid_collisions": True, "diameter": 0.6},
+        "arena": {"side": 14, "boundary": "walls"},
+    },
+    "relieving, until some stop": {
+        **CREW,
+        "acting": {"start": 0, "relieve": True},
+        "faults": {"stopped": 0.3, "stop_step": 50},
+    },
+    "liars and delay": {
+        "acting": {"start": 5, "tolerates": 1},
+        "faults": {"byzantine": {"count": 3}},
+        "radio": {"delay": 2},
+    },
+    "robots and tasks that come and go": {
+        "acting": {"start": 0},
+        "tasks": COMING,
+        "robots": {"count": 12, "arrival_rate": 0.1, "failure_rate": 0.01, "most": 20},
+    },
+}
+
+
+@pytest.mark.quick(2)
+@pytest.mark.parametrize("name", MISSIONS)
+def test_longer_missions_are_equal(name):
+    usual = {"arena": {"side": 14}, "robots": {"count": 12, "know_count": True}, "tasks": {"count": 11}}
+    record = assert_equal(Scenario(**{**usual, "run": {"steps": 120}, **MISSIONS[name]}), 3, runs=6)
+    assert (record.tasks_taken > 1).all()
+    assert record.vain_arrivals.sum() > 0 or name == "by rank once declared"
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("listen", ["always", "dissemination"])
 @pytest.mark.parametrize("inbox", ["latest-per-robot", "every-message"])

@@ -11,7 +11,7 @@ from feasibee.model.record import Record
 from feasibee.reference.acting import Work
 from feasibee.reference.draws import choose, cos_sin, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
-from feasibee.reference.robot import SILENCE, STAND, Robot, Said, steps_of
+from feasibee.reference.robot import SILENCE, Robot, Said, steps_of
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot.acting import NONE
 from feasibee.scenario.feasibility import explain_kinds, kinds_of
@@ -198,7 +198,7 @@ class Swarm:
         for robot in working:
             robot.heading = robot.velocity  # until it turns at the end of the step (model.md 6.22.1)
         if self.work:
-            self.work.count(sum(step != STAND for step in going.values()))
+            self.work.count(len(going) if self.scenario.robots.speed > 0 else 0)
         return set(walking) - set(going)
 
     def _see(self, robot: Robot) -> None:
