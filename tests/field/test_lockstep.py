@@ -202,6 +202,16 @@ ACTING = {
         "faults.byzantine": {"count": 1},
         "radio.delay": 2,
     },
+    "robots that are called, and start then": {
+        "acting.start": 12,
+        "tasks.count": 7,
+        "robots.most": 12,
+        "robots.know_count": True,
+        "decision.strategy": "roster",
+        "response.patience": 3,
+        "response.delay": 20,
+        "run.steps": 120,
+    },
     "robots and tasks that come and go": {**STREAMS, "acting.start": 0, "tasks.lifetime": 30.0},
     "robots that stop, and a run that ends": {
         "acting.start": 0,

@@ -225,7 +225,7 @@ EDGES = {
     "acting.tolerates": [(ACTS, 16, 17, "must be ≤ 16")],
     "run.stop_when_taken": [
         ({}, False, True, "needs acting.start: without it, no task is taken"),
-        ({**ACTS, "events": [MORE]}, False, True, "ends a run once all tasks are taken, but the world"),
+        ({**ACTS, "events": [MORE]}, False, True, "ends a run once all tasks are taken, but more appear"),
     ],
     "response.margin": [({}, 2, 3, "needs response.patience: without it, nobody responds")],
     "run.steps": [

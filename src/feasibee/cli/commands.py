@@ -18,6 +18,7 @@ from feasibee.cli import interrupts, streams
 from feasibee.cli.decide import assess, recommend, size
 from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
 from feasibee.cli.own import check
+from feasibee.cli.pays import pays
 from feasibee.cli.predict import predict
 from feasibee.cli.robots import header, launch, replay, robot
 from feasibee.cli.run import reproduce, run
@@ -111,7 +112,7 @@ def fail(message: str) -> NoReturn:
 
 GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Start": (run, watch, paper, new),
-    "Decide": (assess, size, recommend, compare, predict, check),
+    "Decide": (assess, size, recommend, compare, pays, predict, check),
     "Study": (sweep, results, reproduce, tune),
     "Share": (page, animate),
     "Robots": (launch, robot, replay, header),

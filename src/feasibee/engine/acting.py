@@ -199,7 +199,8 @@ def arrive_all(params, state):
             left = without_lowest(left)
     most = params.acting.most
     if params.changes and not params.truth_stays:
-        most = min(state.clock[Clock.ROBOTS], state.clock[Clock.TASKS])
+        robots, most = state.clock[Clock.ROBOTS], state.clock[Clock.TASKS]
+        most = most if params.response.enabled else min(robots, most)
     if state.account[ALL_TAKEN_STEP] < 0 and state.account[TASKS_TAKEN] >= most:
         state.account[ALL_TAKEN_STEP] = now
 
@@ -393,7 +394,7 @@ def knows_too_many(params, state, i):
     known = int64(0)
     for task in range(state.holders.size):
         known += int64(0 < state.news[i, task] < GONE)
-    return known > params.robots.at_start
+    return known > max(params.robots.at_start, state.clock[Clock.ROBOTS])
 
 
 @called

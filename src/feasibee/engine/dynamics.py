@@ -73,7 +73,7 @@ def look(params, state, update, now):
         state.account[CALLS] += 1
         state.account[ROBOTS_CALLED] += clock[Clock.AWAITED]
         return int64(0)
-    return max(int64(0), -gap - params.response.margin)
+    return int64(0) if params.acting.acts else max(int64(0), -gap - params.response.margin)
 
 
 @inlined

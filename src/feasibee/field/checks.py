@@ -78,8 +78,8 @@ INSIGHT: Final = maybe(record({"truth": BIT, "invented": row(many(SIGHTING), man
 """What Byzantine robots know: the truth, and tasks and robots to invent; None for others."""
 TAKEN: Final = maybe(many(row(NAME, whole(1, 2**16))))
 """Numbers of the tasks in sight that are taken, with the ranks of those who have them; None for none."""
-DEED: Final = row(("reached", "lost").__contains__, whole(-1, 2**16))
-"""What a body did, with the status of the task; -1 for none."""
+DEED: Final = row(("reached", "lost", "joined").__contains__, whole(-1, 2**20))
+"""What a body did, with the status of the task, -1 for none; or that there are so many robots."""
 ACTS: Final = maybe(row(TIME, many(DEED)))
 """Number of the first deed, and the deeds from it on."""
 GOES: Final = maybe(row(NAME, whole(-1, 2**62), TIME))

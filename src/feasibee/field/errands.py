@@ -12,8 +12,8 @@ from feasibee.strategies.contract import Setting, Thing
 
 _ROSTER: Final[Any] = roster
 """The strategy's file, whose functions have no types."""
-REACHED, LOST = "reached", "lost"
-"""What a body reports to its robot: it has reached its target, or has lost its task."""
+REACHED, LOST, JOINED = "reached", "lost", "joined"
+"""What a body reports to its robot: it has reached its target, has lost its task, or more are there."""
 
 
 class RemoteErrand(Errand):
@@ -22,7 +22,7 @@ class RemoteErrand(Errand):
     def __init__(self, rules: Rules) -> None:
         super().__init__(rules)
         self.deeds: list[list[Any]] = []
-        """All that has happened: REACHED or LOST with a status, -1 for none."""
+        """All that has happened: REACHED or LOST with a status, -1 for none; JOINED with a number."""
         self.heeded = 0
         """Number of deeds that the robot knew when it last reported."""
 
@@ -35,6 +35,13 @@ class RemoteErrand(Errand):
         """Let the robot know that it doesn't have its task any more."""
         self.deeds.append([LOST, status])
         super().lose(status)
+
+    def announce(self, robots: int) -> None:
+        """Let the robot know how many robots there are, if that is new to it."""
+        before = self.count
+        super().announce(robots)
+        if self.count is not None and self.count != before:
+            self.deeds.append([JOINED, self.count])
 
     def report(self, goes: Sequence[int], tasks: Mapping[int, Any]) -> None:
         """Keep the target that the robot reports, unless it doesn't know yet what its body did."""
@@ -120,7 +127,9 @@ class Errands:
         """Take note of what the body did; those it knows already are the first ones."""
         for what, status in deeds[max(0, self.done - first) :]:
             self.done += 1
-            if what == LOST:
+            if what == JOINED:
+                self.errand.announce(status)
+            elif what == LOST:
                 self.errand.lose(status if self.errand.task != NONE else NONE)
             elif self.errand.target != NONE:
                 self.errand.arrive(None if status == NONE else status)

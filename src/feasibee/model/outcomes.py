@@ -110,7 +110,7 @@ OUTCOMES: Final = (
     ),
     Outcome(
         "all_taken_step",
-        "first step at which robots stood at all tasks, or at as many as there were robots for",
+        "first step at which robots stood at all tasks, or at as many as there were, or could be, robots for",
         *("step", "int64", -1),
         missing="never",
         needs=ACTS,

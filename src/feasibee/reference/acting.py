@@ -79,9 +79,11 @@ class Work:
         return known * (PLACE_BITS + self._status_bits) + 1
 
     def begin(self) -> None:
-        """Let tasks come free whose robots don't work any more, and robots whose tasks have vanished."""
+        """Announce who joined; free tasks whose robots don't work, and robots whose tasks have vanished."""
         swarm = self._swarm
         self.places |= swarm.tasks
+        for robot in swarm.present:
+            robot.errand.announce(len(swarm.present))
         for task, robot in [*self.holders.items()]:
             if task not in swarm.tasks or robot not in swarm.robots or not robot.works(swarm.time):
                 del self.holders[task]
@@ -121,9 +123,17 @@ class Work:
                 and swarm.world.squared_distance(robot.place, self.places[target]) <= self._reach
             ):
                 self._arrive(robot)
-        most = min(len(swarm.present), len(swarm.tasks)) if swarm.scenario.dynamic else self._most
-        if self.all_taken_step == -1 and self.tasks_taken >= most:
+        if self.all_taken_step == -1 and self.tasks_taken >= self._most_now:
             self.all_taken_step = swarm.time
+
+    @property
+    def _most_now(self) -> int:
+        """How many tasks can be taken: all of them, if robots can be called."""
+        swarm = self._swarm
+        if not swarm.scenario.dynamic:
+            return self._most
+        robots = len(swarm.tasks) if swarm.scenario.responds else len(swarm.present)
+        return min(robots, len(swarm.tasks))
 
     def _arrive(self, robot: Robot) -> None:
         errand, task, swarm = robot.errand, robot.errand.target, self._swarm

@@ -508,7 +508,7 @@ class Operator:
         gap = self._gap([robot for robot in counted if robot.mind.opinion == held])
         if held == INFEASIBLE:
             self._call(now, 1 if gap is None else gap + response.margin)
-        if held == FEASIBLE and gap is not None:
+        if held == FEASIBLE and gap is not None and not self._scenario.acts:
             return max(0, -gap - response.margin)
         return 0
 

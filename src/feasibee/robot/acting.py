@@ -92,6 +92,8 @@ class Errand:
         """The task that it has marked."""
         self.began = NONE
         """The step at whose end it began to act."""
+        self.count = rules.count
+        """Number of robots, if it knows that."""
         self._sayers: dict[int, list[int]] = {}
 
     def status(self, task: int) -> int:
@@ -165,7 +167,7 @@ class Errand:
     @property
     def _knows_too_many(self) -> bool:
         there = sum(version != GONE for version in self.known.values())
-        return self.rules.count is not None and there > self.rules.count
+        return self.count is not None and there > self.count
 
     def _of_rank(self, way: Way) -> int:
         """Return the task that comes after as many known ones as its number, if it is free."""
@@ -202,6 +204,11 @@ class Errand:
             self.task, self.mark = (task, NONE) if self.began != NONE else (NONE, task)
         self.see(task, self.rules.rank if gets else status)
         return gets
+
+    def announce(self, robots: int) -> None:
+        """Store how many robots there are if more have joined, if it knows n (model.md 6.25.8)."""
+        if self.rules.count is not None:
+            self.count = max(self.rules.count, robots)
 
     def lose(self, status: int = NONE) -> None:
         """Go on without its task or its mark, which a robot of this rank has taken over, if any."""

@@ -132,9 +132,9 @@ ACTING: Final[tuple[Rule, ...]] = (
     ),
     never(
         "run.stop_when_taken",
-        lambda s: s.run.stop_when_taken and s.dynamic,
-        "ends a run once all tasks are taken, but the world of this scenario changes",
-        "leave it out, or leave out events and rates",
+        lambda s: s.run.stop_when_taken and s.most.tasks > s.tasks.count,
+        "ends a run once all tasks are taken, but more appear",
+        "leave it out, or leave out tasks.arrival_rate and events with tasks",
     ),
     _memory,
 )

@@ -24,6 +24,7 @@ SUFFIXES = {
     ("animate", "--out"): (".gif", ".png"),
     ("assess", "--out"): (".html",),
     ("size", "--out"): (".svg",),
+    ("pays", "--out"): (".svg",),
     ("robot", "--out"): (".jsonl",),
     ("new", "FILE"): (".toml",),
     ("results export", "--out"): (".csv", ".nc"),
