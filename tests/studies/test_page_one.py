@@ -13,9 +13,11 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from feasibee import Scenario
 from feasibee.figures.sheets import HEIGHT, MARGIN, WIDTH, sheets
 from feasibee.results.statistics import Interval, wilson
+from feasibee.scenario.runs import Runs
+from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import _Assessing, assess
-from feasibee.studies.comparison import compare, wait_for, wait_interval
-from feasibee.studies.pages import FIRST, write_report
+from feasibee.studies.comparison import compare, ending_early, outcome_of, percent, wait_for, wait_interval
+from feasibee.studies.pages import FIRST, _acted, write_report
 from feasibee.studies.report import action, cells_of, sections
 from feasibee.sweeps.sweep import Rounds
 
@@ -201,6 +203,40 @@ def test_a_place_adds_its_plan_with_heat_maps_to_the_details(assessment, tmp_pat
     assert "Means over 20 runs. On average, 1.5 robots see a place." in details
     write_report(placed, tmp_path / "a.pdf")
     assert (tmp_path / "a.pdf").stat().st_size > 0
+
+
+def test_what_robots_that_act_do_is_told_and_drawn(assessment, tmp_path):
+    acts = SHORT.replace({"acting.start": 20})
+    declares = acts.replace({"decision.strategy": "quiet-census", "robots.know_count": True})
+    assert ending_early(declares) is declares
+    assert ending_early(declares.replace({"acting.start": None})).run.stop_at_declarations
+    own, other = (
+        outcome_of("dmmd", each, simulate_record(each, Runs(30, 2), curves=True))
+        for each in (acts, acts.replace({"tasks.count": 25}))
+    )
+    shown, counts = replace(assessment, scenario=acts, outcome=own, opposite=other), []
+    did, steps = own.found.acting, own.found.acts.all_taken_step
+    said = sections(shown)["What to expect"]
+    done = (
+        f"In {percent(did.done)} of the swarms, robots stand at all tasks that they can do: in half of the "
+    )
+    assert (
+        f"{done}swarms by step {did.all_taken_step.median}, in 95 % by step {did.all_taken_step.p95}." in said
+    )
+    vain = [each for each in said if "although they are infeasible" in each]
+    assert vain == [
+        f"With 25 tasks, in {percent(other.found.acting.started_in_vain)} of the swarms, a robot takes "
+        "a task although they are infeasible."
+    ]
+    for each in (assessment, shown):
+        write_report(each, tmp_path / "a.html")
+        counts.append((tmp_path / "a.html").read_text().count("Share of swarms that stand at all tasks"))
+    assert counts == [0, 2]
+    (figure,) = _acted(shown, {"own": own, "none": assessment.outcome}, ["own"])
+    (line,) = (each for each in figure.drawn.axes[0].lines if len(each.get_xdata()) == 150)
+    expected = [100 * ((steps >= 0) & (steps <= step)).mean() for step in range(1, 151)]
+    np.testing.assert_allclose(line.get_ydata(), expected)
+    write_report(shown, tmp_path / "a.pdf")
 
 
 def test_a_change_has_a_column_for_each_number_of_tasks_it_was_turned_to(assessment):

@@ -90,6 +90,7 @@ def draw_against_time(
     keep: Sequence[str] | None = None,
     before: Mapping[str, Look] | None = None,
     seconds: float | None = None,
+    label: str = "swarms that are right (%)",
 ) -> Figure:
     """Draw the share of right swarms at each step: the mean over the ratios, and the least.
 
@@ -105,6 +106,8 @@ def draw_against_time(
         Looks of contenders in another figure.
     seconds : float, optional
         Length of a step in seconds, for a second axis.
+    label : str
+        What the shares are of.
     """
     sums: dict[str, Any] = {"mean over the ratios": np.mean, "at the hardest ratio": np.min}
     if all(share.shape[0] == 1 for share in shares.values()):
@@ -125,7 +128,7 @@ def draw_against_time(
             )
             spaced_by_ratio(ax)
             also_in_seconds(ax, seconds)
-        axes[0][0].set(ylabel="swarms that are right (%)")
+        axes[0][0].set(ylabel=label)
         ends = {name: (line.size - 1, float(line[-1])) for name, line in lines.items()}
         label_ends(axes[0][-1], ends, found, means, markers=False)
     return drawn

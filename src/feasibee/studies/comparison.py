@@ -337,9 +337,10 @@ def studies_of(
 def ending_early(scenario: Scenario) -> Scenario:
     """Return the scenario with runs that end once all robots have declared, if any do (model.md 6.15.8).
 
-    No opinion or declaration of theirs can change after that. What they send can.
+    No opinion or declaration of theirs can change after that. What they send can, and what they do.
     """
-    return scenario.replace({"run.stop_at_declarations": True}) if scenario.declares else scenario
+    ends = scenario.declares and not scenario.acts
+    return scenario.replace({"run.stop_at_declarations": True}) if ends else scenario
 
 
 def outcome_of(contender: str, scenario: Scenario, first: Record, *later: Record) -> Outcome:

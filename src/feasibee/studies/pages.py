@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final, NamedTuple
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from feasibee.figures.comparison import draw_against_bits, draw_against_time, draw_calibration
@@ -18,11 +19,12 @@ from feasibee.figures.sheets import Sheets, sheets
 from feasibee.figures.sizing import draw_sizing
 from feasibee.files import atomic_write
 from feasibee.scenario.units import steps_in_words
-from feasibee.studies.comparison import calibration_of, percent, tracking_figures
+from feasibee.studies.comparison import Outcome, calibration_of, percent, tracking_figures
 from feasibee.studies.report import (
     SIGNS,
     Assessment,
     Trial,
+    acted_in_words,
     agreement,
     cells_of,
     excluded_as_html,
@@ -174,6 +176,7 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
         _best_in_words(assessment),
         draw_against_time(shares, keep=keep, seconds=assessment.scenario.units.seconds),
     )
+    yield from _acted(assessment, outcomes, keep)
     totals = {name: (float(each.bits.mean()), each.accuracy) for name, each in outcomes.items()}
     yield Shown(
         "Share of right swarms against bits on the air",
@@ -190,6 +193,24 @@ def _figures(assessment: Assessment) -> Iterator[Shown]:
             "Share of feasible tasks against the probability that swarms give to feasible, in both worlds",
             " ".join(agreement(assessment)),
             draw_calibration(found, keep=keep),
+        )
+
+
+def _acted(assessment: Assessment, outcomes: Mapping[str, Outcome], keep: list[str]) -> Iterator[Shown]:
+    """Yield the share of swarms that stand at all tasks that they can do, at each step, if robots act."""
+    found, scenario = {}, assessment.scenario
+    for name, each in outcomes.items():
+        if each.found.acts is not None:
+            steps = each.found.acts.all_taken_step
+            counts = np.bincount(steps[steps >= 0], minlength=each.right_at.size)
+            found[name] = counts.cumsum()[None, :] / each.runs
+    if found:
+        yield Shown(
+            "Share of swarms that stand at all tasks that they can do, at each step",
+            " ".join(acted_in_words(assessment.outcome, scenario)),
+            draw_against_time(
+                found, keep=keep, seconds=scenario.units.seconds, label="swarms at all their tasks (%)"
+            ),
         )
 
 

@@ -388,6 +388,7 @@ def _expected(assessment: Assessment) -> list[str]:
         f"The first collective decision is right in {percent(outcome.first)} of the swarms.",
         *_declared(outcome, assessment.scenario),
         *_tracking(outcome, assessment.scenario),
+        *acted_in_words(outcome, assessment.scenario),
         *rooms_in_words(assessment.rooms),
         *noisy_names_in_words(assessment.scenario),
     ]
@@ -396,6 +397,10 @@ def _expected(assessment: Assessment) -> list[str]:
         lines.append(
             f"With {other.tasks} tasks, where the truth is the opposite, {percent(other.accuracy)} are right."
         )
+        lines += [
+            f"With {other.tasks} tasks, {each[0].lower()}{each[1:]}"
+            for each in acted_in_words(other, assessment.scenario)
+        ]
     return lines + agreement(assessment)
 
 
@@ -425,6 +430,21 @@ def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
     told = f"By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"
     waits = scenario.decision.parameters.get("quiet", scenario.manifest.parameters.get("quiet")) == 0
     return [told, *(quiet_times_in_words(scenario) if waits else [])]
+
+
+def acted_in_words(outcome: Outcome, scenario: Scenario) -> list[str]:
+    """Return whether and when robots that act did the tasks, in words."""
+    found = outcome.found.acting
+    if found is None:
+        return []
+    steps = found.all_taken_step.median, found.all_taken_step.p95
+    half, most = ("never" if each is None else f"by {step_in_words(scenario, each)}" for each in steps)
+    done = f"In {percent(found.done)} of the swarms, robots stand at all tasks that they can do"
+    lines = [f"{done}: in half of the swarms {half}, in 95 % {most}."]
+    if not outcome.feasible:
+        vain = percent(found.started_in_vain)
+        lines.append(f"In {vain} of the swarms, a robot takes a task although they are infeasible.")
+    return lines
 
 
 def _tracking(outcome: Outcome, scenario: Scenario) -> list[str]:
