@@ -7,8 +7,11 @@ from fields import MINE, NEEDS_FORK, STREAMS, a_plan, opinions, run, simulated, 
 from nets import play as play_in_memory
 
 from feasibee import Scenario
+from feasibee.errors import FeasibeeError
 from feasibee.field.brain import compiled
+from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
+from feasibee.field.supervisor import Field
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 from feasibee.reference.swarm import WORKED
@@ -264,6 +267,34 @@ def test_acting_robots_of_a_field_equal_the_run(world, tmp_path):
     assert result["acting"]["tasks_taken"] > 0
     for log in tmp_path.glob("robot-*.jsonl"):
         replay(log)
+
+
+@NEEDS_FORK
+def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
+    scenario = small(
+        **{"acting.start": 10, "run.steps": 400, "run.stop_when_taken": True, "run.stop_at_decision": False}
+    )
+    result = run(a_plan(scenario, lockstep=False, hz=100.0, jitter=0.2), tmp_path)[0]
+    assert result["acting"]["tasks_taken"] == 4
+    assert result["acting"]["all_taken_step"] > 10
+    for log in tmp_path.glob("robot-*.jsonl"):
+        replay(log)
+
+
+@pytest.mark.parametrize(
+    ("changes", "faults", "told"),
+    [
+        (
+            {"arena.boundary": "walls", "place.walls": rooms(2.0, 8.0), "place.flooding": 20},
+            (),
+            "no way around walls",
+        ),
+        ({}, (Fault(5, "restart-world"),), "doesn't know who has which task"),
+    ],
+)
+def test_what_acting_robots_of_a_field_can_not_do_is_an_error(changes, faults, told):
+    with pytest.raises(FeasibeeError, match=told):
+        Field(a_plan(small(**{"acting.start": 3, **changes}), faults=faults), None, print)
 
 
 @NEEDS_FORK

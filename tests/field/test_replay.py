@@ -63,6 +63,40 @@ def test_a_changed_line_is_named(log, name, value, told):
         replay(log)
 
 
+ACTED = {"acting.start": 5, "decision.strategy": "quiet-census", "robots.know_count": True}
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "told"),
+    [
+        ("goes", [2, 5, 99], "goes is .* in the log"),
+        ("goes", "there", "no valid goes"),
+        ("acts", [0, [["jumped", 1]]], "no valid acts"),
+        ("taken", [[1, 0]], "no valid taken"),
+    ],
+)
+def test_a_changed_line_of_an_acting_robot_is_named(tmp_path, name, value, told):
+    play(a_plan(small(**ACTED)), tmp_path)
+    log = tmp_path / "robot-1.jsonl"
+    assert replay(log).steps == 40
+    change_line(log, 8, **{name: value})
+    with pytest.raises(FeasibeeError, match=rf"line 8: .*{told}"):
+        replay(log)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"rules": 1}, {"able": []}, {"tasks": [[1, 2, 3]]}, {"frame": [0.0, 1, 1, True]}, {"tells": None}],
+)
+def test_orders_to_act_that_can_not_be_are_named(tmp_path, change):
+    play(a_plan(small(**ACTED)), tmp_path)
+    log = tmp_path / "robot-1.jsonl"
+    acting = json.loads(log.read_text().splitlines()[0])["acting"]
+    change_line(log, 1, acting={**acting, **change})
+    with pytest.raises(FeasibeeError, match="no valid acting"):
+        replay(log)
+
+
 def test_a_log_never_says_which_file_to_run(log, tmp_path):
     bomb = tmp_path / "bomb.py"
     bomb.write_text("raise SystemExit('ran')")

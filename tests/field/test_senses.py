@@ -129,5 +129,61 @@ def test_the_drivers_example_has_thirty_lines_at_most():
     assert len(DRIVER.read_text().splitlines()) <= 30
 
 
+def test_the_acting_driver_goes_to_the_free_task_and_stands_there(tmp_path):
+    (tmp_path / "mine.toml").write_text(
+        Scenario().replace({"robots.count": 3, "tasks.count": 2, "acting.start": 5}).to_toml()
+    )
+    text = (DRIVER.parent / "acting_driver.py").read_text()
+    changes = {
+        '"feasibee",': 'sys.executable, "-m", "feasibee",',
+        '/dev/stdin"]': '/dev/stdin", "--out", "robot-0.jsonl"]',
+    }
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "driver.py").write_text(text)
+    command = [sys.executable, "driver.py", "0", "mine.toml"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=LIMIT, check=True)
+    lines = done.stdout.splitlines()
+    assert lines[:4] == [f"{step} walks about" for step in (1, 2, 3, 4)]
+    x, y = json.loads(lines[4].removeprefix("5 goes to "))
+    assert (round(x, 3), round(y, 3)) == (2, 3)
+    assert lines[-1].endswith("stands")
+    assert replay(tmp_path / "robot-0.jsonl").steps == len(lines)
+
+
+def test_an_acting_robot_that_loses_its_task_goes_on(tmp_path):
+    """Its object says that a robot of rank 2 took it over; a status that can't be is dropped."""
+    scenario = Scenario().replace(
+        {
+            "robots.classes": [
+                {"name": "a", "count": 1, "skills": ["x", "y"]},
+                {"name": "b", "count": 2, "skills": ["x"]},
+            ],
+            "tasks.classes": [{"name": "t", "count": 2, "needs": {"x": 1}}],
+            "acting.start": 0,
+            "acting.relieve": True,
+        }
+    )
+    see = {"see": [[0, 0, 0, 0, 3.0, 3.0, 0], [0, 1, 0, 0, 9.0, 9.0, 1]], "place": [3.0, 4.0]}
+    objects = [
+        see,
+        {**see, "acts": [["reached", 0]]},
+        {**see, "acts": [["vanished", 0]]},
+        {**see, "acts": [["lost", 2]], "taken": [[0, 2]]},
+        {**see, "see": see["see"][:1], "acts": [["reached", -1]], "taken": [[0, 2]]},
+    ]
+    (tmp_path / "mine.toml").write_text(scenario.to_toml())
+    (tmp_path / "senses").write_text("".join(f"{json.dumps(each)}\n" for each in objects))
+    command = [sys.executable, "-m", "feasibee", "robot", tmp_path / "mine.toml", "--id", "0", "--seed", "1"]
+    done = subprocess.run(
+        [*command, "--senses", tmp_path / "senses"], capture_output=True, text=True, timeout=LIMIT, check=True
+    )
+    held = [json.loads(line) for line in done.stdout.splitlines()]
+    assert [each["stand"] for each in held] == [False, True, False, False]
+    assert [each["go"] and round(each["go"][0]) for each in held] == [3, None, 9, None]
+    assert "invalid object: 1" in done.stderr
+
+
 def test_a_source_without_address_is_an_error():
     assert "must be HOST:PORT" in refused_in_a_line("robot", "--id", 1, "--senses", "udp:7447")

@@ -214,6 +214,10 @@ def _in_words(result: Mapping[str, Any]) -> str:
         changes = result["detection_delay"]["changes"]
         missed = f"; it missed {result['missed']['estimate']:.0%} of {changes} changes" if changes else ""
         lines.append(f"Right: in {result['right_share']['estimate']:.1%} of the steps{missed}.")
+    if acting := result.get("acting"):
+        when, taken = acting["all_taken_step"], acting["tasks_taken"]
+        end = f"all that could be by step {when}" if when >= 0 else "robots could have taken more"
+        lines.append(f"Tasks taken at the end: {taken}; {end}.")
     if result["lost"]:
         lines.append(f"Lost: {', '.join(map(str, result['lost']))}.")
     for why, count in result["dropped"].items():

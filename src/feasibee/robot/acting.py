@@ -108,7 +108,7 @@ class Errand:
 
     def _version(self, version: int | None, status: int) -> int:
         """Return the least version with a status, from a version on."""
-        if version is None or not self.rules.comes_free:
+        if version in (None, GONE) or not self.rules.comes_free:
             return status
         return version + (status - version) % (self.rules.ranks + 1)
 
