@@ -18,6 +18,7 @@ from feasibee.engine.layout import Clock, Robot, Set
 from feasibee.engine.params import Moment
 from feasibee.engine.place import position
 from feasibee.model.outcomes import (
+    ALL_DONE_STEP,
     ALL_TAKEN_STEP,
     BITS_SENT,
     DISTANCE_WALKED,
@@ -30,6 +31,8 @@ from feasibee.strategies import certified
 
 GONE = 2**30 + 1
 """Version of a task that has vanished."""
+FREE, DONE = -1, -2
+"""What `State.holders` has for tasks that nobody has."""
 PATIENCE = 20
 """Steps after which a robot that has no task by its rank goes to the nearest."""
 NOWHERE = 2**64 - 1
@@ -45,7 +48,7 @@ def act(params, state, moment, i, w, members):
     elif moment == Moment.HEAR:
         hear_all(params, state, i, w, members)
     elif moment == Moment.BEGIN:
-        free_tasks(state)
+        begin(params, state)
         set_out(params, state)
     elif moment == Moment.MOVED:
         count_moves(params, state)
@@ -63,7 +66,7 @@ def rest(params, state, moment, i, w, members):
 @called
 def start_acting(state):
     """Let no task be taken, and no robot know of any."""
-    state.holders[:] = -1
+    state.holders[:] = FREE
     state.news[:] = 0
     state.told[:] = 0
     state.sayers[:] = 0
@@ -80,25 +83,47 @@ def forget_tasks(state, i):
 
 
 @called
-def free_tasks(state):
-    """Free the tasks of robots that stopped or left, and the robots of tasks that vanished."""
-    sets = state.sets
+def begin(params, state):
+    """Free tasks whose robots left, and robots whose tasks are done or vanished."""
+    sets, now = state.sets, state.clock[Clock.STEP] + 1
+    taken = done = int64(0)
     for task in range(state.holders.size):
+        i, is_there = int64(state.holders[task]), contains(state.tasks_there, task)
+        if i >= 0 and not (is_there and has_task(sets, i)):
+            let_go(state, task, int64(FREE))
+        elif i >= 0 and contains(sets[Set.STANDING], i) and state.robots[Robot.DONE_AT, i] == now:
+            let_go(state, task, int64(DONE))
         i = int64(state.holders[task])
-        if i < 0:
-            continue
-        has = contains(sets[Set.STANDING], i) or contains(sets[Set.MARKED], i)
-        is_there = contains(state.tasks_there, task)
-        if is_there and has and contains(sets[Set.WORKING], i):
-            continue
-        state.holders[task] = -1
-        for kind in (Set.STANDING, Set.MARKED):
-            set_member(sets, kind, i, False)
-    taken = int64(0)
-    for task in range(state.holders.size):
-        i = int64(state.holders[task])
-        taken += int64(i >= 0 and contains(sets[Set.STANDING], i))
+        is_done = int64(is_there and i == DONE)
+        done += is_done
+        taken += is_done + int64(i >= 0 and contains(sets[Set.STANDING], i))
     state.account[TASKS_TAKEN] = taken
+    if params.tasks.work > 0 and state.account[ALL_DONE_STEP] < 0 and done >= most_of(params, state):
+        state.account[ALL_DONE_STEP] = now
+
+
+@inlined
+def has_task(sets, i):
+    """Return whether a robot works, and stands at a task or has marked one."""
+    has = contains(sets[Set.STANDING], i) or contains(sets[Set.MARKED], i)
+    return has and contains(sets[Set.WORKING], i)
+
+
+@inlined
+def let_go(state, task, becomes):
+    """Let the robot that has a task go on, and the task be free or done."""
+    for kind in (Set.STANDING, Set.MARKED):
+        set_member(state.sets, kind, int64(state.holders[task]), False)
+    state.holders[task] = int32(becomes)
+
+
+@inlined
+def most_of(params, state):
+    """Return how many tasks can be taken or done."""
+    if params.changes and not params.truth_stays:
+        all_can = params.tasks.work > 0 or params.response.enabled
+        return state.clock[Clock.TASKS] if all_can else min(state.clock[Clock.ROBOTS], state.clock[Clock.TASKS])
+    return int64(params.acting.most)
 
 
 @called
@@ -197,18 +222,14 @@ def arrive_all(params, state):
             if squared_way(params, state, i, task) < params.acting.reach:
                 arrive(params, state, i, task, now)
             left = without_lowest(left)
-    most = params.acting.most
-    if params.changes and not params.truth_stays:
-        robots, most = state.clock[Clock.ROBOTS], state.clock[Clock.TASKS]
-        most = most if params.response.enabled else min(robots, most)
-    if state.account[ALL_TAKEN_STEP] < 0 and state.account[TASKS_TAKEN] >= most:
+    if state.account[ALL_TAKEN_STEP] < 0 and state.account[TASKS_TAKEN] >= most_of(params, state):
         state.account[ALL_TAKEN_STEP] = now
 
 
 @called
 def arrive(params, state, i, task, now):
     """Let a robot take a task, if it may have it, and know how the task is."""
-    if not contains(state.tasks_there, task):
+    if not contains(state.tasks_there, task) or state.holders[task] == DONE:
         state.news[i, task] = GONE
         state.account[VAIN_ARRIVALS] += 1
         return
@@ -226,6 +247,7 @@ def arrive(params, state, i, task, now):
         see(params, state, holder, task)
     if contains(state.sets[Set.ACTING], i):
         stand(state, i, now)
+        state.robots[Robot.DONE_AT, i] = int32(now + params.tasks.work if params.tasks.work > 0 else -1)
     else:
         set_member(state.sets, Set.MARKED, i, True)
     see(params, state, i, task)
@@ -258,7 +280,9 @@ def next_version(params, version, status):
 @called
 def see(params, state, i, task):
     """Let a robot know how a task is."""
-    version = next_version(params, int64(state.news[i, task]), status_of(state, task))
+    version = int64(GONE)
+    if state.holders[task] != DONE:
+        version = next_version(params, int64(state.news[i, task]), status_of(state, task))
     state.news[i, task] = int32(version)
     first = params.acting.tolerates * task
     for k in range(first, first + params.acting.tolerates):
@@ -389,7 +413,7 @@ def target_of(params, state, i, now):
 @called
 def knows_too_many(params, state, i):
     """Return whether a robot knows that there are more tasks than robots."""
-    if not params.robots.knows_count:
+    if not params.robots.knows_count or params.tasks.work > 0:
         return False
     known = int64(0)
     for task in range(state.holders.size):

@@ -14,6 +14,7 @@ from feasibee.engine.signatures import ABANDON, ADVANCE, PLAY, START
 from feasibee.engine.team import alone, comes_last, let_go, total, wait_for_all
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.outcomes import (
+    ALL_DONE_STEP,
     ALL_TAKEN_STEP,
     DECLARE_STEP,
     DECLARED_FEASIBLE,
@@ -73,8 +74,10 @@ def has_next_step(params, state, outcome, row, until, part):
         return False
     if params.run.stop_at_declarations and have_all_declared(params, state):
         return False
-    if params.run.stop_when_taken and state.account[ALL_TAKEN_STEP] >= 0:
-        return False
+    if params.run.stop_when_taken:
+        ends_with = ALL_DONE_STEP if params.tasks.work > 0 else ALL_TAKEN_STEP
+        if state.account[ends_with] >= 0:
+            return False
     return not (params.run.stop_at_decision and outcome.decision[row] != UNDECIDED)
 
 

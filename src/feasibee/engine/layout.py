@@ -80,7 +80,8 @@ class Robot(IntEnum):
     BEGAN = 20  # step at which it began to act
     HEADING_X = 21  # of the run that waits while it goes to a task
     HEADING_Y = 22
-    SPARE = 23  # room: the tiles or cells of the robots, or sets while they are sorted
+    DONE_AT = 23  # step at whose beginning its task is done, if tasks take time
+    SPARE = 24  # room: the tiles or cells of the robots, or sets while they are sorted
 
 
 class Set(IntEnum):
@@ -362,7 +363,9 @@ class State(Struct):
     names: Annotated[Int32s, "task"]  # the task whose name each has, if positions have errors
     tasks_there: Annotated[Words, "word of tasks"]
     vanish_at: Annotated[Int32s, "task"]  # steps at which lifetimes end, if tasks have any
-    holders: Annotated[Int32s, "task"]  # the robot that has each, or -1; this and what follows if robots act
+    holders: Annotated[
+        Int32s, "task"
+    ]  # who has each, -1 for none, -2 if it is done; this and what follows if robots act
     news: Annotated[Int32s, "robot", "task"]  # versions that robots know: see `feasibee.engine.acting`
     told: Annotated[Int32s, "step", "robot", "task"]  # versions in messages of this and the last steps
     sayers: Annotated[Int32s, "robot", "task, then sender"]  # one more than who said that a task is taken

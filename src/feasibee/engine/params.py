@@ -224,6 +224,7 @@ class TaskParams(NamedTuple):
     at_start: int
     arrival_rate: float  # per step
     lifetime: float  # steps, on average; 0.0: they stay
+    work: int  # steps that a robot works at one; 0: it stays
     placement: PlacementParams
     grid: Grid
     lists: ListParams

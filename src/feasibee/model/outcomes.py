@@ -58,6 +58,7 @@ STOPS: Final = Need(
 SAYS: Final = Need("a strategy's own `probability`", lambda scenario: scenario.gives_probability)
 RESPONDS: Final = Need("`response.patience`", lambda scenario: scenario.response.patience is not None)
 ACTS: Final = Need("`acting.start`", lambda scenario: scenario.acts)
+WORKS: Final = Need("`tasks.work`", lambda scenario: scenario.tasks.work is not None)
 OUTCOMES: Final = (
     Outcome(
         "decision",
@@ -124,6 +125,13 @@ OUTCOMES: Final = (
     ),
     Outcome("vain_arrivals", "arrivals of robots at tasks that they didn't get", "arrivals", needs=ACTS),
     Outcome("starts_in_vain", "robots that took a task although the tasks were infeasible", needs=ACTS),
+    Outcome(
+        "all_done_step",
+        "first step at whose beginning all tasks were done that a robot could do",
+        *("step", "int64", -1),
+        missing="never",
+        needs=WORKS,
+    ),
 )
 """Outcomes per run, in the order of a journal's columns: append only."""
 
@@ -197,5 +205,6 @@ FILLS: Final = tuple(each.fill for each in ACCOUNT)
     DISTANCE_WALKED,
     VAIN_ARRIVALS,
     STARTS_IN_VAIN,
+    ALL_DONE_STEP,
 ) = range(len(ACCOUNT))
 """Numbers of the columns, by which the engine fills them in."""

@@ -34,7 +34,7 @@ def rules_of(scenario: Scenario, number: int, kind: int) -> Rules:
         number=number,
         rank=ranks[kind],
         ranks=max(ranks),
-        count=scenario.robots.count if scenario.robots.know_count else None,
+        count=scenario.robots.count if scenario.robots.know_count and not scenario.tasks.work else None,
     )
 
 
@@ -59,16 +59,21 @@ class Work:
         self._most = most_taken(scenario)
         self.holders: dict[int, Robot] = {}
         """Who stands at a task, or has marked it."""
-        self.first_taken_step = self.all_taken_step = -1
+        self._done_at: dict[int, int] = {}
+        self.done: set[int] = set()
+        """The tasks at which the work is done."""
+        self.first_taken_step = self.all_taken_step = self.all_done_step = -1
         self.distance_walked = self.vain_arrivals = self.starts_in_vain = 0
 
     @property
     def tasks_taken(self) -> int:
-        """Number of tasks at which robots stand."""
-        return sum(robot.errand.task == task for task, robot in self.holders.items())
+        """Number of tasks at which robots stand, or that are done."""
+        return len(self.done) + sum(robot.errand.task == task for task, robot in self.holders.items())
 
-    def status(self, task: int) -> int:
-        """Return whether a task is free, or else the rank of who has it."""
+    def status(self, task: int) -> int | None:
+        """Return whether a task is free, or else the rank of who has it; None if it vanished or is done."""
+        if task not in self._swarm.tasks or task in self.done:
+            return None
         holder = self.holders.get(task)
         return holder.errand.rules.rank if holder else FREE
 
@@ -84,10 +89,31 @@ class Work:
         self.places |= swarm.tasks
         for robot in swarm.present:
             robot.errand.announce(len(swarm.present))
+        self.done &= swarm.tasks.keys()
         for task, robot in [*self.holders.items()]:
             if task not in swarm.tasks or robot not in swarm.robots or not robot.works(swarm.time):
                 del self.holders[task]
                 robot.errand.lose()
+            elif self._done_at.get(task) == swarm.time and robot.errand.task == task:
+                del self.holders[task]
+                robot.errand.lose()
+                self.done.add(task)
+        if swarm.scenario.tasks.work and self.all_done_step == -1 and len(self.done) >= self.most:
+            self.all_done_step = swarm.time
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all tasks are taken, or done if they take time (model.md 6.25.14, 6.26.5)."""
+        return (self.all_done_step if self._swarm.scenario.tasks.work else self.all_taken_step) != -1
+
+    @property
+    def most(self) -> int:
+        """How many tasks can be taken, or done: all, if robots go on or can be called."""
+        swarm = self._swarm
+        if not swarm.scenario.dynamic:
+            return self._most
+        all_can = swarm.scenario.tasks.work or swarm.scenario.responds
+        return len(swarm.tasks) if all_can else min(len(swarm.present), len(swarm.tasks))
 
     def course(self, robot: Robot) -> tuple[int, int]:
         """Return the step of a robot towards its target (model.md 6.25.2)."""
@@ -123,21 +149,12 @@ class Work:
                 and swarm.world.squared_distance(robot.place, self.places[target]) <= self._reach
             ):
                 self._arrive(robot)
-        if self.all_taken_step == -1 and self.tasks_taken >= self._most_now:
+        if self.all_taken_step == -1 and self.tasks_taken >= self.most:
             self.all_taken_step = swarm.time
-
-    @property
-    def _most_now(self) -> int:
-        """How many tasks can be taken: all of them, if robots can be called."""
-        swarm = self._swarm
-        if not swarm.scenario.dynamic:
-            return self._most
-        robots = len(swarm.tasks) if swarm.scenario.responds else len(swarm.present)
-        return min(robots, len(swarm.tasks))
 
     def _arrive(self, robot: Robot) -> None:
         errand, task, swarm = robot.errand, robot.errand.target, self._swarm
-        if not errand.arrive(self.status(task) if task in swarm.tasks else None):
+        if not errand.arrive(self.status(task)):
             self.vain_arrivals += 1
             return
         relieved = self.holders.get(task)
@@ -145,6 +162,7 @@ class Work:
             relieved.errand.lose(errand.rules.rank)
         self.holders[task] = robot
         if errand.task == task:
+            self._done_at[task] = swarm.time + (swarm.scenario.tasks.work or 0)
             self.starts_in_vain += not swarm.truth
             if self.first_taken_step == -1:
                 self.first_taken_step = swarm.time

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from feasibee.model import purposes
 from feasibee.model.codes import CERTAIN, FEASIBLE, INFEASIBLE, MOST_WALLS, UNDECIDED, exact
+from feasibee.model.outcomes import ACTS, OUTCOMES, WORKS
 from feasibee.model.record import Record
 from feasibee.reference.acting import Work
 from feasibee.reference.draws import choose, cos_sin, duration, poisson, rounded, shuffle
@@ -20,14 +21,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Thing
 
-WORKED = (
-    "first_taken_step",
-    "all_taken_step",
-    "tasks_taken",
-    "distance_walked",
-    "vain_arrivals",
-    "starts_in_vain",
-)
+WORKED = [each.name for each in OUTCOMES if each.needs in (ACTS, WORKS)]
 """Outcomes of robots that act."""
 
 
@@ -56,7 +50,7 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
                 break
             if scenario.run.stop_at_declarations and swarm.have_all_declared:
                 break
-            if scenario.run.stop_when_taken and swarm.work and swarm.work.all_taken_step != -1:
+            if scenario.run.stop_when_taken and swarm.work and swarm.work.is_over:
                 break
         record.bits_sent[row] = swarm.bits_sent
         record.declared_feasible[row] = swarm.declared(FEASIBLE)

@@ -101,9 +101,9 @@ class Errand:
         version = self.known.get(task, GONE)
         return NONE if version == GONE else version % (self.rules.ranks + 1)
 
-    def see(self, task: int, status: int) -> None:
-        """Store the status of a task in sight."""
-        self.known[task] = self._version(self.known.get(task), status)
+    def see(self, task: int, status: int | None) -> None:
+        """Store the status of a task in sight; None if it is done."""
+        self.known[task] = GONE if status is None else self._version(self.known.get(task), status)
         self._sayers.pop(task, None)
 
     def _version(self, version: int | None, status: int) -> int:
@@ -192,7 +192,8 @@ class Errand:
     def arrive(self, status: int | None) -> bool:
         """Store how the target is, which it has reached; return whether it gets it (model.md 6.25.3).
 
-        It stands there if it acts, and else marks the task. The status is None if the task has vanished.
+        It stands there if it acts, and else marks the task. The status is None if the task is done or
+        gone.
         """
         task = self.target
         if status is None:

@@ -30,7 +30,13 @@ def can_do(robots: Robots, tasks: Tasks) -> list[list[bool]]:
 
 
 def most_taken(scenario: Sections) -> int:
-    """Return at how many tasks of the start robots can stand at once (Hall's condition, with its defect)."""
+    """Return how many tasks of the start robots can take: at once, or, if tasks take time, one by one.
+
+    At once, it follows from Hall's condition, with its defect.
+    """
+    if scenario.tasks.work is not None:
+        able = [any(each) for each in zip(*can_do(scenario.robots, scenario.tasks), strict=True)]
+        return sum(able[kind] for kind in kinds_of(scenario.tasks))
     violator = explain_kinds(scenario, kinds_of(scenario.robots), kinds_of(scenario.tasks)).violator
     return scenario.tasks.count - (violator.demand - violator.robots if violator else 0)
 
@@ -98,6 +104,18 @@ ACTING: Final[tuple[Rule, ...]] = (
         lambda s: s.acting.hold == "tag" and s.acting.relieve,
         '"tag" can\'t be combined with acting.relieve',
         'set it to "stand"',
+    ),
+    never(
+        "tasks.work",
+        lambda s: s.tasks.work is not None and not s.acts,
+        "needs acting.start: without it, no robot works at a task",
+        'leave it out, or set acting.start = "safe"',
+    ),
+    never(
+        "tasks.work",
+        lambda s: s.tasks.work is not None and s.acting.relieve,
+        "can't be combined with acting.relieve",
+        "leave it out, or set acting.relieve to false",
     ),
     never(
         "acting.choose",

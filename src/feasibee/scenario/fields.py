@@ -278,6 +278,11 @@ class Tasks(Placed):
         description="Mean steps until a task is finished and vanishes; by default tasks stay.",
         examples=[500.0],
     )
+    work: Steps | None = Field(
+        None,
+        description="Steps that a robot works at a task and then goes on, if robots act; by default it stays.",
+        examples=[50],
+    )
 
 
 class Walk(Section):

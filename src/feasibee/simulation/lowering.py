@@ -54,6 +54,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
             at_start=scenario.tasks.count,
             arrival_rate=scenario.tasks.arrival_rate or 0.0,
             lifetime=scenario.tasks.lifetime or 0.0,
+            work=scenario.tasks.work or 0,
             placement=_placement(scenario.tasks, unit, 0),
             grid=_grid(most.tasks, math.isqrt(sight) + 1, arena),
             lists=_lists(scenario.tasks.count if fast and together else 0, sight + 1),
