@@ -41,6 +41,7 @@ OTHER_VALUES = {
     "robots.away": "missing",
     "tasks.arrival_rate": 0.2,
     "tasks.lifetime": 100.0,
+    "tasks.work": 30,
     "tasks.placement": "clusters",
     "tasks.clusters": 2,
     "tasks.spread": 2.5,
@@ -125,6 +126,7 @@ NEEDS = {
         **ACTS,
         "robots.classes": ({"name": "arms", "count": 12, "skills": ["arm"]}, {"name": "eyes", "count": 8}),
     },
+    "tasks.work": ACTS,
     "run.stop_when_taken": ACTS,
 }
 """What other fields must be for some of these values to be valid."""

@@ -216,6 +216,7 @@ ACTING = {
         "run.steps": 120,
     },
     "robots and tasks that come and go": {**STREAMS, "acting.start": 0, "tasks.lifetime": 30.0},
+    "tasks that take time": {"acting.start": 0, "tasks.count": 7, "tasks.work": 6, "run.steps": 80},
     "robots that stop, and a run that ends": {
         "acting.start": 0,
         "robots.count": 6,

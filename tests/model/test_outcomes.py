@@ -70,7 +70,7 @@ def test_a_dataset_has_the_columns_of_the_table(record, tmp_path):
         to_dataset(record, Scenario(**each), 1)
         for each in (
             {"response": {"patience": 9}},
-            {"acting": {"start": 9}, "run": {"stop_when_taken": True}},
+            {"acting": {"start": 9}, "run": {"stop_when_taken": True}, "tasks": {"work": 5}},
         )
     )
     curves = [each.name for each in CURVES]

@@ -12,6 +12,7 @@ from feasibee.reference.mind import BYZANTINE, HONEST, Mind, Settings, plain_set
 from feasibee.reference.robot import Robot
 from feasibee.reference.swarm import Swarm
 from feasibee.reference.world import Place
+from feasibee.robot.acting import FREE, NONE
 from feasibee.scenario.scenario import Scenario
 
 
@@ -178,7 +179,8 @@ class Bodies(Swarm):
             body.knows = sight["insight"] = insight
         if self.work:
             tasks = [number for is_robot, *_, number in seen if not is_robot and number >= 0]
-            sight["taken"] = [[each, rank] for each in tasks if (rank := self.work.status(each))]
+            statuses = [(each, self.work.status(each)) for each in tasks]
+            sight["taken"] = [[each, NONE if how is None else how] for each, how in statuses if how != FREE]
             errand = body.remote_errand
             sight["acts"] = [errand.heeded, errand.deeds[errand.heeded :]]
         return sight

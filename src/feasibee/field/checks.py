@@ -76,8 +76,8 @@ STATUS: Final = row(OPINION, OPINION, FLAG, TIME, TIME, maybe(whole(-(2**32), 2*
 """The form of `node.Status`."""
 INSIGHT: Final = maybe(record({"truth": BIT, "invented": row(many(SIGHTING), many(SIGHTING))}))
 """What Byzantine robots know: the truth, and tasks and robots to invent; None for others."""
-TAKEN: Final = maybe(many(row(NAME, whole(1, 2**16))))
-"""Numbers of the tasks in sight that are taken, with the ranks of those who have them; None for none."""
+TAKEN: Final = maybe(many(row(NAME, whole(-1, 2**16))))
+"""Numbers of the tasks in sight that are taken, with the ranks of those who have them, or -1 if done."""
 DEED: Final = row(("reached", "lost", "joined").__contains__, whole(-1, 2**20))
 """What a body did, with the status of the task, -1 for none; or that there are so many robots."""
 ACTS: Final = maybe(row(TIME, many(DEED)))

@@ -121,7 +121,7 @@ class Errands:
         ranks = dict(taken)
         for thing, number in seen:
             if not thing.is_robot and (name := self.name(thing, number)) != NONE:
-                self.errand.see(name, ranks.get(number, 0))
+                self.errand.see(name, None if ranks.get(number) == NONE else ranks.get(number, 0))
 
     def heed(self, first: int, deeds: Sequence[Sequence[Any]]) -> None:
         """Take note of what the body did; those it knows already are the first ones."""

@@ -280,7 +280,7 @@ class Tasks(Placed):
     )
     work: Steps | None = Field(
         None,
-        description="Steps that a robot works at a task and then goes on, if robots act; by default it stays.",
+        description="Steps that a robot that acts works at a task before it goes on; by default it stays.",
         examples=[50],
     )
 

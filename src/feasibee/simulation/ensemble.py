@@ -61,10 +61,10 @@ def simulate(
         ``infeasible_at_end``; if robots declare ``declare_step``, ``declared_feasible``,
         ``declared_infeasible``, and ``last_step`` if runs end then; if they give a probability
         ``said_at_end``; if they act ``first_taken_step``, ``all_taken_step``, ``tasks_taken``,
-        ``distance_walked``, ``vain_arrivals``, ``starts_in_vain``. With curves, over ``run`` and ``step``:
-        ``feasible_count``, ``infeasible_count``. In a world that changes also ``truth``, ``held``,
-        ``robots_present``, ``tasks_present``. Attributes: ``title``, ``recipe``; of variables ``long_name``,
-        ``units`` and ``flag_values``, ``flag_meanings``.
+        ``distance_walked``, ``vain_arrivals``, ``starts_in_vain``, and ``all_done_step`` if tasks take time.
+        With curves, over ``run`` and ``step``: ``feasible_count``, ``infeasible_count``. In a world that
+        changes also ``truth``, ``held``, ``robots_present``, ``tasks_present``. Attributes: ``title``,
+        ``recipe``; of variables ``long_name``, ``units`` and ``flag_values``, ``flag_meanings``.
 
     Examples
     --------
