@@ -27,7 +27,7 @@ def results(tmp_path_factory):
     declares = declaring(tmp_path_factory.mktemp("declaring"))
     declares = declares.replace({"run.steps": 3, "run.stop_at_declarations": True})
     by_votes, sure = (Scenario(**small, decision=each) for each in (BY_VOTES, {"strategy": "bayes"}))
-    acting = Scenario(**small, acting={"start": 2})
+    acting = Scenario(**small, acting={"start": 2}, tasks={"work": 2})
     return [simulate(each, 2, curves=True) for each in (by_votes, declares, sure, acting)]
 
 

@@ -165,8 +165,8 @@ class Sections(BaseModel):
 
     @property
     def may_come_free(self) -> bool:
-        """Whether a taken task may come free again (model.md 6.25.5)."""
-        return self.dynamic or self.faulty[0] > 0
+        """Whether a taken task may come free again, or be done (model.md 6.25.5, 6.25.7)."""
+        return self.dynamic or self.faulty[0] > 0 or self.tasks.work is not None
 
     @property
     def dynamic(self) -> bool:
