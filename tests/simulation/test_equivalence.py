@@ -340,6 +340,7 @@ def acting(draw):
         "acting.tell": draw(st.sampled_from([True, True, False])),
         "acting.tolerates": draw(st.sampled_from([0, 0, 1, 3])),
         "acting.detour": draw(st.integers(1, 9)),
+        "tasks.work": draw(st.none() | st.integers(1, 20)),
         "sensing.misname": 0.0,
         "sensing.position_error": 0.0,
         "robots.work": None,
@@ -380,6 +381,7 @@ CREW = {
 COMING = {"lifetime": 50.0, "arrival_rate": 0.1, "count": 8}
 MISSIONS = {
     "tags": {"acting": {"start": 40, "hold": "tag"}},
+    "tasks that take time": {"acting": {"start": 5}, "tasks": {"work": 9, "count": 30}},
     "by rank once declared": {
         "acting": {"start": "declared", "choose": "rank"},
         "decision": {"strategy": "quiet-census"},
