@@ -121,8 +121,8 @@ def let_go(state, task, becomes):
 def most_of(params, state):
     """Return how many tasks can be taken or done."""
     if params.changes and not params.truth_stays:
-        all_can = params.tasks.work > 0 or params.response.enabled
-        return state.clock[Clock.TASKS] if all_can else min(state.clock[Clock.ROBOTS], state.clock[Clock.TASKS])
+        robots, tasks = state.clock[Clock.ROBOTS], state.clock[Clock.TASKS]
+        return tasks if params.tasks.work > 0 or params.response.enabled else min(robots, tasks)
     return int64(params.acting.most)
 
 
