@@ -18,7 +18,7 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 
 FULL = (230, 159, 0)
 """Fill of a taken task."""
-SCENARIO = Scenario(acting={"start": 30}, robots={"know_count": True}, run={"steps": 150})
+SCENARIO = Scenario(acting={"start": 30}, run={"steps": 150})
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +39,15 @@ def test_the_page_asks_whether_they_did_it_and_answers(visit, port):
     seek(page, step)
     expect(page.locator("#done")).to_have_text(f"Yes: robots stand at 20 of 20 tasks, from step {step} on.")
     expect(page.locator("#announcer")).to_contain_text("Yes: robots stand at 20 of 20")
-    change(page, "tasks.count", "15")
-    expect(page.locator("#question")).to_have_text("Did 20 robots do 15 tasks?")
+    for tasks, answer in (("15", "Yes: robots stand at 15 of 15"), ("25", "No: robots stand at 20 of 25")):
+        change(page, "tasks.count", tasks)
+        expect(page.locator("#question")).to_have_text(f"Did 20 robots do {tasks} tasks?")
+        seek(page, 150)
+        expect(page.locator("#done")).to_contain_text(answer)
+    expect(page.locator("#done")).to_contain_text("tasks, as many as they can, from step ")
+    unfolded(page, "[data-path='acting.start']").fill("safe")
+    page.locator("[data-path='acting.start']").press("Tab")
+    expect(page.locator("#toml")).to_contain_text('start = "safe"')
     page.locator("#reset").click()
     unfolded(page, "[data-path='acting.start']").fill("")
     page.locator("[data-path='acting.start']").press("Tab")
