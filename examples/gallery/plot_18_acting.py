@@ -2,10 +2,10 @@
 Robots that search for 40 steps first do their tasks sooner
 ===========================================================
 
-20 robots go to 20 tasks and stand there: at once, or after 40 steps in which they only search and tell each other
-what they found. On the left is one swarm shortly after it began: free tasks are hollow, and lines lead from robots to
-their tasks. On the right is the share of 200 swarms in which robots stand at all tasks. Who stands finds no task and
-carries no news, so robots that begin at once take long to find the last tasks.
+20 robots go to 20 tasks and stand there: at once, or after 40 steps in which they only search and tell each
+other what they found. On the left is one swarm shortly after it began: free tasks are hollow, and lines lead
+from robots to their tasks. On the right is the share of 200 swarms in which robots stand at all tasks. Who
+stands finds no task and carries no news, so robots that begin at once take long to find the last tasks.
 """
 
 import matplotlib.pyplot as plt
