@@ -107,6 +107,28 @@ def test_engine_and_reference(seed):
     assert_same_way(scenario, seed)
 
 
+ACTING = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(5, 30)]
+
+
+@pytest.mark.parametrize("seed", [*range(5), *ACTING])
+def test_robots_that_act(seed):
+    """Robots go around walls to the same tasks, step by step (model.md 6.25.15 to 6.25.17)."""
+    random, scenario = np.random.default_rng(seed), places(seed, [3, 20, 45])
+    how = {"acting.hold": str(random.choice(["stand", "tag"]))}
+    if random.random() < 0.3:
+        how = {"acting.choose": "rank"}
+    changes = {
+        "acting.start": int(random.choice([0, 5, 15])),
+        "acting.reach": max(1.0, scenario.robots.speed),
+        "tasks.count": int(random.choice([6, 12, 30])),
+        "robots.work": None,
+        "robots.charge": None,
+    }
+    scenario = scenario.replace(changes | how)
+    assert_equal(scenario, seed)
+    assert_same_way(scenario, seed)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(200, 208))
 def test_crowd(seed):

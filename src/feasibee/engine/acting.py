@@ -13,10 +13,11 @@ from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.cells import shortest
 from feasibee.engine.compile import called, inlined, with_helpers
-from feasibee.engine.intrinsics import contains, lowest_member, popcount, set_member, without_lowest
+from feasibee.engine.intrinsics import bit, contains, lowest_member, popcount, set_member, without_lowest
 from feasibee.engine.layout import Clock, Robot, Set
 from feasibee.engine.params import Moment
 from feasibee.engine.place import position
+from feasibee.engine.way import NO_WAY, clear_ways, step_around, way_around
 from feasibee.model.outcomes import (
     ALL_DONE_STEP,
     ALL_TAKEN_STEP,
@@ -70,6 +71,7 @@ def start_acting(state):
     state.news[:] = 0
     state.told[:] = 0
     state.sayers[:] = 0
+    clear_ways(state)
 
 
 @called
@@ -159,15 +161,20 @@ def way_to(params, state, i, task):
 
 
 @called
-def squared_way(params, state, i, task):
-    """Return the squared distance of a robot and a task."""
+def away(params, state, i, task):
+    """Return how far a robot is from a task: squared, or in a place around walls; or `NOWHERE`."""
+    if params.arena.place.exists:
+        way = way_around(params, state, i, task)
+        return uint64(way) if way < NO_WAY else uint64(NOWHERE)
     x, y = way_to(params, state, i, task)
     return uint64(x * x) + uint64(y * y)
 
 
 @called
 def course(params, state, i, task):
-    """Return a robot's step towards a task (model.md 6.25.2)."""
+    """Return a robot's step towards a task (model.md 6.25.2, 6.25.17)."""
+    if params.arena.place.exists:
+        return step_around(params, state, i, task)
     x, y = way_to(params, state, i, task)
     squared = uint64(x * x) + uint64(y * y)
     if squared == 0:
@@ -185,11 +192,15 @@ def count_moves(params, state):
     moved = int64(0)
     for w in range(sets.shape[1]):
         sets[Set.BLOCKED, w] &= ~sets[Set.STANDING, w]
-        moved += popcount(uint32(sets[Set.WORKING, w] & ~(sets[Set.STANDING, w] | sets[Set.BLOCKED, w])))
+        moving = uint32(sets[Set.WORKING, w] & ~(sets[Set.STANDING, w] | sets[Set.BLOCKED, w]))
         left = sets[Set.COURSED, w]
         while left:
-            state.robots[Robot.WALK_LEFT, lowest_member(w, left)] += 1
+            i = lowest_member(w, left)
+            state.robots[Robot.WALK_LEFT, i] += 1
+            if state.robots[Robot.STEP_X, i] == 0 and state.robots[Robot.STEP_Y, i] == 0:
+                moving &= ~bit(i)
             left = without_lowest(left)
+        moved += popcount(moving)
     if state.account[ALL_TAKEN_STEP] < 0 and params.robots.speed > 0.0:
         state.account[DISTANCE_WALKED] += moved
 
@@ -213,13 +224,15 @@ def status_of(state, task):
 @called
 def arrive_all(params, state):
     """Let each robot that has reached its target take the task, or learn how it is (model.md 6.25.3)."""
-    now = state.clock[Clock.STEP] + 1
+    now, place, reach = state.clock[Clock.STEP] + 1, params.arena.place, params.acting.reach
+    if place.exists:
+        reach = uint64(place.arrived + 1)
     for w in range(state.sets.shape[1]):
         left = uint32(state.sets[Set.BOUND, w] & state.sets[Set.WORKING, w])
         while left:
             i = lowest_member(w, left)
             task = int64(state.robots[Robot.TARGET, i])
-            if squared_way(params, state, i, task) < params.acting.reach:
+            if away(params, state, i, task) < reach:
                 arrive(params, state, i, task, now)
             left = without_lowest(left)
     if state.account[ALL_TAKEN_STEP] < 0 and state.account[TASKS_TAKEN] >= most_of(params, state):
@@ -385,6 +398,8 @@ def choose_all(params, state):
                 robots[Robot.DETOUR, i] = 0
             if not contains(sets[Set.STANDING], i):
                 target = target_of(params, state, i, now)
+                if target >= 0 and away(params, state, i, target) == NOWHERE:
+                    target = int64(-1)
                 set_member(sets, Set.BOUND, i, target >= 0)
                 robots[Robot.TARGET, i] = int32(target)
             left = without_lowest(left)
@@ -466,9 +481,9 @@ def nearest(params, state, i):
         relieves = params.acting.relieves and 0 < status < rank_of(state, i)
         if not (status == 0 or relieves) or not can_do(params, state, i, task):
             continue
-        away = squared_way(params, state, i, task)
-        if status == 0 and away < least:
-            found, least = int64(task), away
-        elif relieves and away < least_relieved:
-            relieved, least_relieved = int64(task), away
+        far = away(params, state, i, task)
+        if status == 0 and far < least:
+            found, least = int64(task), far
+        elif relieves and far < least_relieved:
+            relieved, least_relieved = int64(task), far
     return found if found >= 0 else relieved

@@ -369,6 +369,7 @@ class State(Struct):
     news: Annotated[Int32s, "robot", "task"]  # versions that robots know: see `feasibee.engine.acting`
     told: Annotated[Int32s, "step", "robot", "task"]  # versions in messages of this and the last steps
     sayers: Annotated[Int32s, "robot", "task, then sender"]  # one more than who said that a task is taken
+    ways: Annotated[Int32s, "task, then queue", "cell"]  # if robots act in a place: see `feasibee.engine.way`
     task_cells: Cells
     task_lists: TaskLists
     robot_cells: Cells
@@ -474,6 +475,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         tasks_there=np.zeros(-(-params.tasks.count // WORD), np.uint32),
         vanish_at=np.zeros(params.tasks.count if params.tasks.lifetime > 0 else 0, np.int32),
         **_empty_news(params, padded),
+        ways=np.zeros(_ways_shape(params), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid),
         task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
@@ -523,6 +525,15 @@ def _delayed_shape(params: Params) -> tuple[int, int, int]:
     padded = -(-params.robots.count // WORD) * WORD
     delay = params.radio.delay
     return delay + 1 if delay else 0, padded, Delayed.TOLD + params.strategy.knowledge.message_words
+
+
+def _ways_shape(params: Params) -> tuple[int, int]:
+    place = params.arena.place
+    return (
+        (params.tasks.count + 2, place.columns * place.rows)
+        if place.exists and place.arrived >= 0
+        else (0, 0)
+    )
 
 
 def _inbox_shape(params: Params, room: Room) -> tuple[int, int]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from feasibee.model.codes import exact
 from feasibee.reference.mind import BYZANTINE
+from feasibee.reference.way import Ways
 from feasibee.robot.acting import FREE, NONE, Rules
 from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
 from feasibee.scenario.scenario import Scenario
@@ -52,6 +53,7 @@ class Work:
         self.places = dict(swarm.tasks)
         """Where tasks are or were."""
         self._reach = swarm.world.squared(exact(scenario.acting.reach))
+        self._ways = Ways(swarm.world.ground, scenario.acting.reach) if swarm.world.ground else None
         self.can_do = can_do(scenario.robots, scenario.tasks)
         """For each class of robots whether it can do a task of each class."""
         self._status_bits = status_bits(scenario)
@@ -116,8 +118,11 @@ class Work:
         return len(swarm.tasks) if all_can else min(len(swarm.present), len(swarm.tasks))
 
     def course(self, robot: Robot) -> tuple[int, int]:
-        """Return the step of a robot towards its target (model.md 6.25.2)."""
-        x, y = self._swarm.world.way(robot.place, self.places[robot.errand.target])
+        """Return the step of a robot towards its target (model.md 6.25.2, 6.25.17)."""
+        target = self.places[robot.errand.target]
+        if self._ways:
+            return self._ways.step(robot.place, target, robot.reach)
+        x, y = self._swarm.world.way(robot.place, target)
         length = math.sqrt(float(x * x + y * y))
         if length == 0:
             return 0, 0
@@ -125,10 +130,21 @@ class Work:
         return math.floor(reach * (x / length) + 0.5), math.floor(reach * (y / length) + 0.5)
 
     def way(self, robot: Robot, task: int) -> int | None:
-        """Return how far a robot is from a task, squared; None if it can't do it."""
+        """Return how far a robot is from a task, squared or around walls; None if it can't do it."""
         if not self.can_do[robot.kind][self._swarm.task_kinds[task]]:
             return None
+        if self._ways:
+            return self._ways.length(robot.place, self.places[task])
         return self._swarm.world.squared_distance(robot.place, self.places[task])
+
+    def _has_reached(self, robot: Robot) -> bool:
+        """Return whether a robot has reached its target (model.md 6.25.3, 6.25.16)."""
+        if robot.errand.target == NONE:
+            return False
+        target = self.places[robot.errand.target]
+        if self._ways:
+            return self._ways.has_arrived(robot.place, target)
+        return self._swarm.world.squared_distance(robot.place, target) <= self._reach
 
     def choose(self, robot: Robot) -> None:
         """Let a robot choose its target, if it acts (model.md 6.25.9)."""
@@ -143,11 +159,7 @@ class Work:
         """Let robots take the tasks that they have reached, in the order of their numbers."""
         swarm = self._swarm
         for robot in working:
-            target = robot.errand.target
-            if (
-                target != NONE
-                and swarm.world.squared_distance(robot.place, self.places[target]) <= self._reach
-            ):
+            if self._has_reached(robot):
                 self._arrive(robot)
         if self.all_taken_step == -1 and self.tasks_taken >= self.most:
             self.all_taken_step = swarm.time

@@ -125,12 +125,17 @@ class Ground:
         return found
 
     def _nearest(self, cell: Pair) -> int:
-        """Return the piece of the nearest passable cell, if that is near enough (model.md 6.20.9)."""
+        """Return the piece from which robots reach a task in a cell; 0 if none do (model.md 6.20.9)."""
+        first = self.reached_from(cell)
+        return self.piece[first] if first else 0
+
+    def reached_from(self, cell: Pair) -> Pair | None:
+        """Return the passable cell nearest to a task's, if that is near enough (model.md 6.20.9)."""
         cell = min(cell[0], self.size[0] - 1), min(cell[1], self.size[1] - 1)
         near = [
             each for each in self._around(cell, 4 * self._clearance + Fraction(1, 16)) if each in self.piece
         ]
-        return self.piece[min(near, key=lambda each: self._gap(cell, each))] if near else 0
+        return min(near, key=lambda each: self._gap(cell, each), default=None)
 
     @cached_property
     def lattice(self) -> list[Pair]:

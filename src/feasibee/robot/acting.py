@@ -40,7 +40,7 @@ PATIENCE: Final = 20
 """Steps after which a robot without a task of its own by rank goes to the nearest."""
 
 Way = Callable[[int], float | None]
-"""Returns how far away a task is, or its square; None if the robot can't do it."""
+"""Returns how far away a task is, or its square; None if the robot can't do it or get there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +148,7 @@ class Errand:
         declared : int
             What the robot has declared: 1 feasible, 0 infeasible, -1 nothing.
         way : callable
-            Returns how far away a task is, or its square; None if the robot can't do it.
+            Returns how far away a task is, or its square; None if the robot can't do it or get there.
         """
         self.target = NONE
         if self.task != NONE or declared == 0 or self._knows_too_many:
@@ -158,7 +158,7 @@ class Errand:
         elif not self.rules.tags or self.mark != NONE:
             return
         if self.mark != NONE:
-            self.target = self.mark
+            self.target = self.mark if way(self.mark) is not None else NONE
         elif self.rules.by_rank and step < self.began + PATIENCE:
             self.target = self._of_rank(way)
         else:

@@ -13,7 +13,7 @@ from feasibee.scenario.rules import Conflict, Rule, never
 from feasibee.scenario.sections import Sections
 
 NEWS_LIMIT: Final = 4 * 2**30
-"""Largest memory of what all robots of a swarm know of tasks, in bytes."""
+"""Largest memory of what all robots of a swarm know of tasks, and of the ways to these, in bytes."""
 
 
 def ranks_of(robots: Robots) -> list[int]:
@@ -79,9 +79,12 @@ def _reach(scenario: Sections) -> Iterator[Conflict]:
 def _memory(scenario: Sections) -> Iterator[Conflict]:
     robots, tasks = scenario.most
     needed = robots * tasks * (8 + 8 * scenario.radio.delay + 4 * scenario.acting.tolerates)
+    if scenario.acts and scenario.plan:
+        needed += 4 * (tasks + 2) * scenario.plan.walls.size
     if scenario.acts and needed > NEWS_LIMIT:
         rule = f"needs {needed / 2**30:.1f} GiB for what robots know, above {NEWS_LIMIT // 2**30} GiB"
-        yield Conflict("acting.start", rule, "use fewer robots or tasks, or leave it out", "acting robots")
+        remedy = "use fewer robots or tasks, or larger cells, or leave it out"
+        yield Conflict("acting.start", rule, remedy, "acting robots")
 
 
 ACTING: Final[tuple[Rule, ...]] = (

@@ -63,6 +63,8 @@ class Ground:
     radius: int
     """In units of fixed point."""
     passable: Cells
+    near: int
+    """Largest square of the gap, in cells, between a task and the cell from which robots reach it."""
     pieces: NDArray[np.int32]
     """Number of each cell's piece, from 1 on, in the order of their first cells; 0 where no robot can be."""
     robots: Stands
@@ -109,6 +111,7 @@ def _ground(
     text: str, size: tuple[float, float], bodies: tuple[float, float], robots: Any, tasks: Any
 ) -> Ground:
     plan, radius, passable, pieces = _surface(text, size, bodies)
+    most = _least(bodies, plan, radius) // (16 * 4**plan.bits)
     (count, zone, points), (tasks_count, tasks_zone, tasks_points) = robots, tasks
     own = _stands(pieces, plan.zones.get(zone), np.ones(int(pieces.max()) + 1, bool))
     if points is None:
@@ -120,13 +123,12 @@ def _ground(
     if tasks_points is None:
         others = others._replace(piece=shares(np.diff(others.first), tasks_count))
     else:
-        reach = _least(bodies, plan, radius) // (16 * 4**plan.bits)
-        near = [nearest(pieces, cell, reach) for cell in cells_at(plan, tasks_points)]
+        near = [nearest(pieces, cell, most) for cell in cells_at(plan, tasks_points)]
         others = others._replace(piece=np.array(near, np.int64))
     sketch = plan.walls.astype(np.uint8) * WALL
     sketch.flat[others.cells] |= TASKS
     sketch.flat[cells_at(plan, tasks_points or ())] |= TASKS
-    return Ground(plan, radius, passable, pieces, own, others, sketch.tobytes())
+    return Ground(plan, radius, passable, most, pieces, own, others, sketch.tobytes())
 
 
 @lru_cache(maxsize=16)

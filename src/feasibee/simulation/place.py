@@ -31,7 +31,7 @@ def params_of(scenario: Scenario) -> PlaceParams:
     """Return the grid of a scenario's place; zeros if it has none."""
     plan = scenario.plan
     if plan is None:
-        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0.0)
+        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0.0, 0, -1)
     rows, columns = plan.walls.shape
     sight, radio = (
         math.ceil(exact(reach) / plan.cell) + 1 for reach in (scenario.sensing.range, scenario.radio.range)
@@ -40,7 +40,10 @@ def params_of(scenario: Scenario) -> PlaceParams:
     given = setting.flooding, setting.columns, setting.in_sight
     blur = _blur(plan)
     numbers = columns, rows, -(-columns // CELLS), blur, -(-columns >> blur), sight, radio
-    return PlaceParams(True, plan.bits, *numbers, *given)
+    surface = ground_of(scenario)
+    assert surface is not None
+    arrived = math.floor(5 * exact(scenario.acting.reach) / plan.cell) if scenario.acts else -1
+    return PlaceParams(True, plan.bits, *numbers, *given, surface.near, arrived)
 
 
 def tables_of(scenario: Scenario) -> Ground:

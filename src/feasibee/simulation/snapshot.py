@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from feasibee.engine.layout import State
     from feasibee.engine.params import Params
 
-CONSTANT = frozenset(("robot_cells", "tasks", "task_cells", "task_lists", "tables"))
+CONSTANT = frozenset(("robot_cells", "tasks", "task_cells", "task_lists", "tables", "ways"))
 """Fields of the state that stay the same in a run, or that are tuples of arrays."""
 
 FLAGS = (
