@@ -9,7 +9,7 @@ import pytest
 
 import feasibee.robot.firmware
 from feasibee.errors import FeasibeeError
-from feasibee.robot.firmware import header
+from feasibee.robot.firmware import acting_header, header
 from feasibee.strategies import STRATEGIES
 from tests.commands import invoke, refused_in_a_line
 from tests.robot.driving import built
@@ -55,7 +55,7 @@ def test_each_part_is_in_the_header_once():
     text = header()
     assert text.count("#ifndef FEASIBEE_H\n") == 1
     assert '#include "' not in text
-    for path in {*FOLDER.glob("*.h")} - {FOLDER / "given.h"}:  # for programs that simulate a body
+    for path in {*FOLDER.glob("*.h")} - {FOLDER / "given.h", FOLDER / "acting.h"}:  # files of their own
         assert text.count(path.read_text().partition("\n")[0]) == 1, path.name
 
 
@@ -69,6 +69,15 @@ def test_the_command_prints_the_header():
     trimmed = invoke("header", "--strategy", "dmmd", "--strategy", "dc", "--inbox", 32).stdout
     assert trimmed == header(["dmmd", "dc"], inbox=32)
     assert "#define FEASIBEE_INBOX 32\n" in trimmed
+
+
+@pytest.mark.parametrize("compiler", [["cc", "-std=c99"], ["g++", "-x", "c++", "-std=c++11"]])
+def test_the_header_of_robots_that_act_stands_alone_and_compiles(compiler, tmp_path):
+    text = invoke("header", "--acting").stdout
+    assert text == acting_header()
+    assert '#include "' not in text
+    built(tmp_path, PROGRAM, text, "-fsyntax-only", "-Wno-shadow", command=compiler, packages="g++")
+    assert "leave them out" in refused_in_a_line("header", "dmmd", "--acting")
 
 
 def test_values_are_left_out_where_no_strategy_sends_any():

@@ -390,6 +390,7 @@ def header(
         metavar="STRATEGY",
     ),
     inbox: int | None = option("Number of senders whose message a robot keeps; by default 64.", int),
+    acting: bool = option("Print acting.h instead: which task a robot that acts goes to.", is_flag=True),
 ) -> None:
     """Print the controller of one robot in C99, as one header file.
 
@@ -401,9 +402,15 @@ def header(
       feasibee header > feasibee.h
       feasibee header mine.py > feasibee.h
       feasibee header dmmd average --inbox 32 > feasibee.h
+      feasibee header --acting > acting.h
     """
-    from feasibee.robot.firmware import header
+    from feasibee.robot.firmware import acting_header, header
 
+    if acting:
+        if strategies or more or inbox is not None:
+            raise FeasibeeError("--acting: acting.h has no strategy and no inbox; leave them out")
+        click.echo(acting_header(), nl=False)
+        return
     click.echo(header([_in_c(name) for name in (*strategies, *more)] or None, inbox), nl=False)
 
 

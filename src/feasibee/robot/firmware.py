@@ -16,7 +16,7 @@ from feasibee.robot.wire import name_of
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy
 
-__all__ = ["header"]
+__all__ = ["acting_header", "header"]
 
 MOST_SENDERS = 65_535
 """Largest capacity of an inbox in C."""
@@ -77,6 +77,18 @@ def header(
     text = "".join([_beginning(chosen, inbox), *parts, *(f"\n{each}" for each in made), "\n#endif\n"])
     _check_names(chosen, text)
     return text
+
+
+def acting_header() -> str:
+    """Return the text of ``acting.h``: the errand of a robot that acts, which needs no other file.
+
+    Examples
+    --------
+    >>> from feasibee.robot.firmware import acting_header
+    >>> "feasibee_choose_task" in acting_header()
+    True
+    """
+    return (FOLDER / "acting.h").read_text(encoding="utf-8")
 
 
 def _check_names(strategies: Sequence[Strategy], text: str) -> None:
