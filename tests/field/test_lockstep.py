@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from commands import refused_in_a_line
 from fields import MINE, NEEDS_FORK, STREAMS, a_plan, opinions, run, simulated, small, steps_of
 from nets import play as play_in_memory
 
@@ -296,6 +297,7 @@ def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
 def test_what_acting_robots_of_a_field_can_not_do_is_an_error(changes, faults, told):
     with pytest.raises(FeasibeeError, match=told):
         Field(a_plan(small(**{"acting.start": 3, **changes}), faults=faults), None, print)
+    assert "frames in C" in refused_in_a_line("launch", "--c", "--set", "acting.start=3")
 
 
 @NEEDS_FORK

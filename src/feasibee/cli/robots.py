@@ -161,7 +161,7 @@ def _brain(scenario: Scenario) -> Iterator[Path]:
     if scenario.responds:
         raise FeasibeeError("--c with [response]: robots in C tell no operator what they lack; leave one out")
     if scenario.acts:
-        raise FeasibeeError("--c with [acting]: robots in C don't act yet; leave one out")
+        raise FeasibeeError("--c with [acting]: frames in C say nothing of tasks; leave one out")
     with tempfile.TemporaryDirectory() as folder:
         yield compiled(strategy_of(scenario.manifest), scenario.setting, Path(folder))
 
