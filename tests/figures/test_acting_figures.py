@@ -12,7 +12,7 @@ from pixels import close, seen_at
 
 from feasibee import Scenario, Swarm, plot_arena
 from feasibee.figures.animation import AFTER_DECISION, _span
-from feasibee.figures.arena import STANDS, WALKS
+from feasibee.figures.arena import DONE, STANDS, WALKS
 from feasibee.figures.frames import DARK, LIGHT, Painter, draw_frame
 from feasibee.model.codes import TASK
 from feasibee.scenario.runs import Runs
@@ -86,6 +86,25 @@ def test_the_figure_of_the_arena_has_fills_and_lines():
     named = [each.get_text() for each in ax.get_legend().get_texts()]
     assert {"free task", "taken task", "walks to", "stands at"} < set(named)
     assert "free task" not in [each.get_text() for each in plot_arena(Swarm()).get_legend().get_texts()]
+
+
+def test_done_tasks_are_pale():
+    swarm = Swarm(SCENARIO.replace({"tasks.work": 5}))
+    swarm.advance(8)
+    assert swarm.acting.looks.tolist() == [2, 0, 1]
+    place = (TASKS[0][0], TASKS[0][1] + 0.2)
+    assert close(seen_at(draw_frame(swarm, size=1000), SCENARIO, place), LIGHT.faint)
+    ax, shown = plot_arena(swarm), swarm._repr_html_()
+    (points,) = [each for each in ax.collections if not isinstance(each, LineCollection)]
+    fills = ("white", TASK, DONE)
+    assert all(
+        same_color(found, fills[look])
+        for found, look in zip(points.get_facecolor(), swarm.acting.looks, strict=True)
+    )
+    assert "done task" in [each.get_text() for each in ax.get_legend().get_texts()]
+    assert "robots stand at 1 of 3 tasks and have done 1" in shown
+    fills = re.findall(r'<path d="([^"]+)" fill="(#\w+)"', shown)
+    assert [(path.count("M"), fill) for path, fill in fills] == [(1, "#bbb"), (1, TASK), (1, "#fff")]
 
 
 def test_a_notebook_shows_them_too():

@@ -18,12 +18,14 @@ from feasibee.simulation.snapshot import FLAGS
 SCENARIO = Scenario(acting={"start": 30}, robots={"know_count": True}, run={"steps": 200})
 CHANGING = SCENARIO.replace({"events": [{"step": 35, "tasks": -9}, {"step": 40, "robots": -4, "tasks": 6}]})
 
+WORKING = SCENARIO.replace({"tasks.work": 10})
+
 
 def said(swarm, robot):
     return dict(reasons_of(swarm, robot))["Acts"]
 
 
-@pytest.mark.parametrize("scenario", [SCENARIO, CHANGING, SCENARIO.replace({"acting.hold": "tag"})])
+@pytest.mark.parametrize("scenario", [SCENARIO, CHANGING, SCENARIO.replace({"acting.hold": "tag"}), WORKING])
 def test_a_frame_has_the_task_of_each_robot_and_what_is_taken(scenario):
     """Aims and tasks are told by place: those of a world that changes have other numbers."""
     swarm, met = Swarm(scenario, 3), set()
@@ -38,7 +40,8 @@ def test_a_frame_has_the_task_of_each_robot_and_what_is_taken(scenario):
             target = swarm.targets[robot]
             assert [task] == (held or [target if target in numbers else -1])
             met.add((task >= 0, bool(stands[robot])))
-        assert frame["taken"].tolist() == (swarm.holders[numbers] >= 0).tolist()
+        looks = {-2: 2, -1: 0}
+        assert frame["taken"].tolist() == [looks.get(each, 1) for each in swarm.holders[numbers].tolist()]
         assert (frame["standing"], frame["allTakenStep"]) == (swarm.standing.sum(), swarm.all_taken_step)
     assert met == {(False, False), (True, False), (True, True)}
     assert "aims" not in decode(encode_frame(Swarm(), 0, 0))
@@ -99,6 +102,15 @@ def test_a_robot_walks_to_a_task_that_has_vanished():
         assert ("but it has vanished" in said(swarm, robot)) == gone
         words.append(gone)
     assert set(words) == {True, False}
+
+
+def test_a_robot_walks_to_a_task_that_is_done():
+    swarm, words = swarm_at(35, WORKING, 3), []
+    while swarm.step < 80:
+        swarm.advance()
+        words += [said(swarm, robot) for robot in range(20)]
+    assert any("saw or heard that it is free, but it is done;" in each for each in words)
+    assert swarm.acting.achieved.endswith(f" of 20 tasks and have done {(swarm.holders == -2).sum()}")
 
 
 def test_a_robot_says_whom_it_relieves():

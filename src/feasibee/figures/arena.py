@@ -19,6 +19,8 @@ from feasibee.scenario.picture import extent_of, outlines_of, picture_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
 
+DONE = "0.6"
+"""Fill of done tasks."""
 WALKS, STANDS = 0.5, 1.8
 """Widths of the lines from robots to the tasks to which they walk, and at which they stand, in points."""
 
@@ -102,8 +104,8 @@ def _draw_tasks(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
     x, y = swarm.tasks.T
     look: dict[str, Any] = {"color": TASK, "edgecolor": "black", "linewidth": 0.4}
     if scenario.acts:
-        aims, standing, holders = swarm.acting
-        look["color"] = [TASK if each >= 0 else "white" for each in holders]
+        aims, standing, _ = swarm.acting
+        look["color"] = [("white", TASK, DONE)[each] for each in swarm.acting.looks]
         bound, walls = np.flatnonzero(aims >= 0), scenario.arena.boundary == "walls"
         lines, found = segments(swarm.positions[bound], swarm.tasks[aims[bound]], scenario.arena.size, walls)
         widths = np.where(standing[bound], STANDS, WALKS)[found]
@@ -124,6 +126,8 @@ def _arena_legend(ax: Axes, scenario: Scenario) -> None:
         **({"free task": {**task, "color": "white"}} if acts else {}),
         "range": {"markersize": 9, "color": "0.87"},
     }
+    if scenario.tasks.work is not None:
+        looks["done task"] = {**task, "color": DONE}
     if acts:
         looks |= {"walks to": {**line, "linewidth": WALKS}, "stands at": {**line, "linewidth": STANDS}}
     usual = {"linestyle": "", "marker": "o", "markersize": 6}

@@ -122,7 +122,7 @@ class Painter:
         bottom = below + (whole // 7 + self.line if span else 0)
         self.strip = (self.margin + label, below + self.margin // 2, whole - self.margin, bottom - self.line)
         self.size = (whole, -(-bottom // (2 * DRAWN)) * 2 * DRAWN)
-        self.drawn_tasks: tuple[list[int], list[bool]] | None = None
+        self.drawn_tasks: tuple[list[int], list[int]] | None = None
 
     def draw(
         self, swarm: Shown, notes: Sequence[str] = (), lost: NDArray[np.bool_] | None = None
@@ -130,9 +130,9 @@ class Painter:
         """Draw the present step of a swarm of this scenario, with notes and with lost robots in grey."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
         acting = swarm.acting if self.scenario.acts else None
-        full = np.ones(len(swarm.task_numbers), np.bool_) if acting is None else acting.holders >= 0
-        if self.drawn_tasks != (drawn_tasks := (swarm.task_numbers.tolist(), full.tolist())):
-            self.ground, self.drawn_tasks = self._ground(swarm.tasks, full), drawn_tasks
+        looks = [1] * len(swarm.task_numbers) if acting is None else acting.looks.tolist()
+        if self.drawn_tasks != (drawn_tasks := (swarm.task_numbers.tolist(), looks)):
+            self.ground, self.drawn_tasks = self._ground(swarm.tasks, looks), drawn_tasks
         arena = self.ground.copy()
         if acting is not None:
             self._aims(arena, swarm, acting)
@@ -160,14 +160,14 @@ class Painter:
         assert isinstance(font, ImageFont.FreeTypeFont)  # Pillow's wheels have FreeType
         return font
 
-    def _ground(self, tasks: NDArray[np.float64], full: NDArray[np.bool_]) -> Image.Image:
-        """Draw the arena with its place, and with tasks, which never move; some are hollow."""
+    def _ground(self, tasks: NDArray[np.float64], looks: list[int]) -> Image.Image:
+        """Draw the arena with its place, and with tasks, which never move, each with its look."""
         ground = Image.new("RGB", self.arena, self.theme.paper)
         if self.scenario.plan is not None:
             self._place(ground, self.scenario.plan)
         half = max(1.2 * DRAWN, TASK_SIDE * self.radius)
         for x, y, task in self._images(tasks, half * 1.3):
-            _press(ground, _task(round(8 * half) / 8, self.theme, bool(full[task])), x, y)
+            _press(ground, _task(round(8 * half) / 8, self.theme, looks[task]), x, y)
         return ground
 
     def _place(self, ground: Image.Image, plan: Plan) -> None:
@@ -264,8 +264,7 @@ class Painter:
         if self.scenario.dynamic:
             write(left, 2, f"{int(swarm.present.sum())} robots, {len(swarm.tasks)} tasks")
         if self.scenario.acts:
-            standing = int(swarm.acting.standing.sum())
-            write(left, self.lines - 1, f"robots stand at {standing} of {len(swarm.tasks)} tasks")
+            write(left, self.lines - 1, swarm.acting.achieved)
         for line, text in enumerate(notes, self.lines):
             write(left, line, text)
 
@@ -392,14 +391,14 @@ def _robot(
 
 
 @cache
-def _task(half: float, theme: Theme, full: bool = True) -> Stamp:
-    """Draw a task, a triangle with an outline, full or hollow."""
+def _task(half: float, theme: Theme, look: int = 1) -> Stamp:
+    """Draw a task, a triangle with an outline: hollow if it is free, full, or pale if it is done."""
     side = 2 * DRAWN * int(np.ceil((1.3 * half + 1) / DRAWN))
     large = Image.new("RGBA", (side * FINE, side * FINE))
     centre, unit = side * FINE / 2, half * FINE
     pen = ImageDraw.Draw(large)
-    fill = (0.78, TASK) if full else (0.68, theme.paper)
-    detailed, dot = half >= DETAILED_RADIUS * DRAWN, (1.0, theme.faint if full else theme.ink)
+    fill = ((0.68, theme.paper), (0.78, TASK), (0.78, theme.faint))[look]
+    detailed, dot = half >= DETAILED_RADIUS * DRAWN, (1.0, theme.faint if look else theme.ink)
     for size, colour in ((1.0, theme.ink), fill) if detailed else (dot,):
         corners = [(0.0, -1.05), (1.0, 0.75), (-1.0, 0.75)]
         pen.polygon([(centre + x * size * unit, centre + y * size * unit) for x, y in corners], colour)

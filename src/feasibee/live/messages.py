@@ -171,11 +171,11 @@ def encode_frame(
 
 
 def _acts(swarm: Swarm | Logged) -> dict[str, Any]:
-    """Return the task of each robot, and whether each task is taken, if robots act."""
+    """Return the task of each robot, and the look of each task, if robots act."""
     if not swarm.scenario.acts:
         return {}
-    aims, _, holders = swarm.acting
-    return {"aims": np.where(aims < 0, NO_TASK, aims).astype("<u2"), "taken": (holders >= 0).view("u1")}
+    aims = swarm.acting.aims
+    return {"aims": np.where(aims < 0, NO_TASK, aims).astype("<u2"), "taken": swarm.acting.looks}
 
 
 def encode_tasks(swarm: Swarm | Logged, generation: int) -> bytes:

@@ -24,7 +24,9 @@ from feasibee.strategies.certified import NEVER
 
 OPINIONS: Final = {1: "feasible", 0: "infeasible", -1: "no opinion"}
 GONE: Final = 2**30
-"""Version of a task that has vanished (model.md 6.25.5)."""
+"""Version of a task that has vanished or is done (model.md 6.25.5, 6.26.2)."""
+FREE: Final = -1
+"""Holder of a task that is free."""
 LISTED: Final = 12
 """Most senders of one opinion that are listed."""
 TAKEN: Final = 10_000
@@ -109,8 +111,8 @@ def _deed(swarm: Swarm, state: RobotState, number: int) -> str:
     why = f"it {how} that it {'is free' if known[task] == 0 else 'has a robot with more skills'}"
     if holder == number:
         why = "it has marked it"
-    elif holder >= 0 and known[task] == 0:
-        why += f", but robot {holder} has it"
+    elif holder != FREE and known[task] == 0:
+        why += ", but it is done" if holder < 0 else f", but robot {holder} has it"
     return f"walks to task {task}, {away:.1f} units away: {why}; {knows}"
 
 
@@ -120,7 +122,7 @@ def _idle(swarm: Swarm, state: RobotState, number: int, known: int) -> str:
     declared, start = _has(state, "declared"), scenario.acts_from
     if declared and opinion_of(state) == 0:
         return "doesn't act: it has declared infeasible"
-    if scenario.robots.know_count and known > scenario.robots.count:
+    if scenario.tasks.work is None and scenario.robots.know_count and known > scenario.robots.count:
         return "doesn't act: it knows more tasks than there are robots"
     if swarm.step >= start or (scenario.acting.start == "declared" and declared):
         return "knows no free task that it can do"

@@ -21,7 +21,22 @@ class Acting(NamedTuple):
     standing: NDArray[np.bool_]
     """Whether each robot stands at a task: bool, shape (robots,)."""
     holders: NDArray[np.int64]
-    """Robot that stands at each task of the step, or has marked it: int64, shape (tasks,), -1 for none."""
+    """Robot that stands at each task of the step, or has marked it: int64, shape (tasks,).
+
+    -1 stands for none, and -2 for a done task.
+    """
+
+    @property
+    def looks(self) -> NDArray[np.uint8]:
+        """0 for each free task of the step, 1 for a taken one, 2 for a done one: uint8, shape (tasks,)."""
+        return np.choose(np.minimum(self.holders, 0) + 2, [2, 0, 1]).astype(np.uint8)
+
+    @property
+    def achieved(self) -> str:
+        """At how many tasks robots stand, and how many are done, in words."""
+        done = int((self.looks == 2).sum())
+        more = f" and have done {done}" if done else ""
+        return f"robots stand at {self.standing.sum()} of {len(self.holders)} tasks{more}"
 
     @classmethod
     def of(

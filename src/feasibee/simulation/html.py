@@ -38,7 +38,7 @@ def show_swarm(swarm: Any, run: int) -> str:
         diameter=world.robots.diameter,
         walls=world.arena.boundary == "walls",
         ground=draw_plan(world, *scale_of(world.arena.size)),
-        free=None if acting is None else acting.holders < 0,
+        looks=None if acting is None else acting.looks,
         lines="" if acting is None else _lines(swarm, acting),
     )
     counts = {DECISIONS[FEASIBLE]: swarm.feasible_count, DECISIONS[INFEASIBLE]: swarm.infeasible_count}
@@ -50,7 +50,7 @@ def show_swarm(swarm: Any, run: int) -> str:
     if world.declares:
         outcome += "; declared: {} feasible, {} infeasible".format(*swarm.declared_counts)
     if acting is not None:
-        outcome += f"; robots stand at {acting.standing.sum()} of {len(swarm.tasks)} tasks"
+        outcome += f"; {acting.achieved}"
     head = f"<p><strong>Run {run}, step {swarm.step}</strong>: {legend}; {outcome}</p>"
     return framed(head + drawn + folded("scenario", world._repr_html_()))
 
@@ -66,7 +66,7 @@ def draw_arena(
     diameter: float,
     walls: bool,
     ground: str = "",
-    free: NDArray[np.bool_] | None = None,
+    looks: NDArray[np.uint8] | None = None,
     lines: str = "",
 ) -> str:
     """Return an arena as SVG on white; it has few paths, so that thousands of robots need little memory.
@@ -89,8 +89,8 @@ def draw_arena(
         Whether the arena has walls instead of being a torus.
     ground, lines : str
         Elements of SVG below tasks, and between tasks and robots, on the scale of `scale_of`.
-    free : bool array, shape (tasks,), optional
-        Whether each task is free, if robots act; such tasks are hollow.
+    looks : uint8 array, shape (tasks,), optional
+        If robots act, those of `feasibee.scenario.geometry.Acting`; free tasks are hollow, done ones pale.
     """
     if max(len(positions), len(tasks)) > MOST:
         return f"<p>More than {MOST} robots or tasks aren't drawn here; use feasibee animate.</p>"
@@ -101,8 +101,8 @@ def draw_arena(
     def place(units: NDArray[np.float64], reach: int) -> list[list[int]]:
         return _places(units, scale, (width, height), reach, walls)
 
-    shapes = [(tasks, False)] if free is None else [(tasks[~free], False), (tasks[free], True)]
-    parts = [ground, *(_triangles(place(some, 0), radius, hollow) for some, hollow in shapes), lines]
+    shapes = [(tasks, 1)] if looks is None else [(tasks[looks == each], each) for each in (2, 1, 0)]
+    parts = [ground, *(_triangles(place(some, 0), radius, look) for some, look in shapes), lines]
     for opinion in DECISIONS:
         for tells, sure in product((False, True), repeat=2):
             chosen = positions[(opinions == opinion) & (disseminating == tells) & ((declared >= 0) == sure)]
@@ -181,13 +181,13 @@ def _dots(spots: list[list[int]], width: float, colour: str) -> str:
     return f'<path d="{path}" stroke="{colour}" stroke-width="{width:g}" stroke-linecap="round" fill="none"/>'
 
 
-def _triangles(spots: list[list[int]], radius: int, free: bool) -> str:
-    """Return tasks as triangles of one path, hollow if they are free."""
+def _triangles(spots: list[list[int]], radius: int, look: int) -> str:
+    """Return tasks of one look as triangles of one path."""
     if not spots:
         return ""
     half, detailed = 0.9 * radius, radius >= DETAILED
     shape = f"l{half:g} {1.8 * half:g}h{-2 * half:g}z"
     path = "".join(f"M{x} {y - round(1.05 * half)}{shape}" for x, y in spots)
-    fill = ("#fff" if detailed else "#222") if free else (TASK if detailed else "#bbb")
+    fill = (("#fff", TASK, "#bbb") if detailed else ("#222", "#bbb", "#bbb"))[look]
     outline = f' stroke="#222" stroke-width="{0.14 * radius:g}"' if detailed else ""
     return f'<path d="{path}" fill="{fill}"{outline}/>'

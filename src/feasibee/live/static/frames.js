@@ -14,7 +14,7 @@ export const NO_TASK = 65535; // as aim of a robot
 const ARRAYS = { i4: Int32Array, u2: Uint16Array, u1: Uint8Array };
 
 /** @typedef {{x: Uint16Array, y: Uint16Array}} Places In 65,536ths of the arena's longer side. */
-/** @typedef {Places & {taken?: Uint8Array}} Shown Tasks, and whether each is taken, if robots act. */
+/** @typedef {Places & {taken?: Uint8Array}} Shown Tasks, and if robots act, 0 for a free one, 1 taken, 2 done. */
 /** @typedef {{aims?: Uint16Array, taken?: Uint8Array}} Acting The task of each robot, as its place among those shown. */
 /** @typedef {Places & {type: "tasks", generation: number}} Tasks Positions of the tasks at the start. */
 /** @typedef {"feasible" | "infeasible" | "counted" | "disseminating" | "working" | "there" | "standing"} Count Robots at this step. */

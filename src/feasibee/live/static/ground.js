@@ -109,21 +109,21 @@ export function tracePolygons(context, polygons, scale, height) {
  * @param {Shown} tasks
  */
 function drawTasks(context, arena, tasks) {
-  if (tasks.taken) for (const taken of [0, 1]) drawSome(context, arena, tasks, taken);
+  if (tasks.taken) for (const taken of [2, 1, 0]) drawSome(context, arena, tasks, taken);
   else drawSome(context, arena, tasks);
 }
 
 /**
- * Draw the tasks; if robots act, those that are taken, or hollow those that are free.
+ * Draw the tasks; if robots act, only those that are done, or taken, or, hollow, free.
  * @param {CanvasRenderingContext2D} context
  * @param {Arena} arena
  * @param {Shown} tasks
- * @param {number} [which] 1 for taken ones.
+ * @param {number} [which] 0 for free ones, 1 for taken ones, 2 for done ones.
  */
 function drawSome(context, { ratio, scale, unit, height, colours }, { x, y, taken }, which) {
   const size = Math.max(1.5 * ratio, Math.min(0.42 * scale, 9 * ratio));
   const small = size < 4 * ratio;
-  context.fillStyle = which !== 0 ? colours.task : small ? colours.ink : colours.ground;
+  context.fillStyle = [small ? colours.ink : colours.ground, colours.task, colours.muted][which ?? 1];
   if (small) context.globalAlpha = 0.5; // many tasks would hide the robots
   context.beginPath();
   for (let i = 0; i < x.length; i++) {

@@ -5,7 +5,7 @@ import { drawCurve, sayPrediction, truthsOf } from "./curve.js";
 import { $, formatted } from "./elements.js";
 import { coloursOf } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
-import { OPINIONS } from "./words.js";
+import { doneAmong, OPINIONS } from "./words.js";
 
 /** @import { Opened, View } from "./arena.js" */
 /** @import { Prediction } from "./curve.js" */
@@ -128,7 +128,8 @@ export class Lane {
     showTooltip(this, this.world, view.now);
     const { feasible, infeasible } = view.now;
     const { standing, tasks, taken } = view.now,
-      done = !taken ? "" : `; ${formatted(standing)} of ${formatted(tasks)} tasks done`,
+      all = standing + doneAmong(taken),
+      done = !taken ? "" : `; ${formatted(all)} of ${formatted(tasks)} tasks taken`,
       text = `${formatted(feasible)} feasible, ${formatted(infeasible)} infeasible; ${decided(view.now, this.world)}${done}`;
     const [name, said] = /** @type {HTMLCollectionOf<HTMLElement>} */ (this.caption.children);
     if (said.textContent !== text) said.textContent = text;

@@ -2,7 +2,7 @@
 
 import { $, announce, duration, formatted } from "./elements.js";
 import { NEUTRAL } from "./frames.js";
-import { doneOf, OPINIONS, questionOf } from "./words.js";
+import { doneAmong, doneOf, OPINIONS, questionOf } from "./words.js";
 
 /** @import { Opened } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
@@ -39,6 +39,7 @@ export class Readings {
     this.last = world.last;
     $("question").textContent = questionOf(world).question;
     $("done").hidden = $("legend-free").hidden = $("legend-taken").hidden = !world.acts;
+    $("legend-done").hidden = !fields["tasks.work"];
     $("legend-task").hidden = Boolean(world.acts);
     $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
     $("legend-truth").hidden = !world.changes;
@@ -105,7 +106,8 @@ export class Readings {
    */
   showDone({ there, tasks, taken, standing, allTakenStep, step }) {
     if (!taken) return;
-    const { question, answer } = doneOf({ robots: there, tasks, standing, allTakenStep, step }, this.last);
+    const now = { robots: there, tasks, standing, done: doneAmong(taken), allTakenStep, step },
+      { question, answer } = doneOf(now, this.last);
     $("question").textContent = question;
     if (this.done.startsWith("Not yet") && !answer.startsWith("Not yet")) announce(answer);
     $("done").textContent = this.done = answer;

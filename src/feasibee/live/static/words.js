@@ -29,19 +29,28 @@ export function questionOf({ robots, tasks }, missing = 0) {
 }
 
 /**
+ * The number of tasks that are done.
+ * @param {Uint8Array} [taken]
+ */
+export function doneAmong(taken) {
+  return taken?.filter((each) => each === 2).length ?? 0;
+}
+
+/**
  * Whether robots that act did the tasks, so far.
- * @param {{robots: number, tasks: number, standing: number, allTakenStep: number, step: number}} now
+ * @param {{robots: number, tasks: number, standing: number, done: number, allTakenStep: number, step: number}} now
  * @param {number} last
  */
-export function doneOf({ robots, tasks, standing, allTakenStep, step }, last) {
-  const all = standing === tasks,
+export function doneOf({ robots, tasks, standing, done, allTakenStep, step }, last) {
+  const all = standing + done === tasks,
+    more = done ? ` and have done ${done.toLocaleString("en")}` : "",
     ended = all || allTakenStep >= 0 || step >= last,
     word = all ? "Yes" : ended ? "No" : "Not yet",
     since = ended && allTakenStep >= 0 ? `, from step ${allTakenStep.toLocaleString("en")} on` : "",
     most = !all && allTakenStep >= 0 ? ", as many as they can" : "";
   return {
     question: `Did ${counted(robots, "robot")} do ${counted(tasks, "task")}?`,
-    answer: `${word}: robots stand at ${standing.toLocaleString("en")} of ${counted(tasks, "task")}${most}${since}.`,
+    answer: `${word}: robots stand at ${standing.toLocaleString("en")} of ${counted(tasks, "task")}${more}${most}${since}.`,
   };
 }
 
