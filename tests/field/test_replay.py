@@ -72,7 +72,7 @@ ACTED = {"acting.start": 5, "decision.strategy": "quiet-census", "robots.know_co
         ("goes", [2, 5, 99], "goes is .* in the log"),
         ("goes", "there", "no valid goes"),
         ("acts", [0, [["jumped", 1]]], "no valid acts"),
-        ("taken", [[1, 0]], "no valid taken"),
+        ("taken", [[1, -2]], "no valid taken"),
     ],
 )
 def test_a_changed_line_of_an_acting_robot_is_named(tmp_path, name, value, told):

@@ -316,7 +316,7 @@ class World:
         """Whether the swarm has decided, or all have declared, and that ends the run."""
         run = self.plan.scenario.run
         decided = run.stop_at_decision and self.decision != UNDECIDED
-        taken = run.stop_when_taken and self.bodies.work and self.bodies.work.all_taken_step != -1
+        taken = run.stop_when_taken and self.bodies.work and self.bodies.work.is_over
         return decided or bool(taken) or (run.stop_at_declarations and self.bodies.have_all_declared)
 
     def end(self) -> dict[str, Any]:
