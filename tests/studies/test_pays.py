@@ -86,6 +86,8 @@ def test_a_mission_has_an_operator_who_helps_in_any_case():
     assert (scenario.acts_from, scenario.tasks.count, scenario.responds) == (100, 23, True)
     assert scenario.manifest.knows_gap
     assert mission(Scenario(), "start at once", 20, 500).events == ()
+    faulty = Scenario(faults={"byzantine": {"count": 2}})
+    assert mission(faulty, "start at once", 20, 500).events[0].robots == 2
     own = mission(Scenario(decision={"strategy": "census"}), "tag, then ask", 20, 500)
     assert (own.decision.strategy, own.acting.hold) == ("census", "tag")
 

@@ -166,10 +166,11 @@ def task_numbers(robots: int) -> list[int]:
 def mission(scenario: Scenario, policy: str, tasks: int, patience: int) -> Scenario:
     """Return the world of a mission: robots that act by a policy, and an operator who helps.
 
-    The operator calls whom the swarm says are missing. After its patience it calls those that are.
+    The operator calls whom the swarm says are missing. After its patience it calls those that are, also for
+    robots that don't act.
     """
-    robots, response = scenario.robots.count, scenario.response
-    missing, comes = max(0, tasks - robots), patience + response.delay
+    robots, response, (stopped, byzantine, _) = scenario.robots.count, scenario.response, scenario.faulty
+    missing, comes = max(0, tasks - (robots - stopped - byzantine)), patience + response.delay
     return scenario.replace(
         {
             **POLICIES[policy],
