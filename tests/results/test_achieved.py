@@ -37,6 +37,13 @@ def test_steps_shares_and_means_are_those_of_the_runs(record):
     assert acting.distance.estimate == pytest.approx(600 * 0.5 / 4 / 5)
 
 
+def test_tasks_that_take_time_are_done_later(record):
+    record.all_done_step[:] = 19, -1, 40, 22, 30
+    working = SCENARIO.replace({"tasks.work": 10})
+    assert measured(record, working).acting.all_done_step.median == 30
+    assert measured(record, SCENARIO).acting.all_done_step is None
+
+
 def test_runs_of_two_parts_count_together(record):
     parts = [record.part(0, 2), record.part(2, 5)]
     assert achieved([acts_of(each, SCENARIO) for each in parts]) == measured(record, SCENARIO).acting

@@ -11,9 +11,9 @@ import pytest
 from commands import invoke
 from scipy.optimize import linear_sum_assignment
 
-from feasibee import Scenario, Swarm
-from feasibee.studies.assignment import Least, _cheapest, least, ways_between
-from feasibee.studies.limits import LIMITS, TAKEN, limits
+from feasibee import Scenario, Swarm, simulate
+from feasibee.studies.assignment import Least, _cheapest, done_between, least, ways_between
+from feasibee.studies.limits import DONE, LIMITS, TAKEN, limits
 
 ACTS = {"acting.start": 40}
 
@@ -102,6 +102,43 @@ def test_the_assignments_of_acting_robots_are_those_that_were_measured():
         times = limits(Scenario().replace({**ACTS, "tasks.count": tasks}), runs=200, seed=1).times
         assert times["least_sum"][:2] == least_sum
         assert times["least_maximum"][:2] == soonest
+
+
+def finishes(order, ways, apart, work):
+    """Return when all is done if robots do tasks in this order, each by the given robot, at once."""
+    at, free = [None] * len(ways), [0.0] * len(ways)
+    for robot, task in order:
+        way = ways[robot][task] if at[robot] is None else apart[at[robot]][task]
+        free[robot] += max(1.0, math.ceil(way)) + work
+        at[robot] = task
+    return max(free)
+
+
+@pytest.mark.parametrize("work", [1, 6])
+def test_no_schedule_is_before_the_bound_and_one_is_at_the_deadline(work):
+    """All orders and all robots are tried; robots of the model lose a step or two at each task."""
+    draw = np.random.default_rng(work)
+    for _ in range(20):
+        robots, tasks = draw.random((2, 2)) * 12, draw.random((3, 2)) * 12
+        ways = np.linalg.norm(robots[:, None] - tasks, axis=2)
+        apart = np.linalg.norm(tasks[:, None] - tasks, axis=2)
+        best = min(
+            finishes(zip(who, order, strict=True), ways, apart, work)
+            for order in itertools.permutations(range(3))
+            for who in itertools.product(range(2), repeat=3)
+        )
+        bound, schedule = done_between(ways, apart, work)
+        assert bound <= best <= schedule <= 2 * best + 12
+
+
+def test_a_deadline_is_bounded_only_if_tasks_take_time():
+    working = Scenario().replace({**ACTS, "tasks.count": 40, "tasks.work": 50, "run.steps": 400})
+    found = limits(working, runs=3, seed=1)
+    assert list(found.steps) == [*LIMITS, *TAKEN, *DONE]
+    done = simulate(working, 3, seed=1).all_done_step
+    assert (found.steps["done_bound"] < found.steps["done_schedule"]).all()
+    assert (found.steps["done_bound"] < done).all()
+    assert (done > 0).all()
 
 
 def test_without_a_complete_map_nobody_starts_with_one():

@@ -179,12 +179,14 @@ def _declarations_in_words(declared: dict[str, Any]) -> str:
 
 def _acting_in_words(acting: dict[str, Any]) -> list[str]:
     """Return whether and when all tasks were taken, and at what cost."""
-    steps = acting["all_taken_step"]
+    is_work = acting["all_done_step"] is not None
+    steps, word = acting["all_done_step" if is_work else "all_taken_step"], "done" if is_work else "taken"
     half, most = ("never" if steps[name] is None else f"by step {steps[name]}" for name in ("median", "p95"))
     names = ("tasks_taken", "distance", "vain_arrivals")
     taken, distance, vain = (f"{acting[name]['estimate']:.3g}" for name in names)
     return [
-        f"Done: all tasks taken in {_share(acting['done'])}; half of the swarms {half}, 95% {most}. "
+        f"Done: all tasks taken in {_share(acting['done'])}; {word} in half of the swarms {half}, "
+        f"95% {most}. "
         f"Started in vain: {_share(acting['started_in_vain'])}.",
         f"Per run: {taken} tasks taken, {distance} units walked per robot, {vain} arrivals in vain.",
     ]

@@ -433,7 +433,7 @@ def _names_in(scenario: Scenario) -> Flooding | None:
 
 
 def _print_limits(bounds: Sequence[Limits]) -> None:
-    from feasibee.studies.limits import LIMITS, TAKEN
+    from feasibee.studies.limits import DONE, LIMITS, TAKEN
     from feasibee.studies.needs import quiet_times_in_words
 
     out = console()
@@ -448,7 +448,7 @@ def _print_limits(bounds: Sequence[Limits]) -> None:
         print_numbers(title, ["limit", "median", "interval", "95 %", "interval"], rows)
         if found.distance is not None:
             out.print(f"Distance of a robot until least sum: {found.distance:.3g} units.", soft_wrap=True)
-    for name, words in {**LIMITS, **TAKEN}.items():
+    for name, words in {**LIMITS, **TAKEN, **DONE}.items():
         if name in bounds[0].steps:
             out.print(f"{name.replace('_', ' ')}: {words}.", soft_wrap=True)
     scenario = bounds[0].scenario

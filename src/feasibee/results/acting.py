@@ -24,6 +24,8 @@ class ActsOfRuns(NamedTuple):
     vain_arrivals: NDArray[np.int64]
     distance: NDArray[np.float64]
     """Mean distance per robot of the start, in units."""
+    all_done_step: NDArray[np.int64]
+    """As the outcomes have it, -1 for never; empty unless tasks take time."""
 
 
 class Acting(NamedTuple):
@@ -43,6 +45,8 @@ class Acting(NamedTuple):
     """Number of arrivals per run at tasks that others had."""
     distance: Interval
     """Distance that a robot walked until all tasks were taken, in units."""
+    all_done_step: DeclareTimes | None
+    """Steps by which all tasks were done, if they take time (model.md 6.26)."""
 
     @property
     def makespan(self) -> Interval:
@@ -61,7 +65,8 @@ def acts_of(results: Any, scenario: Scenario) -> ActsOfRuns:
         )
     )
     distance = walked.astype(np.float64) * (scenario.robots.speed / scenario.robots.count)
-    return ActsOfRuns(first, last, in_vain > 0, taken, vain, distance)
+    done = np.asarray(results.all_done_step if scenario.tasks.work else [], np.int64)
+    return ActsOfRuns(first, last, in_vain > 0, taken, vain, distance, done)
 
 
 def achieved(parts: Sequence[ActsOfRuns]) -> Acting | None:
@@ -78,4 +83,5 @@ def achieved(parts: Sequence[ActsOfRuns]) -> Acting | None:
         mean_of(together.tasks_taken),
         mean_of(together.vain_arrivals),
         mean_of(together.distance),
+        declare_times(together.all_done_step) if together.all_done_step.size else None,
     )

@@ -85,6 +85,41 @@ def least(ways: Ways) -> Least:
     return Least(int(moves.max()), int(lengths[first]), int(moves.sum()))
 
 
+def done_between(ways: Ways, apart: Ways, work: int) -> tuple[int, int]:
+    """Return a step before which nobody has done all tasks, and one at whose beginning a schedule has.
+
+    Any step from the second on is a deadline by which the tasks are feasible, and the schedule proves it; any
+    before the first is one by which they aren't (model.md 6.26.6).
+
+    Parameters
+    ----------
+    ways : float64 array, shape (robots, tasks)
+        How far each robot is from having arrived at each task, in steps; infinite if it can't do it.
+    apart : float64 array, shape (tasks, tasks)
+        How far a robot that has reached one task is from having arrived at another, in steps, at most.
+    work : int
+        Steps that a task takes.
+    """
+    robots = ways.shape[0]
+    possible = np.flatnonzero(np.isfinite(ways).any(axis=0))
+    if possible.size == 0:
+        return 0, 0
+    arrives = np.maximum(1.0, np.ceil(ways[:, possible] - SLACK))
+    rounds = -(-possible.size // robots)
+    bound = max(arrives.min(axis=0).max() + work, arrives.min() + rounds * work)
+    ends, left, able = np.zeros(robots), possible.tolist(), np.isfinite(ways)
+    starts = np.where(able, np.maximum(1.0, np.ceil(ways)), np.inf)
+    while left:
+        robot, place = np.unravel_index(np.argmin(starts[:, left]), (robots, len(left)))
+        task = left.pop(int(place))
+        ends[robot] = starts[robot, task] + work
+        # It walks on for the step at whose end it chooses the next task, a step of it farther away at most.
+        starts[robot] = np.where(
+            able[robot], ends[robot] + 1 + np.maximum(1.0, np.ceil(apart[task] + 1)), np.inf
+        )
+    return int(bound), int(ends.max())
+
+
 def _cheapest(costs: Ways) -> Ways:
     """Return the costs of the pairs of which their sum is least, by the Hungarian method.
 

@@ -43,6 +43,7 @@ STAYING: Final[dict[str, Any]] = {
 SEARCHING: Final[dict[str, Any]] = {
     **{f"acting.{name}": field.default for name, field in Acting.model_fields.items()},
     "run.stop_when_taken": False,
+    "tasks.work": None,
 }
 """What makes robots search for good, whoever acts."""
 

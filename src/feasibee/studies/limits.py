@@ -36,7 +36,7 @@ from feasibee.simulation.snapshot import members
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies.contract import Setting
 from feasibee.studies import oracle
-from feasibee.studies.assignment import Least, least, ways_between
+from feasibee.studies.assignment import Least, done_between, least, ways_between
 from feasibee.studies.comparison import Outcome, check_distinct, check_stays, origin
 from feasibee.studies.flooding import NEVER, Repeated, can_know, with_oracle
 
@@ -54,6 +54,11 @@ TAKEN: Final[Mapping[str, str]] = {
     "mapped_maximum": "the same at the soonest",
 }
 """Likewise if robots act (model.md 6.25), by the assignments of `feasibee.studies.assignment`."""
+DONE: Final[Mapping[str, str]] = {
+    "done_bound": "no swarm has done all tasks before",
+    "done_schedule": "all tasks done, if all know all at the start and keep a schedule: a deadline they meet",
+}
+"""Likewise if tasks take time (model.md 6.26)."""
 BOUNDS: Final[Mapping[str, str]] = {"infeasible": "flooding", "proved_feasible": "complete_map"}
 """Which limit bounds the step by which a swarm of any strategy declares, if none of its robots ever errs."""
 STRIDE: Final = 80
@@ -71,7 +76,7 @@ class Limits:
     seed: int
     """Seed of the runs."""
     steps: Mapping[str, NDArray[np.int64]]
-    """First step of each of `LIMITS` and, if robots act, of `TAKEN`, shape (runs,); -1 if never."""
+    """First step of each of `LIMITS` and, if robots act, `TAKEN` and `DONE`, shape (runs,); -1 if never."""
     cell: tuple[float, float]
     """Width and height in units of a cell of the area, which is seen when its centre is in range."""
     distance: float | None = None
@@ -166,7 +171,7 @@ def limits_at(
     cell = setting.width / oracle.columns(setting), setting.height / oracle.rows(setting)
     found = {}
     for place, (number, each) in enumerate(worlds.items()):
-        columns = dict(zip((*LIMITS, *TAKEN, "moves"), steps[:, place].T, strict=False))
+        columns = dict(zip((*LIMITS, *_names(acts)), steps[:, place].T, strict=True))
         moves = columns.pop("moves", None)
         walked = None if moves is None else float(moves.mean() * each.robots.speed / each.robots.count)
         found[number] = Limits(each, which.seed, columns, cell, walked)
@@ -183,10 +188,10 @@ def _steps_of(
 ) -> NDArray[np.int64]:
     """Return the first step of each limit in each run: shape (runs, len(tasks), limits); -1 if never.
 
-    If robots act, as ``acts`` says, those of `TAKEN` follow, and the moves until the first of them.
+    If robots act, as ``acts`` says, what `_names` names follows.
     """
     load_engine(world)
-    steps = np.empty((runs.count, len(tasks), len(LIMITS) + (len(TAKEN) + 1 if acts else 0)), np.int64)
+    steps = np.empty((runs.count, len(tasks), len(LIMITS) + len(_names(acts))), np.int64)
     own = local()
 
     def found_in(run: int) -> list[list[int]]:
@@ -256,8 +261,15 @@ def limits_of_run(swarm: Tireless, run: int, tasks: Sequence[int]) -> list[list[
     return [[*both, area, complete_map] for both in zip(pooled, flooding, strict=True)]
 
 
+def _names(acts: Scenario | None) -> list[str]:
+    """Return the limits of robots that act, and the moves until the first of them."""
+    if acts is None:
+        return []
+    return [*TAKEN, "moves", *(DONE if acts.tasks.work else ())]
+
+
 def _taken(swarm: Tireless, run: int, mapped: int, tasks: Sequence[int], acts: Scenario) -> list[list[int]]:
-    """Return the steps of `TAKEN` with only the first so many tasks of a run, and the moves until the first.
+    """Return what `_names` names with only the first so many tasks of a run.
 
     ``mapped`` is the step of the complete map; -1 if never.
     """
@@ -269,11 +281,19 @@ def _taken(swarm: Tireless, run: int, mapped: int, tasks: Sequence[int], acts: S
         ways = ways_between(acts, swarm.positions, swarm.tasks, able)[swarm.counted]
         return [least(ways[:, :each]) for each in tasks]
 
-    first, then = best(0), best(max(0, mapped))
+    then, first = best(max(0, mapped)), best(0)
+    done = _done(swarm, tasks, acts) if acts.tasks.work else [[] for _ in tasks]
     return [
-        [*now[:2], *(mapped + steps if mapped >= 0 else NEVER for steps in later[:2]), now.moves]
-        for now, later in zip(first, then, strict=True)
+        [*now[:2], *(mapped + steps if mapped >= 0 else NEVER for steps in later[:2]), now.moves, *more]
+        for now, later, more in zip(first, then, done, strict=True)
     ]
+
+
+def _done(swarm: Tireless, tasks: Sequence[int], acts: Scenario) -> list[list[int]]:
+    """Return the steps of `DONE` for robots and tasks as they are now."""
+    ways = ways_between(acts, swarm.positions, swarm.tasks, can_know(acts))[swarm.counted]
+    apart = ways_between(acts, swarm.tasks, swarm.tasks) + acts.acting.reach / acts.robots.speed
+    return [[*done_between(ways[:, :each], apart[:each, :each], acts.tasks.work or 0)] for each in tasks]
 
 
 def naming_steps(known: NDArray[np.int32], setting: Setting, tasks: int) -> NDArray[np.int32]:
