@@ -29,12 +29,12 @@ def acting(**changes):
 def test_no_task_has_two_robots_and_no_robot_two_tasks(changes):
     scenario = Scenario().replace({**ACTS, **changes})
     swarm = Swarm(scenario, seed=3)
-    stood = np.zeros(scenario.robots.count, bool)
+    stood, shifts = np.zeros(scenario.robots.count, bool), False
     for _ in range(200):
         before, at = swarm.standing, swarm.positions
         swarm.advance()
         stood, holders = swarm.standing, swarm.holders
-        np.testing.assert_array_equal(at[before], swarm.positions[before])
+        shifts |= (at[before] != swarm.positions[before]).any()
         assert (stood >= before).all(), "who stands has stood for good"
         of_tasks = holders[holders >= 0]
         assert len(set(of_tasks.tolist())) == len(of_tasks)
@@ -44,6 +44,7 @@ def test_no_task_has_two_robots_and_no_robot_two_tasks(changes):
                 way = ways_between(scenario, swarm.positions[[holders[task]]], swarm.tasks[[task]])
                 assert way.item() < 1e-6
     assert stood.any()
+    assert shifts == scenario.robots.avoid_collisions, "only bodies give way to each other"
 
 
 @pytest.mark.parametrize("start", [0, 40])
@@ -95,3 +96,11 @@ def test_greedy_robots_take_a_little_less_than_their_formula(tasks, steps):
 
 QUIET = {"decision__strategy": "quiet-census", "robots__know_count": True}
 """Robots that look for half of the time."""
+
+
+@pytest.mark.parametrize("changes", [{}, {"arena.boundary": "walls", "robots.contact": "deflect"}], ids=str)
+def test_bodies_make_way_for_each_other_at_their_tasks(changes):
+    """Robots that only stood would do all tasks in 0.94 of the swarms within walls."""
+    bodies = {"acting.start": 60, "robots.avoid_collisions": True, "run.stop_when_taken": True, **changes}
+    found = simulate(Scenario().replace(bodies), 400, seed=2)
+    assert (found.all_taken_step >= 0).mean() >= 0.98

@@ -16,8 +16,8 @@ from feasibee.engine.compile import called, inlined, with_helpers
 from feasibee.engine.intrinsics import bit, contains, lowest_member, popcount, set_member, without_lowest
 from feasibee.engine.layout import Clock, Robot, Set
 from feasibee.engine.params import Moment
-from feasibee.engine.place import position
-from feasibee.engine.way import NO_WAY, clear_ways, step_around, way_around
+from feasibee.engine.place import passable_ends, position
+from feasibee.engine.way import NO_WAY, cell_at, clear_ways, step_around, way_around
 from feasibee.model.outcomes import (
     ALL_DONE_STEP,
     ALL_TAKEN_STEP,
@@ -34,6 +34,7 @@ GONE = 2**30 + 1
 """Version of a task that has vanished."""
 FREE, DONE = -1, -2
 """What `State.holders` has for tasks that nobody has."""
+QUARTERS = 4
 PATIENCE = 20
 """Steps after which a robot that has no task by its rank goes to the nearest."""
 NOWHERE = 2**64 - 1
@@ -141,13 +142,30 @@ def set_out(params, state):
             if robots[Robot.DETOUR, i] > 0:
                 robots[Robot.DETOUR, i] -= 1
                 continue
-            set_member(sets, Set.COURSED, i, True)
-            u, v = int32(0), int32(0)
+            task, u, v = int64(robots[Robot.TARGET, i]), int32(0), int32(0)
             if not contains(sets[Set.STANDING], i):
-                u, v = course(params, state, i, int64(robots[Robot.TARGET, i]))
+                u, v = course(params, state, i, task)
+            elif params.robots.avoid_collisions and may_shift(params, state, i, task):
+                continue
+            set_member(sets, Set.COURSED, i, True)
             for step, heading in RUN:
                 robots[heading, i] = robots[step, i]
             robots[Robot.STEP_X, i], robots[Robot.STEP_Y, i] = u, v
+
+
+@called
+def may_shift(params, state, i, task):
+    """Return whether the step of a standing robot's run ends where it would have arrived at its task."""
+    robots, place = state.robots, params.arena.place
+    u, v = robots[Robot.STEP_X, i], robots[Robot.STEP_Y, i]
+    if not place.exists:
+        x, y = way_to(params, state, i, task)
+        x, y = x - u, y - v
+        return uint64(x * x) + uint64(y * y) < params.acting.reach
+    x, y = position(robots, i)
+    if passable_ends(place, state.tables.ground, x, y, u, v) < QUARTERS:
+        return False
+    return int64(state.ways[task, cell_at(place, x + u, y + v)]) <= place.arrived
 
 
 @inlined
@@ -187,16 +205,16 @@ def course(params, state, i, task):
 
 @called
 def count_moves(params, state):
-    """Count the robots that moved; let runs wait, and block no standing robot."""
+    """Count the robots that moved; let runs wait, but not those of standing bodies."""
     sets = state.sets
     moved = int64(0)
     for w in range(sets.shape[1]):
-        sets[Set.BLOCKED, w] &= ~sets[Set.STANDING, w]
         moving = uint32(sets[Set.WORKING, w] & ~(sets[Set.STANDING, w] | sets[Set.BLOCKED, w]))
         left = sets[Set.COURSED, w]
         while left:
             i = lowest_member(w, left)
-            state.robots[Robot.WALK_LEFT, i] += 1
+            if not (params.robots.avoid_collisions and contains(sets[Set.STANDING], i)):
+                state.robots[Robot.WALK_LEFT, i] += 1
             if state.robots[Robot.STEP_X, i] == 0 and state.robots[Robot.STEP_Y, i] == 0:
                 moving &= ~bit(i)
             left = without_lowest(left)

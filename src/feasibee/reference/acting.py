@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from feasibee.model.codes import exact
 from feasibee.reference.mind import BYZANTINE
+from feasibee.reference.place import QUARTERS, Pair
 from feasibee.reference.way import Ways
 from feasibee.robot.acting import FREE, NONE, Rules
 from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
@@ -137,14 +138,18 @@ class Work:
             return self._ways.length(robot.place, self.places[task])
         return self._swarm.world.squared_distance(robot.place, self.places[task])
 
-    def _has_reached(self, robot: Robot) -> bool:
-        """Return whether a robot has reached its target (model.md 6.25.3, 6.25.16)."""
-        if robot.errand.target == NONE:
-            return False
-        target = self.places[robot.errand.target]
+    def _has_reached(self, place: Pair, task: int) -> bool:
+        """Return whether a robot at a place has reached a task (model.md 6.25.3, 6.25.16)."""
         if self._ways:
-            return self._ways.has_arrived(robot.place, target)
-        return self._swarm.world.squared_distance(robot.place, target) <= self._reach
+            return self._ways.has_arrived(place, self.places[task])
+        return self._swarm.world.squared_distance(place, self.places[task]) <= self._reach
+
+    def may_shift(self, robot: Robot) -> bool:
+        """Return whether a robot that stands may make the step of its run (model.md 6.25.12)."""
+        ground, (x, y), (u, v) = self._swarm.world.ground, robot.place, robot.velocity
+        if ground and ground.ends(robot.place, robot.velocity) < QUARTERS:
+            return False
+        return self._has_reached((x + u, y + v), robot.errand.task)
 
     def choose(self, robot: Robot) -> None:
         """Let a robot choose its target, if it acts (model.md 6.25.9)."""
@@ -159,7 +164,7 @@ class Work:
         """Let robots take the tasks that they have reached, in the order of their numbers."""
         swarm = self._swarm
         for robot in working:
-            if self._has_reached(robot):
+            if robot.errand.target != NONE and self._has_reached(robot.place, robot.errand.target):
                 self._arrive(robot)
         if self.all_taken_step == -1 and self.tasks_taken >= self.most:
             self.all_taken_step = swarm.time

@@ -12,6 +12,9 @@ from feasibee.scenario.fields import Placed
 from feasibee.scenario.plan import Plan
 from feasibee.scenario.scenario import Scenario
 
+QUARTERS = 4
+"""Parts of a step whose ends must be in passable cells (model.md 6.20.4)."""
+
 Pair = tuple[int, int]
 
 

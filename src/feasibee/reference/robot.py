@@ -13,7 +13,7 @@ from feasibee.model.purposes import BATTERY, FAILURE, WALK
 from feasibee.reference.acting import Work, rules_of
 from feasibee.reference.draws import choose, cos_sin, duration, happens
 from feasibee.reference.mind import STOPPED, Mind, Settings
-from feasibee.reference.place import Ground
+from feasibee.reference.place import QUARTERS, Ground
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot import controller
 from feasibee.robot.acting import NONE, Errand
@@ -87,6 +87,7 @@ class Robot:
         self.detour = 0
         """Number of steps for which it walks another way than to its target."""
         self._run: Place | None = None
+        self._waits = True
 
     def mind_of(self, settings: Settings) -> Mind:
         """Return the robot's mind; that of a robot of ``feasibee launch`` is in another process."""
@@ -119,9 +120,11 @@ class Robot:
 
     def set_out(self, work: Work) -> None:
         """Head for its target, unless it is on a detour, or stand; its run waits (model.md 6.25.2)."""
-        self._run = None
+        self._run, self._waits = None, True
         if self.errand.task != NONE:
-            self._run, self.velocity = self.velocity, STAND
+            bodies = self._scenario.robots.avoid_collisions
+            if not (bodies and work.may_shift(self)):
+                self._run, self.velocity, self._waits = self.velocity, STAND, not bodies
         elif self.errand.target != NONE:
             if self.detour:
                 self.detour -= 1
@@ -130,9 +133,9 @@ class Robot:
 
     def end_step(self, blocked: bool) -> None:
         """Advance the timers of heading and phase; a blocked robot turns (model.md 3.3, 6.2)."""
-        if self._run is None:
+        if self._run is None or not self._waits:
             self._walk_left -= 1
-        else:
+        if self._run is not None:
             self.velocity = self._run
         turns = blocked or self._walk_left == 0
         if turns:
@@ -235,7 +238,6 @@ def _hall_sets(scenario: Scenario) -> list[tuple[list[int], list[int]]]:
 # --- Bodies: discs never overlap (model.md 6.1, 6.2) ---
 
 STAND = (0, 0)
-QUARTERS = 4
 Steps = Mapping[Robot, Collection[Place]]
 """The steps that each robot may make, one of which it will."""
 

@@ -184,16 +184,16 @@ class Swarm:
             self.work.begin()
             for robot in working:
                 robot.set_out(self.work)
-        walking = [robot for robot in working if robot.errand.task == NONE]
-        going = steps_of(self.scenario.robots, self.world, self.robots, walking)
+        going = steps_of(self.scenario.robots, self.world, self.robots, working)
         for robot, step in going.items():
             robot.velocity = step
             robot.move_to(self.world.moved(robot.place, step))
         for robot in working:
             robot.heading = robot.velocity  # until it turns at the end of the step (model.md 6.22.1)
         if self.work:
-            self.work.count(len(going) if self.scenario.robots.speed > 0 else 0)
-        return set(walking) - set(going)
+            walked = sum(robot.errand.task == NONE for robot in going)
+            self.work.count(walked if self.scenario.robots.speed > 0 else 0)
+        return set(working) - set(going)
 
     def _see(self, robot: Robot) -> None:
         """Let an exploring robot see what is in sight, and how the tasks are."""

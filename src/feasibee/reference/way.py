@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from functools import cache
 
 from feasibee.model.codes import exact
-from feasibee.reference.place import Ground, Pair
+from feasibee.reference.place import QUARTERS, Ground, Pair
 
 SIDE, CORNER = 5, 7
 """Fifths of a cell's side from a cell to one at its side, and to one at its corner."""
@@ -49,7 +49,7 @@ class Ways:
             step = self._towards(place, chain[number], longest)
             end = self._ground.cell((place[0] + step[0], place[1] + step[1]))
             is_shorter = end in ways and ways[end] < ways[here]
-            if number <= 1 or (is_shorter and self._ground.ends(place, step) == 4):
+            if number <= 1 or (is_shorter and self._ground.ends(place, step) == QUARTERS):
                 return step
             number //= 2
 
