@@ -13,7 +13,7 @@ from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.cells import shortest
 from feasibee.engine.compile import called, inlined, with_helpers
-from feasibee.engine.intrinsics import bit, contains, lowest_member, popcount, set_member, without_lowest
+from feasibee.engine.intrinsics import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.layout import Clock, Robot, Set
 from feasibee.engine.params import Moment
 from feasibee.engine.place import passable_ends, position
@@ -205,21 +205,19 @@ def course(params, state, i, task):
 
 @called
 def count_moves(params, state):
-    """Count the robots that moved; let runs wait, but not those of standing bodies."""
-    sets = state.sets
-    moved = int64(0)
+    """Count the steps of robots that don't stand; let runs wait, but not those of standing bodies."""
+    robots, sets, moved = state.robots, state.sets, int64(0)
     for w in range(sets.shape[1]):
-        moving = uint32(sets[Set.WORKING, w] & ~(sets[Set.STANDING, w] | sets[Set.BLOCKED, w]))
-        left = sets[Set.COURSED, w]
+        left = sets[Set.WORKING, w]
         while left:
             i = lowest_member(w, left)
-            if not (params.robots.avoid_collisions and contains(sets[Set.STANDING], i)):
-                state.robots[Robot.WALK_LEFT, i] += 1
-            if state.robots[Robot.STEP_X, i] == 0 and state.robots[Robot.STEP_Y, i] == 0:
-                moving &= ~bit(i)
+            stands = contains(sets[Set.STANDING], i)
+            if contains(sets[Set.COURSED], i) and not (stands and params.robots.avoid_collisions):
+                robots[Robot.WALK_LEFT, i] += 1
+            steps = robots[Robot.STEP_X, i] != 0 or robots[Robot.STEP_Y, i] != 0
+            moved += int64(steps and not stands and not contains(sets[Set.BLOCKED], i))
             left = without_lowest(left)
-        moved += popcount(moving)
-    if state.account[ALL_TAKEN_STEP] < 0 and params.robots.speed > 0.0:
+    if state.account[ALL_TAKEN_STEP] < 0:
         state.account[DISTANCE_WALKED] += moved
 
 

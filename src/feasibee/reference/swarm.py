@@ -12,7 +12,7 @@ from feasibee.model.record import Record
 from feasibee.reference.acting import Work
 from feasibee.reference.draws import choose, cos_sin, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
-from feasibee.reference.robot import SILENCE, Robot, Said, steps_of
+from feasibee.reference.robot import SILENCE, STAND, Robot, Said, steps_of
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot.acting import NONE
 from feasibee.scenario.feasibility import explain_kinds, kinds_of
@@ -191,8 +191,7 @@ class Swarm:
         for robot in working:
             robot.heading = robot.velocity  # until it turns at the end of the step (model.md 6.22.1)
         if self.work:
-            walked = sum(robot.errand.task == NONE for robot in going)
-            self.work.count(walked if self.scenario.robots.speed > 0 else 0)
+            self.work.count(sum(robot.errand.task == NONE and step != STAND for robot, step in going.items()))
         return set(working) - set(going)
 
     def _see(self, robot: Robot) -> None:
