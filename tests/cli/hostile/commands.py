@@ -159,6 +159,9 @@ def _line(name: str, parameter: click.Parameter, word: str) -> list[str]:
     return [*words, *needed, f"{parameter.opts[0]}={word}"]
 
 
+COSTS = "step", "vain", "call"
+
+
 def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
     option, kind = parameter.opts[0], parameter.type.name
     if isinstance(parameter, click.Option) and parameter.is_flag:
@@ -168,7 +171,8 @@ def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
     elif kind.startswith("integer"):
         yield from ((each, word) for each, word in NUMBERS.items() if (option, each) != ("--trials", "huge"))
     elif kind.startswith("float"):
-        fine = {"zero", "minus zero"} if name == "launch" and option in ("--drift", "--jitter") else set()
+        free = {("launch", "--drift"), ("launch", "--jitter"), *(("pays", f"--{cost}") for cost in COSTS)}
+        fine = {"zero", "minus zero"} if (name, option) in free else set()
         yield from ((each, word) for each, word in LENGTHS.items() if each not in fine)
     else:
         yield from WORDS.items()
