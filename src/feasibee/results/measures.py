@@ -505,7 +505,7 @@ MEASURES: Final[Mapping[str, Measure]] = {each.name: each for each in _TABLE}
 TRACKED: Final = tuple(each.name for each in _TABLE if each.needs is CHANGES)
 """Those of worlds that change, each a field of `Tracking`."""
 ACTED: Final = ("makespan", "distance")
-"""Those of robots that act and aren't shares of the runs, each a field of `Acting`."""
+"""Those of robots that act and aren't shares of the runs, each a field of ``Acting``."""
 NONE: Final = Interval(np.nan, np.nan, np.nan)
 
 

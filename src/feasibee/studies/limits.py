@@ -76,7 +76,7 @@ class Limits:
     seed: int
     """Seed of the runs."""
     steps: Mapping[str, NDArray[np.int64]]
-    """First step of each of `LIMITS` and, if robots act, `TAKEN` and `DONE`, shape (runs,); -1 if never."""
+    """First step of each of `LIMITS` and, if robots act, ``TAKEN``, ``DONE``, shape (runs,); -1 if never."""
     cell: tuple[float, float]
     """Width and height in units of a cell of the area, which is seen when its centre is in range."""
     distance: float | None = None
