@@ -4,40 +4,36 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from feasibee.model.codes import exact
 from feasibee.reference.mind import BYZANTINE
 from feasibee.reference.place import QUARTERS, Pair
+from feasibee.reference.robot import Robot
 from feasibee.reference.way import Ways
-from feasibee.robot.acting import FREE, NONE, Rules
-from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
+from feasibee.reference.world import World
+from feasibee.robot.acting import FREE, NONE
+from feasibee.scenario.acting import can_do, most_taken, status_bits
 from feasibee.scenario.scenario import Scenario
-
-if TYPE_CHECKING:
-    from feasibee.reference.robot import Robot
-    from feasibee.reference.swarm import Swarm
 
 PLACE_BITS = 33
 """Bits of a message for a known task in addition to its status: one more follows, and its place."""
 
 
-def rules_of(scenario: Scenario, number: int, kind: int) -> Rules:
-    """Return the rules by which a robot of a class acts."""
-    acting, ranks = scenario.acting, ranks_of(scenario.robots)
-    return Rules(
-        start=scenario.acts_from,
-        by_word=acting.start == "declared",
-        by_rank=acting.choose == "rank",
-        tags=acting.hold == "tag",
-        relieves=acting.relieve,
-        tolerates=acting.tolerates,
-        comes_free=scenario.may_come_free,
-        number=number,
-        rank=ranks[kind],
-        ranks=max(ranks),
-        count=scenario.robots.count if scenario.robots.know_count and not scenario.tasks.work else None,
-    )
+class Team(Protocol):
+    """What acting needs of a swarm: its robots and tasks at this step."""
+
+    scenario: Scenario
+    world: World
+    time: int
+    truth: int
+    robots: list[Robot]
+    tasks: dict[int, Pair]
+    task_kinds: list[int]
+
+    @property
+    def present(self) -> list[Robot]:
+        """The robots that the truth is about."""
 
 
 class Work:
@@ -45,11 +41,11 @@ class Work:
 
     Parameters
     ----------
-    swarm : Swarm
+    swarm : Team
         Its robots and tasks.
     """
 
-    def __init__(self, swarm: Swarm) -> None:
+    def __init__(self, swarm: Team) -> None:
         self._swarm, scenario = swarm, swarm.scenario
         self.places = dict(swarm.tasks)
         """Where tasks are or were."""

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import combinations
 from typing import Any
 
 from feasibee.model.codes import COS_EIGHTH, exact
 from feasibee.model.purposes import BATTERY, FAILURE, WALK
-from feasibee.reference.acting import Work, rules_of
 from feasibee.reference.draws import choose, cos_sin, duration, happens
 from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.place import QUARTERS, Ground
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot import controller
-from feasibee.robot.acting import NONE, Errand
+from feasibee.robot.acting import NONE, Errand, Rules
 from feasibee.robot.controller import Declare, Message
+from feasibee.scenario.acting import ranks_of
 from feasibee.scenario.fields import Robots
 from feasibee.scenario.scenario import Scenario
 
@@ -118,18 +118,18 @@ class Robot:
         self._waiting = deque([SILENCE] * self._scenario.radio.delay)
         self.switches_at = switches_at
 
-    def set_out(self, work: Work) -> None:
+    def set_out(self, course: Callable[[Robot], Place], may_shift: Callable[[Robot], bool]) -> None:
         """Head for its target, unless it is on a detour, or stand; its run waits (model.md 6.25.2)."""
         self._run, self._waits = None, True
         if self.errand.task != NONE:
             bodies = self._scenario.robots.avoid_collisions
-            if not (bodies and work.may_shift(self)):
+            if not (bodies and may_shift(self)):
                 self._run, self.velocity, self._waits = self.velocity, STAND, not bodies
         elif self.errand.target != NONE:
             if self.detour:
                 self.detour -= 1
             else:
-                self._run, self.velocity = self.velocity, work.course(self)
+                self._run, self.velocity = self.velocity, course(self)
 
     def end_step(self, blocked: bool) -> None:
         """Advance the timers of heading and phase; a blocked robot turns (model.md 3.3, 6.2)."""
@@ -200,6 +200,24 @@ def settings_of(scenario: Scenario) -> controller.Settings:
         declare=Declare(exact(rule.quorum), rule.rounds, rule.heard) if rule else None,
         sets=_hall_sets(scenario),
         setting=scenario.setting,
+    )
+
+
+def rules_of(scenario: Scenario, number: int, kind: int) -> Rules:
+    """Return the rules by which a robot of a class acts."""
+    acting, ranks = scenario.acting, ranks_of(scenario.robots)
+    return Rules(
+        start=scenario.acts_from,
+        by_word=acting.start == "declared",
+        by_rank=acting.choose == "rank",
+        tags=acting.hold == "tag",
+        relieves=acting.relieve,
+        tolerates=acting.tolerates,
+        comes_free=scenario.may_come_free,
+        number=number,
+        rank=ranks[kind],
+        ranks=max(ranks),
+        count=scenario.robots.count if scenario.robots.know_count and not scenario.tasks.work else None,
     )
 
 

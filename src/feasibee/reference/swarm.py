@@ -183,7 +183,7 @@ class Swarm:
         if self.work:
             self.work.begin()
             for robot in working:
-                robot.set_out(self.work)
+                robot.set_out(self.work.course, self.work.may_shift)
         going = steps_of(self.scenario.robots, self.world, self.robots, working)
         for robot, step in going.items():
             robot.velocity = step
