@@ -131,7 +131,7 @@ def walker_at(closed, place, task, cell=0.5, **robots):
 
 
 def test_a_way_leads_around_a_wall_and_nobody_arrives_through_it():
-    """Up beside the wall over one corner, across 4 sides, and down: 5 fifths for a side, 7 for a corner."""
+    """The way up past a wall and down again costs 5 fifths for each side of a cell, and 7 for a corner."""
     closed = np.zeros((20, 20), bool)
     closed[:15, 10] = True
     walker = walker_at(closed, (7, 4), (13, 4), speed=0.4, diameter=0.2)

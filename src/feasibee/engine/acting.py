@@ -355,7 +355,7 @@ def tell_all(params, state):
 
 @called
 def lie(params, told):
-    """Say that robots of the last rank have all known tasks."""
+    """Change a message, so that robots of the last rank have all tasks that it names."""
     for task in range(told.size):
         if 0 < told[task] < GONE:
             told[task] = int32(next_version(params, int64(told[task]), params.acting.ranks))

@@ -124,7 +124,7 @@ class Errands:
                 self.errand.see(name, None if ranks.get(number) == NONE else ranks.get(number, 0))
 
     def heed(self, first: int, deeds: Sequence[Sequence[Any]]) -> None:
-        """Take note of what the body did; those it knows already are the first ones."""
+        """Store what the body did, from deed number ``first`` on; the robot knows some of them already."""
         for what, status in deeds[max(0, self.done - first) :]:
             self.done += 1
             if what == JOINED:

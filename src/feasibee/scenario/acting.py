@@ -8,8 +8,8 @@ from typing import Final
 
 from feasibee.model.codes import exact
 from feasibee.scenario.feasibility import explain_kinds, kinds_of
-from feasibee.scenario.fields import Acting, Robots, Tasks
-from feasibee.scenario.rules import Conflict, Rule, never
+from feasibee.scenario.fields import Robots, Tasks
+from feasibee.scenario.rules import Conflict, Rule, default_unless, never
 from feasibee.scenario.sections import Sections
 
 NEWS_LIMIT: Final = 4 * 2**30
@@ -47,9 +47,9 @@ def status_bits(scenario: Sections) -> int:
 
 
 def _alone(key: str) -> Rule:
-    return never(
+    return default_unless(
         f"acting.{key}",
-        lambda s: not s.acts and getattr(s.acting, key) != Acting.model_fields[key].default,
+        lambda s: s.acts,
         "needs acting.start: without it, no robot acts",
         'set acting.start = "safe", or leave it out',
     )

@@ -13,10 +13,9 @@ from typing import Any, Final
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
 from feasibee.scenario.acting import ACTING
-from feasibee.scenario.fields import Response
 from feasibee.scenario.paths import value_at
 from feasibee.scenario.placing import PLACES
-from feasibee.scenario.rules import AS_GIVEN, BOTH, Conflict, Rule, both, never
+from feasibee.scenario.rules import AS_GIVEN, BOTH, Conflict, Rule, both, default_unless, never
 from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
 from feasibee.scenario.standing import standing
@@ -184,9 +183,9 @@ def _charging(scenario: Sections) -> Iterator[Conflict]:
 
 
 def _needs_patience(key: str) -> Rule:
-    return never(
+    return default_unless(
         f"response.{key}",
-        lambda s: not s.responds and getattr(s.response, key) != Response.model_fields[key].default,
+        lambda s: s.responds,
         "needs response.patience: without it, nobody responds",
         "set response.patience = 100",
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Final, NamedTuple
 
+from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.sections import Sections
 
 AS_GIVEN: Final = object()
@@ -35,6 +36,13 @@ def never(
             yield Conflict(path, named, remedy, value)
 
     return find
+
+
+def default_unless(path: str, enabled: Callable[[Sections], bool], rule: str, remedy: str) -> Rule:
+    """Return a rule that a field has its default unless what it belongs to is enabled."""
+    name, key = path.split(".")
+    default = SECTIONS[name].model_fields[key].default
+    return never(path, lambda s: not enabled(s) and getattr(getattr(s, name), key) != default, rule, remedy)
 
 
 def both(*rules: Callable[..., Iterator[Conflict]]) -> Iterator[Rule]:
