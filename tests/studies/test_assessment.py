@@ -19,11 +19,12 @@ from feasibee.results.measures import declarations
 from feasibee.results.statistics import Interval, paired_difference, plain
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies import flooding
 from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare, percent, wait_for
 from feasibee.studies.needs import Asked, suitable
 from feasibee.studies.pages import write_report
-from feasibee.studies.report import Trial, _declared, bias_in_words, sections
+from feasibee.studies.report import Trial, _waiting, bias_in_words, sections
 from feasibee.studies.size import Rule, band_of
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.tuning import (
@@ -37,6 +38,7 @@ from feasibee.studies.tuning import (
     tune,
 )
 from feasibee.sweeps.sweep import Execution
+from tests.places import rectangle
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
@@ -93,10 +95,18 @@ def test_quiet_times_beyond_tested_worlds_are_warned_of(changes, outside):
     """They are computed in `quiet-census`; a given one is its user's, and `map` has none."""
     own = {"decision.strategy": "quiet-census", "robots.know_count": True, "run.steps": 5}
     scenario = Scenario().replace({**own, **changes})
-    (outcome,) = compare({"": scenario}, (), 2, 1)
-    warnings = _declared(outcome, scenario)[1:]
+    warnings = _waiting(scenario)
     assert len(warnings) == (outside is not None)
     assert outside is None or f"({outside})" in warnings[0]
+
+
+def test_robots_that_wait_for_names_to_flood_a_place_need_to_know_the_time(assessment, monkeypatch):
+    monkeypatch.setattr(flooding, "RUNS", 5)
+    wall = {"place.walls": [rectangle(2.0, 0.0, 2.2, 2.0)], "arena.boundary": "walls"}
+    scenario = assessment.scenario.replace({**wall, "acting.start": "safe"})
+    assert "Set place.flooding = " in text_of(replace(assessment, scenario=scenario))
+    known = scenario.replace({"place.flooding": 100})
+    assert "place.flooding" not in text_of(replace(assessment, scenario=known))
 
 
 def test_other_strategies_are_tried_best_first(assessment):

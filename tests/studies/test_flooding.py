@@ -125,6 +125,19 @@ def test_robots_declare_feasible_only_with_a_time_of_flooding():
     assert flooded(place()) == place()  # it has no strategy by names
 
 
+@pytest.mark.parametrize("start", ["search", "safe"])
+def test_robots_that_act_in_a_place_wait_for_its_flooding(start):
+    """So do robots whose strategy counts no names."""
+    world = place(**{"acting.start": start, "tasks.count": 4, "acting.reach": 1.0})
+    assert (simulate(world, 5, seed=1).all_taken_step.values == -1).all()
+    assert quiet_times_in_words(world)[0].endswith("Without it, robots never act in other runs.")
+    timed = flooded(world)
+    assert timed.place.flooding == flooding(world).slowest
+    assert (simulate(timed, 5, seed=1).first_taken_step.values > timed.acts_from).all()
+    assert quiet_times_in_words(timed) == []
+    assert flooded(place(**{"acting.start": 40})).place.flooding is None
+
+
 def test_studies_add_the_time_of_flooding():
     with Rounds(None) as rounds:
         (found,) = outcomes_of(

@@ -10,6 +10,7 @@ from commands import invoke, json_of
 
 from feasibee import Scenario, ScenarioError
 from feasibee.errors import FeasibeeError
+from feasibee.studies import flooding as module
 from feasibee.studies.pays import (
     POLICIES,
     RATIOS,
@@ -23,6 +24,7 @@ from feasibee.studies.pays import (
     sentences,
     task_numbers,
 )
+from tests.places import rectangle
 
 SMALL = ("--set", "arena.side=10", "--set", "robots.count=4", "--set", "tasks.count=4", "--workers", 1)
 
@@ -108,6 +110,17 @@ def test_worlds_that_it_cannot_ask_are_errors(tables):
 @pytest.fixture(scope="module")
 def small():
     return pays(Scenario(arena={"side": 10.0}, robots={"count": 4}, tasks={"count": 4}), runs=6, seed=1)
+
+
+def test_in_a_place_robots_search_and_ask_until_names_flood_it(monkeypatch):
+    monkeypatch.setattr(module, "RUNS", 20)
+    place = {"walls": [rectangle(2.4, 0.0, 2.6, 2.0)]}
+    arena = {"side": 5.0, "boundary": "walls"}
+    found = pays(Scenario(arena=arena, place=place, robots={"count": 2}), runs=2, seed=1)
+    assert found.scenario.place.flooding is None
+    assert all(each[2].ended.all() for each in found.missions.values())
+    starts = [found.missions[name][2].steps.mean() for name in WITHOUT_TAGS]
+    assert starts == sorted(starts)
 
 
 def test_help_comes_in_all_missions(small):

@@ -183,13 +183,23 @@ def _flooded_at(swarm: Repeated, wanted: NDArray[np.bool_]) -> int:
     return NEVER
 
 
+def acts_late(scenario: Scenario) -> bool:
+    """Return whether robots act in a place from a step on that follows from its time of flooding."""
+    return scenario.place.exists and scenario.acting.start in ("search", "safe")
+
+
+def lacks_flooding(scenario: Scenario) -> bool:
+    """Return whether a scenario has a place without a time of flooding, for which its robots may wait."""
+    waits = scenario.manifest.needs_names or acts_late(scenario)
+    return scenario.place.exists and scenario.place.flooding is None and bool(waits)
+
+
 def flooded(scenario: Scenario) -> Scenario:
-    """Return a scenario with the time of flooding in its place, if it has one and its strategy counts names.
+    """Return a scenario with the time of flooding in its place, if its robots may wait for it.
 
     A time that it has already is kept.
     """
-    place = scenario.place
-    if not place.exists or place.flooding is not None or not scenario.manifest.needs_names:
+    if not lacks_flooding(scenario):
         return scenario
     if scenario.robots.classes or scenario.tasks.classes:
         return scenario

@@ -16,7 +16,7 @@ from feasibee.strategies import STRATEGIES
 from feasibee.strategies.certified import TESTED, untested
 from feasibee.strategies.contract import Me
 from feasibee.strategies.words import Words
-from feasibee.studies.flooding import flooded
+from feasibee.studies.flooding import acts_late, flooded, lacks_flooding
 
 IDS: Final = "ids that are never mistaken"
 NAMES: Final = "names of tasks"
@@ -122,15 +122,16 @@ def needs_of(scenario: Scenario) -> list[str]:
 def quiet_times_in_words(scenario: Scenario) -> list[str]:
     """Return a warning if computed quiet times were not tested in worlds like the scenario's.
 
-    In a place, return what to set so that robots ever declare *feasible*.
+    In a place, return what to set so that robots ever declare *feasible*, or act.
     """
     if scenario.place.exists:
-        found = flooded(scenario).place.flooding
-        if scenario.place.flooding is not None or not scenario.manifest.needs_names:
+        if not lacks_flooding(scenario):
             return []
+        never = "never act" if acts_late(scenario) else "that wait for a quiet time never declare feasible"
+        found = flooded(scenario).place.flooding
         if found is None:
-            return ["Names take too long to flood this place: robots never declare feasible by a quiet time."]
-        without = "Without it, robots that wait for a quiet time never declare feasible in other runs."
+            return [f"Names take too long to flood this place: robots {never}."]
+        without = f"Without it, robots {never} in other runs."
         return [f"Set place.flooding = {found}, the step by which names flood this place. {without}"]
     outside = untested(scenario.robots.count, scenario.setting)
     if not outside:

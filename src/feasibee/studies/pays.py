@@ -21,6 +21,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.results.statistics import CONFIDENCE, Interval, normal_quantile, plain
 from feasibee.scenario.scenario import Scenario
 from feasibee.studies.comparison import check_stays, origin, rounds_of
+from feasibee.studies.flooding import flooded
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
@@ -220,10 +221,10 @@ def pays(
     if scenario.tasks.classes or scenario.tasks.points:
         raise FeasibeeError("pays: varies tasks.count; leave out tasks.classes and tasks.points")
     check_stays(scenario.replace({"response.patience": None}), "pays")
-    numbers = task_numbers(scenario.robots.count)
+    numbers, world = task_numbers(scenario.robots.count), flooded(scenario.replace(POLICIES["ask first"]))
     places = [(policy, tasks) for policy in POLICIES for tasks in numbers]
     designs = [
-        DesignPoint({"policy": policy, "tasks.count": tasks}, mission(scenario, policy, tasks, patience))
+        DesignPoint({"policy": policy, "tasks.count": tasks}, mission(world, policy, tasks, patience))
         for policy, tasks in places
     ]
     found: dict[str, dict[int, Missions]] = {policy: {} for policy in POLICIES}
