@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import base64
+import io
+import re
+
 import numpy as np
 from PIL import Image, ImageColor
 
-from feasibee.figures.frames import DRAWN, Painter
+from feasibee.simulation.frames import DRAWN, Painter
 
 
 def seen_at(picture, scenario, place):
@@ -14,6 +18,13 @@ def seen_at(picture, scenario, place):
     left, top = (each / DRAWN for each in painter.corner)
     height, scale = painter.arena[1] / DRAWN, painter.scale / DRAWN
     return picture.getpixel((int(left + place[0] * scale), int(top + height - place[1] * scale)))
+
+
+def shown_by(swarm):
+    """Return the picture of a swarm in a notebook."""
+    data = re.search(r'<img [^>]*src="data:image/png;base64,([^"]+)"', swarm._repr_html_())[1]
+    with Image.open(io.BytesIO(base64.b64decode(data))) as picture:
+        return picture.convert("RGB")
 
 
 def close(one, other, most=12):

@@ -16,7 +16,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.plan import Fault, fault_in_words, numbers_in_words
 from feasibee.field.recording import Recording
 from feasibee.figures.animation import animate, animate_field
-from feasibee.figures.frames import DRAWN, LIGHT, Painter
+from feasibee.simulation.frames import DRAWN, LIGHT, Painter
 
 pytestmark = NEEDS_FORK
 

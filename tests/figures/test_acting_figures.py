@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import same_color
-from pixels import close, seen_at
+from pixels import close, seen_at, shown_by
 
 from feasibee import Scenario, Swarm, plot_arena
-from feasibee.figures.animation import AFTER_DECISION, _span
+from feasibee.figures.animation import AFTER_DECISION, _span, draw_frame
 from feasibee.figures.arena import DONE, STANDS, WALKS
-from feasibee.figures.frames import DARK, LIGHT, Painter, draw_frame
 from feasibee.model.codes import TASK
 from feasibee.scenario.runs import Runs
+from feasibee.simulation.frames import DARK, LIGHT, Painter
 
 ROBOTS, TASKS = ((4.0, 8.0), (10.0, 4.0), (19.5, 15.0)), ((4.0, 8.9), (10.0, 5.8), (1.1, 15.0))
 """The first robot is at its task from the start on. The third one sees its own across the edge."""
@@ -40,9 +38,16 @@ def test_the_world_of_these_tests():
     assert (holders.tolist(), swarm.task_numbers.tolist()) == ([0, -1, -1], [0, 1, 2])
 
 
-@pytest.mark.parametrize("dark", [False, True])
-def test_a_frame_has_free_and_taken_tasks_and_lines_to_them(dark):
-    theme, picture = DARK if dark else LIGHT, draw_frame(at_step(2), size=1000, dark=dark)
+@pytest.mark.parametrize(
+    ("theme", "draw"),
+    [
+        (LIGHT, lambda swarm: draw_frame(swarm, size=1000)),
+        (DARK, lambda swarm: draw_frame(swarm, size=1000, dark=True)),
+        (LIGHT, shown_by),
+    ],
+)
+def test_a_frame_has_free_and_taken_tasks_and_lines_to_them(theme, draw):
+    picture = draw(at_step(2))
     for (x, y), fill in zip(TASKS, (TASK, theme.paper, theme.paper), strict=True):
         assert close(seen_at(picture, SCENARIO, (x - 0.17, y - 0.15)), fill)
 
@@ -93,7 +98,8 @@ def test_done_tasks_are_pale():
     swarm.advance(8)
     assert swarm.acting.looks.tolist() == [2, 0, 1]
     place = (TASKS[0][0], TASKS[0][1] + 0.2)
-    assert close(seen_at(draw_frame(swarm, size=1000), SCENARIO, place), LIGHT.faint)
+    for picture in (draw_frame(swarm, size=1000), shown_by(swarm)):
+        assert close(seen_at(picture, SCENARIO, place), LIGHT.faint)
     ax, shown = plot_arena(swarm), swarm._repr_html_()
     (points,) = [each for each in ax.collections if not isinstance(each, LineCollection)]
     fills = ("white", TASK, DONE)
@@ -103,15 +109,8 @@ def test_done_tasks_are_pale():
     )
     assert "done task" in [each.get_text() for each in ax.get_legend().get_texts()]
     assert "robots stand at 1 of 3 tasks and have done 1" in shown
-    fills = re.findall(r'<path d="([^"]+)" fill="(#\w+)"', shown)
-    assert [(path.count("M"), fill) for path, fill in fills] == [(1, "#bbb"), (1, TASK), (1, "#fff")]
 
 
-def test_a_notebook_shows_them_too():
-    shown = at_step(2)._repr_html_()
-    assert "robots stand at 1 of 3 tasks" in shown
-    fills = re.findall(r'<path d="([^"]+)" fill="(#\w+)"', shown)
-    assert [(path.count("M"), fill) for path, fill in fills] == [(1, TASK), (2, "#fff")]
-    widths = re.findall(r'<path d="([^"]+)" stroke="#222" stroke-width="(3|14)"', shown)
-    assert [(path.count("M"), width) for path, width in widths] == [(3, "3"), (1, "14")]
+def test_a_notebook_says_what_they_do():
+    assert "robots stand at 1 of 3 tasks" in at_step(2)._repr_html_()
     assert "stand at" not in Swarm()._repr_html_()

@@ -18,8 +18,8 @@ from pixels import close, frames_of, seen_at
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.figures.animation import AFTER_DECISION, animate, draw_frame
-from feasibee.figures.frames import DARK, LIGHT, Painter
 from feasibee.model.codes import COLOURS
+from feasibee.simulation.frames import DARK, LIGHT, Painter
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
 WORLDS = {

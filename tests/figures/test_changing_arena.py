@@ -8,10 +8,10 @@ from PIL import Image
 from pixels import close, seen_at
 
 from feasibee import Scenario, Swarm, plot_arena
-from feasibee.figures.animation import _span, animate
-from feasibee.figures.frames import DRAWN, Painter, draw_frame
+from feasibee.figures.animation import _span, animate, draw_frame
 from feasibee.model.codes import COLOURS, TASK
 from feasibee.scenario.runs import Runs
+from feasibee.simulation.frames import DRAWN, Painter
 
 SPOTS = ((4.0, 4.0), (10.0, 4.0), (16.0, 4.0))
 SCENARIO = Scenario(

@@ -5,21 +5,28 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from pixels import close, seen_at
+from pixels import close, seen_at, shown_by
 from walled import DOCK, PLACE
 
 from feasibee import Scenario, Swarm, plot_arena
-from feasibee.figures.frames import DARK, LIGHT, between, draw_frame
+from feasibee.figures.animation import draw_frame
 from feasibee.model.codes import ZONE
+from feasibee.simulation.frames import DARK, LIGHT, between
 
 WALL_AT, NO_GO_AT, DOCK_AT, OPEN_AT = (10.0, 3.0), (15.0, 2.0), (2.5, 7.0), (13.0, 8.0)
 
 
-@pytest.mark.parametrize("dark", [False, True])
-def test_a_frame_has_the_place_below_the_robots(dark):
-    theme = DARK if dark else LIGHT
+@pytest.mark.parametrize(
+    ("theme", "draw"),
+    [
+        (LIGHT, lambda swarm: draw_frame(swarm, size=1000)),
+        (DARK, lambda swarm: draw_frame(swarm, size=1000, dark=True)),
+        (LIGHT, shown_by),
+    ],
+)
+def test_a_frame_has_the_place_below_the_robots(theme, draw):
     swarm = Swarm(PLACE, seed=1)
-    picture = draw_frame(swarm, size=1000, dark=dark)
+    picture = draw(swarm)
     assert close(seen_at(picture, PLACE, WALL_AT), theme.ink)
     assert close(seen_at(picture, PLACE, NO_GO_AT), between(theme.paper, theme.ink, 0.25))
     assert close(seen_at(picture, PLACE, DOCK_AT), between(theme.paper, ZONE, 0.12))

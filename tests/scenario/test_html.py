@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-import re
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from declaring import declaring
+from pixels import shown_by
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.model.codes import COLOURS
-from feasibee.simulation.html import GRAIN, MOST
+from feasibee.figures.animation import draw_frame
+from feasibee.simulation.html import MOST, SIZE
 from feasibee.studies.assess import assess
 
 
 class Page(HTMLParser):
     """Text and tags of some HTML, which must close what it opens."""
 
-    ALONE = frozenset({"path", "rect"})
+    ALONE = frozenset({"img"})
 
     def __init__(self, text):
         super().__init__()
@@ -44,15 +44,6 @@ class Page(HTMLParser):
         self.text += data
         if "strong" in self.open:
             self.strong.append(data)
-
-    def paths(self, **attributes):
-        """Return where each path with some attributes begins a stroke or shape."""
-        found = [given for tag, given in self.tags if tag == "path" and attributes.items() <= given.items()]
-        return np.array([tuple(map(float, each)) for path in found for each in starts(path["d"])])
-
-
-def starts(path):
-    return re.findall(r"M(-?[\d.]+) (-?[\d.]+)", path)
 
 
 def page(thing):
@@ -94,44 +85,23 @@ def test_text_of_a_user_is_escaped_and_long_values_cut():
     assert len(shown.text) < 7000
 
 
-def test_a_swarm_shows_its_arena_where_everything_is():
-    swarm = Swarm(Scenario(tasks={"count": 50}), seed=1)
-    swarm.advance(60)
-    shown = page(swarm)
-    assert "Run 0, step 60: 3 feasible, 17 infeasible; undecided (truth: infeasible)" in shown.text
-    for opinion, name in ((1, "feasible"), (0, "infeasible")):
-        expected = swarm.positions[swarm.opinions == opinion] * GRAIN / 20
-        expected[:, 1] = GRAIN - expected[:, 1]
-        drawn = shown.paths(stroke=COLOURS[name], **{"stroke-width": "100"})
-        for place in expected:
-            assert np.abs(drawn - place).max(axis=1).min() <= 1
-    rings = shown.paths(**{"stroke-width": "140"})
-    assert len(rings) >= swarm.disseminating.sum()
-    assert len(shown.paths(fill="#E69F00")) == 50
-
-
-def test_a_robot_that_has_declared_has_a_rim(tmp_path):
+def test_a_swarm_shows_its_arena_as_in_an_animation(tmp_path):
     swarm = Swarm(declaring(tmp_path, quiet=20.0, tasks={"count": 21}), seed=3)
     swarm.advance(60)
-    shown = page(swarm)
-    feasible, infeasible = swarm.declared_counts
+    shown, (feasible, infeasible) = page(swarm), swarm.declared_counts
+    assert f"Run 0, step 60: {swarm.feasible_count} feasible, {swarm.infeasible_count} inf" in shown.text
     assert 0 < feasible < 20
     assert f"; declared: {feasible} feasible, {infeasible} infeasible" in shown.text
-    rims = shown.paths(stroke="#222", **{"stroke-width": "112"})
-    expected = swarm.positions[swarm.declared >= 0] * GRAIN / 20
-    expected[:, 1] = GRAIN - expected[:, 1]
-    for place in expected:
-        assert np.abs(rims - place).max(axis=1).min() <= 1
-    assert len(rims) < 20
-
-
-def test_on_a_torus_a_robot_at_a_corner_shows_four_times():
-    def discs(boundary):
-        robots = {"placement": "points", "points": [(0.5, 19.5)], "speed": 0.0}
-        swarm = Swarm(Scenario(arena={"boundary": boundary}, robots=robots, tasks={"count": 0}))
-        return len(page(swarm).paths(**{"stroke-width": "100"}))
-
-    assert (discs("torus"), discs("walls")) == (4, 1)
+    assert "undecided (truth: infeasible)" in shown.text
+    assert [given["alt"] for tag, given in shown.tags if tag == "img"] == [
+        "An arena with 20 robots and 21 tasks"
+    ]
+    picture = np.asarray(shown_by(swarm), int)
+    frame = np.asarray(draw_frame(swarm, size=SIZE), int)
+    assert SIZE < len(picture) + 10 < SIZE + 20 < len(frame)  # without the words
+    away = np.abs(picture - frame[: len(picture)]).max(axis=2)  # since it has few colours
+    assert away.max() < 64
+    assert (away > 12).mean() < 0.002
 
 
 @pytest.mark.parametrize(("robots", "drawn"), [(10_000, True), (MOST + 1, False)])
@@ -139,7 +109,7 @@ def test_a_large_swarm_stays_light(robots, drawn):
     swarm = Swarm(Scenario(arena={"side": 600.0}, robots={"count": robots}))
     text = swarm._repr_html_()
     assert len(text) < 200_000
-    assert ("<svg" in text) == drawn
+    assert ("<img" in text) == drawn
     assert ("use feasibee animate" in text) != drawn
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 from walled import DOCK, PLACE, SIDE, bitmap
 
-from feasibee import Scenario, Swarm
+from feasibee import Scenario
 from feasibee.scenario.picture import OPACITIES, draw_plan, extent_of, outlines_of, picture_of
 
 
@@ -56,18 +56,17 @@ def test_a_zones_name_begins_at_its_upper_left():
     assert list(outlines_of(PLACE)) == [("<dock> & more", (DOCK,), (0.5, 9.5))]
 
 
-def test_notebooks_show_the_plan_of_a_scenario_and_under_a_swarm():
-    for shown in (PLACE._repr_html_(), Swarm(PLACE, seed=1)._repr_html_()):
-        drawing = ElementTree.fromstring(re.search("<svg.*</svg>", shown.split("<details")[0])[0])
-        every = {each.tag.rpartition("}")[2]: each for each in drawing.iter()}
-        assert every["text"].text == "<dock> & more"
-        image, frame = every["image"], [float(each) for each in drawing.get("viewBox").split()]
-        assert image.get("href").startswith("data:image/png;base64,")
-        width, height = (float(image.get(each)) for each in ("width", "height"))
-        assert width == 2 * height
-        assert 0.9 < width / frame[2] < 1
+def test_notebooks_show_the_plan_of_a_scenario():
+    drawing = ElementTree.fromstring(re.search("<svg.*</svg>", PLACE._repr_html_().split("<details")[0])[0])
+    every = {each.tag.rpartition("}")[2]: each for each in drawing.iter()}
+    assert every["text"].text == "<dock> & more"
+    image, frame = every["image"], [float(each) for each in drawing.get("viewBox").split()]
+    assert image.get("href").startswith("data:image/png;base64,")
+    width, height = (float(image.get(each)) for each in ("width", "height"))
+    assert width == 2 * height
+    assert 0.9 < width / frame[2] < 1
     assert draw_plan(Scenario(), 1.0, 20) == ""
-    assert "<image" not in Scenario()._repr_html_() + Swarm()._repr_html_()
+    assert "<image" not in Scenario()._repr_html_()
 
 
 def test_the_drawing_of_a_low_plan_stands_on_the_arenas_lower_edge():

@@ -16,22 +16,18 @@ import subprocess
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import GifImagePlugin, Image, ImageColor
 
-from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.figures.frames import DARK, LIGHT, Painter, between, draw_frame
+from feasibee.errors import FeasibeeError, how_to_install, quoted
 from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import check_progress, check_scenario, check_span, simulate_record
+from feasibee.simulation.frames import DARK, LIGHT, Painter, Shown, between
 from feasibee.simulation.swarm import Swarm
-
-if TYPE_CHECKING:
-    from feasibee.figures.frames import Shown
 
 __all__ = ["animate", "animate_field", "draw_frame"]
 
@@ -43,6 +39,41 @@ LAST = 2
 FRAMES_LIMIT = 20_000
 AFTER_DECISION = 30
 """Least number of steps that are shown after the decision, or after all tasks are taken."""
+
+
+def draw_frame(
+    swarm: Swarm, *, size: int = 480, dark: bool = False, span: tuple[int, int] | None = None
+) -> Image.Image:
+    """Draw a swarm at its present step.
+
+    Parameters
+    ----------
+    swarm : Swarm
+        The swarm to draw.
+    size : int
+        Width of the picture in pixels.
+    dark : bool
+        Whether its background is dark.
+    span : tuple of int, optional
+        First and last step of the curve below the arena; by default there is no curve.
+
+    Returns
+    -------
+    PIL.Image.Image
+        An RGB picture; width and height are even numbers.
+
+    Examples
+    --------
+    >>> import feasibee
+    >>> from feasibee.figures.animation import draw_frame
+    >>> draw_frame(feasibee.Swarm(), size=300).width
+    300
+    """
+    if not isinstance(swarm, Swarm):
+        raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
+    size = check_integer("size", size, 24, 8192)
+    span = None if span is None else check_span("span", span)
+    return Painter(swarm.scenario, size, dark, span).draw(swarm)
 
 
 def animate(

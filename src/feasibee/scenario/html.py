@@ -25,7 +25,7 @@ STYLE = """<style>
 .feasibee.feasibee .note { opacity: .75; }
 .feasibee.feasibee summary { cursor: pointer; }
 .feasibee.feasibee code { background: none; color: inherit; padding: 0; font-weight: inherit; }
-.feasibee > svg { display: block; width: 24em; max-width: 100%; height: auto; }
+.feasibee > svg, .feasibee > img { display: block; width: 24em; max-width: 100%; height: auto; }
 </style>"""
 """The class is written twice to have priority over the tables' style of notebooks."""
 

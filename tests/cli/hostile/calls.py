@@ -11,9 +11,8 @@ import numpy as np
 import xarray as xr
 
 import feasibee
-from feasibee.figures.animation import animate
+from feasibee.figures.animation import animate, draw_frame
 from feasibee.figures.decisions import plot_declare_steps
-from feasibee.figures.frames import draw_frame
 from feasibee.model.record import Record
 from feasibee.results import statistics
 from feasibee.results.dataset import to_dataset

@@ -16,6 +16,7 @@
 #include "given.h"
 
 #define EXPORT(name) __attribute__((export_name(#name)))
+#define GIVES(type, name, value) EXPORT(name) type name(void) { return value; }
 
 /* The numbers of a scenario, in the order of numbers_of in lowering.py; a test compares them. Those of given.h follow. */
 enum number {
@@ -313,23 +314,10 @@ static void listen(uint32_t i)
             feasibee_hear(&minds[i], (feasibee_id)robots_seen[j].id, &messages[j]);
 }
 
-/* Return the numbers, for the page to write. */
-EXPORT(world_numbers) double *world_numbers(void)
-{
-    return numbers;
-}
-
-/* Return the numbers of the place, for the page to write. */
-EXPORT(world_place) double *world_place(void)
-{
-    return place_numbers;
-}
-
-/* Return the cells of the place, for the page to write: the bits of all, then the pieces of all. */
-EXPORT(world_cells) uint8_t *world_cells(void)
-{
-    return cells;
-}
+/* What the page writes: the numbers, those of the place, and its cells: the bits of all, then the pieces of all. */
+GIVES(double *, world_numbers, numbers)
+GIVES(double *, world_place, place_numbers)
+GIVES(uint8_t *, world_cells, cells)
 
 /* Begin a run with the present numbers. */
 EXPORT(world_begin) void world_begin(uint32_t seed_low, uint32_t seed_high, uint32_t number)
@@ -389,51 +377,16 @@ EXPORT(world_play) uint32_t world_play(uint32_t steps)
     return step;
 }
 
-/* Return how many robots are missing, in all pieces together; 0 if the tasks are feasible. */
-EXPORT(world_missing) uint32_t world_missing(void)
-{
-    return missing;
-}
-
-EXPORT(world_feasible) uint32_t world_feasible(void)
-{
-    return feasible;
-}
-
-EXPORT(world_infeasible) uint32_t world_infeasible(void)
-{
-    return infeasible;
-}
-
-EXPORT(world_x) uint32_t *world_x(void)
-{
-    return x;
-}
-
-EXPORT(world_y) uint32_t *world_y(void)
-{
-    return y;
-}
-
-EXPORT(world_flags) uint16_t *world_flags(void)
-{
-    return flags;
-}
-
-EXPORT(world_headings) uint8_t *world_headings(void)
-{
-    return headings;
-}
-
-EXPORT(world_task_x) uint32_t *world_task_x(void)
-{
-    return task_x;
-}
-
-EXPORT(world_task_y) uint32_t *world_task_y(void)
-{
-    return task_y;
-}
+/* What the page reads. Missing are robots of all pieces together: 0 if the tasks are feasible. */
+GIVES(uint32_t, world_missing, missing)
+GIVES(uint32_t, world_feasible, feasible)
+GIVES(uint32_t, world_infeasible, infeasible)
+GIVES(uint32_t *, world_x, x)
+GIVES(uint32_t *, world_y, y)
+GIVES(uint16_t *, world_flags, flags)
+GIVES(uint8_t *, world_headings, headings)
+GIVES(uint32_t *, world_task_x, task_x)
+GIVES(uint32_t *, world_task_y, task_y)
 
 /* Return an exponential duration, for a test of draws.h. */
 EXPORT(world_duration) uint32_t world_duration(uint32_t word, double mean)

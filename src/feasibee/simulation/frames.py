@@ -6,27 +6,20 @@ import io
 from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageColor, ImageDraw, ImageFont
 
-from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED, ZONE
 from feasibee.scenario.geometry import Acting, images, segments
 from feasibee.scenario.picture import extent_of, outlines_of, picture_of
 from feasibee.scenario.plan import Plan
-from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import check_span
-from feasibee.simulation.swarm import Swarm
 
-if TYPE_CHECKING:
-    from feasibee.field.recording import Recording
-
-    Shown = Swarm | Recording
-
+Shown = Any
+"""A ``Swarm``, or a ``Recording`` of a field: both have the names that a `Painter` needs."""
 DRAWN = 2
 """Scale at which a frame is drawn before it is reduced."""
 FINE = 6
@@ -52,46 +45,11 @@ LIGHT = Theme("#FFFFFF", "#1F2328", "#B4BAC2")
 DARK = Theme("#14171C", "#E8EAED", "#565D67")
 
 
-def draw_frame(
-    swarm: Swarm, *, size: int = 480, dark: bool = False, span: tuple[int, int] | None = None
-) -> Image.Image:
-    """Draw a swarm at its present step.
-
-    Parameters
-    ----------
-    swarm : Swarm
-        The swarm to draw.
-    size : int
-        Width of the picture in pixels.
-    dark : bool
-        Whether its background is dark.
-    span : tuple of int, optional
-        First and last step of the curve below the arena; by default there is no curve.
-
-    Returns
-    -------
-    PIL.Image.Image
-        An RGB picture; width and height are even numbers.
-
-    Examples
-    --------
-    >>> import feasibee
-    >>> from feasibee.figures.frames import draw_frame
-    >>> draw_frame(feasibee.Swarm(), size=300).width
-    300
-    """
-    if not isinstance(swarm, Swarm):
-        raise FeasibeeError(f"swarm = {quoted(swarm)}: must be a Swarm; write Swarm(scenario, seed=1)")
-    size = check_integer("size", size, 24, 8192)
-    span = None if span is None else check_span("span", span)
-    return Painter(swarm.scenario, size, dark, span).draw(swarm)
-
-
 class Painter:
     """Draws the frames of one run; arena and tasks are drawn once, and again when tasks have changed.
 
-    Size, background and span are those of `draw_frame`. Lines for the notes of all frames are kept free below
-    the counts.
+    Size, background and span are those of ``draw_frame`` in `feasibee.figures.animation`. Lines for the notes
+    of all frames are kept free below the counts.
     """
 
     def __init__(
@@ -128,6 +86,19 @@ class Painter:
         self, swarm: Shown, notes: Sequence[str] = (), lost: NDArray[np.bool_] | None = None
     ) -> Image.Image:
         """Draw the present step of a swarm of this scenario, with notes and with lost robots in grey."""
+        drawn = self._arena(swarm, lost)
+        pen = ImageDraw.Draw(drawn)
+        self._words(drawn, pen, swarm, notes)
+        if self.span is not None:
+            self._curves(drawn, pen, swarm, *self.span)
+        return drawn.reduce(DRAWN)
+
+    def draw_arena(self, swarm: Shown) -> Image.Image:
+        """Draw the arena of the present step, without the words below it."""
+        return self._arena(swarm).crop((0, 0, self.size[0], self.words)).reduce(DRAWN)
+
+    def _arena(self, swarm: Shown, lost: NDArray[np.bool_] | None = None) -> Image.Image:
+        """Draw the arena with all that is in it, and leave what is below it empty."""
         drawn = Image.new("RGB", self.size, self.theme.paper)
         acting = swarm.acting if self.scenario.acts else None
         looks = [1] * len(swarm.task_numbers) if acting is None else acting.looks.tolist()
@@ -138,12 +109,8 @@ class Painter:
             self._aims(arena, swarm, acting)
         self._robots(arena, swarm, np.zeros(len(swarm.present), np.bool_) if lost is None else lost)
         drawn.paste(arena, self.corner)
-        pen = ImageDraw.Draw(drawn)
-        self._edge(pen)
-        self._words(drawn, pen, swarm, notes)
-        if self.span is not None:
-            self._curves(drawn, pen, swarm, *self.span)
-        return drawn.reduce(DRAWN)
+        self._edge(ImageDraw.Draw(drawn))
+        return drawn
 
     def _font(self, inner: int, notes: Iterable[str]) -> ImageFont.FreeTypeFont:
         """Return the largest font in which the longest lines fit."""
