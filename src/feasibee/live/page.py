@@ -14,7 +14,7 @@ from urllib.parse import quote
 
 from feasibee.files import atomic_write
 from feasibee.live.prediction import prediction_of
-from feasibee.live.scene import plan_for_pages
+from feasibee.live.scene import scene_of
 from feasibee.live.world.build import WASM, compile_world
 from feasibee.live.world.lowering import (
     ROBOTS_LIMIT,
@@ -46,13 +46,24 @@ def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> 
     """
     check_scenario(scenario)
     runs = Runs(1, seed, run)
-    icon = "data:image/svg+xml," + quote((STATIC / "icon.svg").read_text("utf-8"))
     return Template(MARKUP.read_text("utf-8")).substitute(
-        icon=icon,
-        style="\n".join((STATIC / each).read_text("utf-8") for each in ("base.css", "page.css")),
+        {name: _part(name) for name in ("transport", "theory")},
+        icon="data:image/svg+xml," + quote(_text("icon.svg")),
+        style=_text("base.css") + _text("page.css"),
         given=json.dumps(_given(scenario, runs, name), separators=(",", ":")).replace("<", "\\u003c"),
         script=joined("simulator"),
     )
+
+
+def _text(name: str) -> str:
+    """Return the text of a file of the live page."""
+    return (STATIC / name).read_text("utf-8")
+
+
+def _part(name: str) -> str:
+    """Return an element of the live page, by its id: it ends where the indentation is that of its start."""
+    (found,) = re.finditer(rf'(?ms)^( *)<(\w+) id="{name}".*?^\1</\2>', _text("index.html"))
+    return found[0]
 
 
 def write_page(scenario: Scenario, out: Path, seed: int = 0, run: int = 0, name: str = "") -> None:
@@ -89,16 +100,7 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
             "seed": str(runs.seed),
             "run": runs.first,
         },
-        "lengths": {
-            "size": scenario.arena.size,
-            "units": fixed(max(scenario.arena.size), unit_of(scenario)),
-            "walls": scenario.setting.walled,
-            "plan": plan_for_pages(scenario),
-            "diameter": scenario.robots.diameter,
-            "sight": scenario.sensing.range,
-            "view": scenario.sensing.view,
-            "radio": scenario.radio.range,
-        },
+        "lengths": {**scene_of(scenario), "units": fixed(max(scenario.arena.size), unit_of(scenario))},
         "prediction": prediction_of(scenario),
         "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},
     }
@@ -125,6 +127,6 @@ def joined(name: str) -> str:
 def _texts(name: str, seen: set[str]) -> list[str]:
     """Return the texts of modules not seen before, each after those that it imports."""
     seen.add(name)
-    text = (STATIC / f"{name}.js").read_text("utf-8")
+    text = _text(f"{name}.js")
     before = [part for each in IMPORTED.findall(text) if each not in seen for part in _texts(each, seen)]
     return [*before, re.sub(r"(?m)^export (?!default)", "", IMPORTED.sub("", text))]

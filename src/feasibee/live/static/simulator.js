@@ -68,11 +68,7 @@ class Page {
       playing = player.playing || player.ended;
     this.recording = new Recording(this.world, settings);
     const { last, taskX, taskY, missing } = this.recording;
-    arena.open({
-      ...given.lengths,
-      ...{ robots, numbers: robots, tasks, last },
-      ...{ truth: missing === 0, changes: false, declares },
-    });
+    arena.open({ ...given.lengths, robots, numbers: robots, tasks, last, truth: missing === 0, declares });
     arena.setTasks({ x: taskX, y: taskY });
     $("legend-declared").hidden = !declares;
     this.restart();

@@ -13,7 +13,7 @@
  * @property {[string, string]} threshold Numerator and denominator.
  * @property {{robots: number, tasks: number}} most
  * @property {Settings} settings
- * @property {{size: [number, number], units: number, walls: boolean, plan: import("./ground.js").Plan | null, diameter: number, sight: number, view: number, radio: number}} lengths
+ * @property {import("./arena.js").World & {units: number}} lengths
  * @property {import("./curve.js").Prediction} prediction
  * @property {{steps: number, stops: boolean}} run
  */
