@@ -7,7 +7,7 @@ import pytest
 from matplotlib.collections import QuadMesh
 
 from feasibee import Scenario, plot_opinions
-from feasibee.figures.comparison import Tracked, draw_delay_against_bits, draw_right_over_time
+from feasibee.figures.comparison import draw_delay_against_bits, draw_right_over_time
 from feasibee.figures.decisions import SHADE, draw_truth, infeasible_share, plot_right_steps
 from feasibee.figures.style import figure
 from feasibee.model.record import Record
@@ -91,10 +91,10 @@ def test_contenders_are_drawn_over_time_with_the_truth_behind():
 
 def test_the_front_of_delay_and_bits_is_highlighted_and_never_stands_at_the_top():
     contenders = {
-        "cheap": Tracked(5.0, Quartiles(80, 100, None)),
-        "good": Tracked(20.0, Quartiles(30, 40, 60)),
-        "beaten": Tracked(30.0, Quartiles(50, 60, 70)),
-        "blind": Tracked(2.0, Quartiles(None, None, None)),
+        "cheap": (5.0, Quartiles(80, 100, None)),
+        "good": (20.0, Quartiles(30, 40, 60)),
+        "beaten": (30.0, Quartiles(50, 60, 70)),
+        "blind": (2.0, Quartiles(None, None, None)),
     }
     (ax,) = draw_delay_against_bits(contenders, 1000).axes
     points = {line.get_xdata()[0]: line for line in ax.lines if line.get_marker() not in ("None", "")}
@@ -111,4 +111,4 @@ def test_the_front_of_delay_and_bits_is_highlighted_and_never_stands_at_the_top(
 
 
 def test_contenders_that_never_follow_have_a_figure_too():
-    draw_delay_against_bits({"blind": Tracked(0.0, Quartiles(None, None, None))}, 50)
+    draw_delay_against_bits({"blind": (0.0, Quartiles(None, None, None))}, 50)

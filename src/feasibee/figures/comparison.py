@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -261,15 +261,6 @@ def _draw_crosses(ax: Axes, places: NDArray[np.float64], wrong: Sequence[Interva
     ax.plot(places[some], marked[some], "x", color=look.colour, markersize=6, zorder=3)
 
 
-class Tracked(NamedTuple):
-    """What a figure shows of a contender in a world that changes."""
-
-    bits: float
-    """Bits per robot-step."""
-    delay: Quartiles
-    """Steps until swarms follow a change of truth."""
-
-
 def draw_right_over_time(
     shares: Mapping[str, NDArray[np.float64]],
     infeasible: NDArray[np.float64],
@@ -301,7 +292,10 @@ def draw_right_over_time(
 
 
 def draw_delay_against_bits(
-    contenders: Mapping[str, Tracked], steps: int, *, before: Mapping[str, Look] | None = None
+    contenders: Mapping[str, tuple[float, Quartiles]],
+    steps: int,
+    *,
+    before: Mapping[str, Look] | None = None,
 ) -> Figure:
     """Draw the delay of detection against bits per robot-step, with the Pareto front: the frontier.
 
@@ -309,19 +303,19 @@ def draw_delay_against_bits(
 
     Parameters
     ----------
-    contenders : mapping of str to Tracked
-        By name. The contenders of the front are highlighted, and the first.
+    contenders : mapping of str to pair of float and Quartiles
+        Bits per robot-step, and steps until swarms follow a change of truth, by name. The contenders of the
+        front are highlighted, and the first.
     steps : int
         Number of steps of a run.
     before : mapping of str to Look, optional
         Looks of contenders in another figure.
     """
-    delays = {name: each.delay for name, each in contenders.items()}
-    known = {name: -float(each.median) for name, each in delays.items() if each.median is not None}
-    never = 1.15 * max([*(each.q75 or each.median or 0 for each in delays.values()), 10])
+    known = {name: -float(each.median) for name, (_, each) in contenders.items() if each.median is not None}
+    never = 1.15 * max([*(each.q75 or each.median or 0 for _, each in contenders.values()), 10])
     heights = {
-        name: (each.bits, *(never if step is None else step for step in (delay.median, delay.q25, delay.q75)))
-        for (name, each), delay in zip(contenders.items(), delays.values(), strict=True)
+        name: (bits, *(never if step is None else step for step in (delay.median, delay.q25, delay.q75)))
+        for name, (bits, delay) in contenders.items()
     }
     with _against_bits(heights, known, None, before) as (drawn, ax):
         ax.set(ylabel=f"delay of detection (steps, of {steps:,})", ylim=(0, 1.12 * never))
@@ -329,7 +323,7 @@ def draw_delay_against_bits(
             ax.axhline(never, color="0.8", linewidth=0.8, linestyle=":", zorder=0)
             steps_of = [tick for tick in ax.get_yticks() if tick < 0.95 * never]
             ax.set_yticks([*steps_of, never], [*(f"{tick:g}" for tick in steps_of), "never"])
-        _leave_room(ax, [each.bits for each in contenders.values()], 2, 3, 1.3)
+        _leave_room(ax, [bits for bits, _ in contenders.values()], 2, 3, 1.3)
     return drawn
 
 

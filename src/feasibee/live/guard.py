@@ -17,12 +17,11 @@ import logging
 import re
 import socket
 from ipaddress import ip_address
-from typing import Any, Final
+from typing import Final
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
-from uvicorn.config import LOGGING_CONFIG
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from feasibee.errors import FeasibeeError, Problem
@@ -184,11 +183,3 @@ def _raised_at(record: logging.LogRecord) -> tuple[str, int] | None:
     while trace is not None and trace.tb_next is not None:
         trace = trace.tb_next
     return trace and (trace.tb_frame.f_code.co_filename, trace.tb_lineno)
-
-
-def log_config() -> dict[str, Any]:
-    """Return uvicorn's logging configuration with the filter `Once` on each handler."""
-    handlers = {
-        name: {**handler, "filters": ["once"]} for name, handler in LOGGING_CONFIG["handlers"].items()
-    }
-    return {**LOGGING_CONFIG, "filters": {"once": {"()": Once}}, "handlers": handlers}

@@ -85,7 +85,7 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
         "strategies": [
             {
                 "name": each.decision.strategy,
-                "rule": _capital(rule_of(each.manifest)),
+                "rule": rule_of(each.manifest),
                 "declares": each.declares,
                 "numbers": numbers_of(each),
             }
@@ -113,10 +113,6 @@ def _wasm(scenario: Scenario) -> bytes:
     with TemporaryDirectory() as folder:
         compile_world(out := Path(folder) / "world.wasm", strategies_of(scenario))
         return out.read_bytes()
-
-
-def _capital(text: str) -> str:
-    return text[:1].upper() + text[1:]
 
 
 def joined(name: str) -> str:

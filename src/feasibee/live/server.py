@@ -28,7 +28,7 @@ from feasibee.field.connections import join_address
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.form import form
-from feasibee.live.guard import Connection, Guard, Once, check_host, log_config
+from feasibee.live.guard import Connection, Guard, Once, check_host
 from feasibee.live.messages import (
     MESSAGE_LIMIT,
     PROTOCOL,
@@ -61,7 +61,8 @@ TRY_LATER = 1013
 """WebSocket close code: the server is full."""
 
 LOG: Final = logging.getLogger("feasibee.live")
-LOG.addFilter(Once())
+for each in (LOG, logging.getLogger("uvicorn.error")):
+    each.addFilter(Once())
 
 AnyCatalogue = Catalogue | FieldCatalogue
 AnySession = Session | FieldSession
@@ -283,7 +284,6 @@ def server_of(catalogue: AnyCatalogue, host: str) -> uvicorn.Server:
         uvicorn.Config(
             application(catalogue, host),
             http=Connection,
-            log_config=log_config(),
             log_level="error",  # its warnings are about malformed requests of others
             access_log=False,
             server_header=False,

@@ -145,7 +145,8 @@ class Outlook:
         for chunk in _chunks(seconds):
             if self.done:
                 break
-            self._swarm.advance(min(self._until_change(chunk), self._last - self._swarm.step))
+            is_followed = self._robot is not None and len(self._changes) < CHANGES_LIMIT
+            self._swarm.advance(min(1 if is_followed else chunk, self._last - self._swarm.step))
             self._note()
         return self.done
 
@@ -166,20 +167,6 @@ class Outlook:
             "allTaken": self._all_taken,
             "done": self.done,
         }
-
-    def _until_change(self, chunk: int) -> int:
-        """Return how many steps the robot stays as it is; without a robot, a number of steps."""
-        if self._robot is None or len(self._changes) >= CHANGES_LIMIT:
-            return chunk
-        scenario, step = self._swarm.scenario, self._swarm.step
-        if scenario.in_motion or scenario.manifest.judges or scenario.acts:
-            return 1  # it may leave, change its opinion, or reach its task, in any step
-        robot = self._swarm.robot(self._robot)
-        is_sure = robot.flags >> FLAGS.index("declared") & 1
-        if scenario.manifest.declares and not is_sure:
-            return 1  # it may declare in any step
-        stop = scenario.faults.stop_step - step
-        return max(1, min(robot.phase_left, stop) if stop > 0 else robot.phase_left)
 
     def _note(self) -> None:
         """Add what has changed at this step."""

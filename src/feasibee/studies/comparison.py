@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError
 from feasibee.figures.comparison import (
-    Tracked,
     draw_against_bits,
     draw_against_ratio,
     draw_against_time,
@@ -562,7 +561,7 @@ def tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
             before=before,
         ),
         "delay": draw_delay_against_bits(
-            {name: Tracked(bits[name], each.detection_delay) for name, each in tracked.items()},
+            {name: (bits[name], each.detection_delay) for name, each in tracked.items()},
             some.right_at.size - 1,
             before=before,
         ),

@@ -104,40 +104,31 @@ export function tracePolygons(context, polygons, scale, height) {
 }
 
 /**
+ * Draw the tasks; if robots act, those that are done, then those that are taken, and on top, hollow, free ones.
  * @param {CanvasRenderingContext2D} context
  * @param {Arena} arena
  * @param {Shown} tasks
  */
-function drawTasks(context, arena, tasks) {
-  if (tasks.taken) for (const taken of [2, 1, 0]) drawSome(context, arena, tasks, taken);
-  else drawSome(context, arena, tasks);
-}
-
-/**
- * Draw the tasks; if robots act, only those that are done, or taken, or, hollow, free.
- * @param {CanvasRenderingContext2D} context
- * @param {Arena} arena
- * @param {Shown} tasks
- * @param {number} [which] 0 for free ones, 1 for taken ones, 2 for done ones.
- */
-function drawSome(context, { ratio, scale, unit, height, colours }, { x, y, taken }, which) {
-  const size = Math.max(1.5 * ratio, Math.min(0.42 * scale, 9 * ratio));
-  const small = size < 4 * ratio;
-  context.fillStyle = [small ? colours.ink : colours.ground, colours.task, colours.muted][which ?? 1];
-  if (small) context.globalAlpha = 0.5; // many tasks would hide the robots
-  context.beginPath();
-  for (let i = 0; i < x.length; i++) {
-    if (taken && taken[i] !== which) continue;
-    const left = x[i] * unit,
-      top = height - y[i] * unit;
-    context.moveTo(left, top - size);
-    context.lineTo(left + 0.92 * size, top + 0.66 * size);
-    context.lineTo(left - 0.92 * size, top + 0.66 * size);
-    context.closePath();
-  }
-  context.fill();
-  context.globalAlpha = 1;
-  if (size > 4 * ratio) {
+function drawTasks(context, { ratio, scale, unit, height, colours }, { x, y, taken }) {
+  const size = Math.max(1.5 * ratio, Math.min(0.42 * scale, 9 * ratio)),
+    small = size < 4 * ratio,
+    fills = [small ? colours.ink : colours.ground, colours.task, colours.muted];
+  for (const which of taken ? [2, 1, 0] : [1]) {
+    context.fillStyle = fills[which];
+    if (small) context.globalAlpha = 0.5; // many tasks would hide the robots
+    context.beginPath();
+    for (let i = 0; i < x.length; i++) {
+      if (taken && taken[i] !== which) continue;
+      const left = x[i] * unit,
+        top = height - y[i] * unit;
+      context.moveTo(left, top - size);
+      context.lineTo(left + 0.92 * size, top + 0.66 * size);
+      context.lineTo(left - 0.92 * size, top + 0.66 * size);
+      context.closePath();
+    }
+    context.fill();
+    context.globalAlpha = 1;
+    if (small) continue;
     context.strokeStyle = taken ? colours.ink : colours.ground;
     context.lineWidth = (taken ? 1.3 : 0.8) * ratio;
     context.stroke();

@@ -1,6 +1,6 @@
 // Sliders and fields for what a reader may change, kept in the address.
 
-import { $ } from "./elements.js";
+import { $, capital } from "./elements.js";
 import { RUNS } from "./swarms.js";
 
 /** @import { Given, Settings } from "./world.js" */
@@ -88,7 +88,7 @@ export class Controls {
     }
     const { name, rule } = this.given.strategies[this.settings.strategy];
     input("strategy").value = String(this.settings.strategy);
-    $("rule").textContent = rule;
+    $("rule").textContent = rule && capital(rule);
     document.title = `feasibee: ${this.settings.robots} robots, ${this.settings.tasks} tasks, ${name}`;
   }
 
