@@ -24,13 +24,33 @@ TARGETS: dict[str, tuple[dict[str, Any], int, int]] = {
     "rank, start 100": ({"acting.start": 100, "acting.choose": "rank"}, 112, 113),
 }
 """By rule: its changes, and the median and 95 % of the prototype at 20 robots and 20 tasks."""
+MIXED: dict[str, Any] = {
+    "robots": {
+        "classes": [
+            {"name": "a", "count": 8, "skills": ["a"]},
+            {"name": "b", "count": 4, "skills": ["b"]},
+            {"name": "both", "count": 8, "skills": ["a", "b"]},
+        ]
+    },
+    "tasks": {
+        "classes": [
+            {"name": "a", "count": 12, "needs": {"a": 1}},
+            {"name": "b", "count": 8, "needs": {"b": 1}},
+        ]
+    },
+    "acting": {"start": 40},
+    "decision": {"strategy": "census"},
+    "run": {"steps": 2000, "stop_at_decision": False, "stop_when_taken": True},
+}
+"""A team of specialists and all-rounders that is enough for all tasks."""
 
 
 def main() -> None:
     """Print the times of the rules, how far they are from the targets, and how often 21 tasks were begun."""
-    print(
-        json.dumps({"runs": RUNS, "rules": [measured(name) for name in TARGETS], "vain": in_vain()}, indent=1)
-    )
+    found = {"runs": RUNS, "rules": [measured(name) for name in TARGETS], "vain": in_vain()}
+    mixed, relieved = (Scenario(**MIXED).replace({"acting.relieve": each}) for each in (False, True))
+    teams = {"mixed": taken(mixed, RUNS, 1), "relieved": taken(relieved, RUNS, 1)}
+    print(json.dumps({**found, **teams}, indent=1))
 
 
 def measured(name: str) -> dict[str, Any]:
@@ -54,6 +74,13 @@ def in_vain() -> dict[str, float]:
     quick = {**COMMON, **changes, "run.steps": 200}
     found = simulate(Scenario().replace(quick), runs=RUNS, seed=1)
     return wilson(int((found.starts_in_vain.values > 0).sum()), RUNS)._asdict()
+
+
+def taken(scenario: Scenario, runs: int, seed: int) -> dict[str, Any]:
+    """Return in which share of swarms all tasks are taken, and by which steps."""
+    steps = simulate(scenario, runs, seed=seed).all_taken_step.values
+    times, done = declare_times(steps), wilson(int((steps >= 0).sum()), runs)
+    return {**done._asdict(), "median": times.median, "p95": times.p95}
 
 
 if __name__ == "__main__":

@@ -1,0 +1,53 @@
+"""Measure how soon robots that act do all tasks in rooms, with bodies and without: docs/places.md."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from claims.measure.acting import taken
+from claims.measure.rooms import PLACES, scenario_in
+from feasibee import Scenario, simulate
+from feasibee.results.statistics import wilson
+from feasibee.studies.flooding import flooded
+
+RUNS, SEED = 400, 5
+LONGEST = 2000
+"""Steps that robots have for all tasks once they act."""
+ROOMS = ("2 rooms, door", "8 rooms", "12 shelves", "40 obstacles")
+WAYS: dict[str, dict[str, Any]] = {
+    "bodiless": {"robots.avoid_collisions": False, "robots.contact": "stand"},
+    "deflect": {},
+    "stand": {"robots.contact": "stand"},
+    "search": {"acting.start": "search"},
+}
+"""What differs from robots that deflect and start when it is safe."""
+COMMON: dict[str, Any] = {
+    **{"decision.strategy": "quiet-census", "acting.start": "safe", "tasks.count": 20},
+    **{"run.stop_when_taken": True, "run.stop_at_declarations": False},
+}
+
+
+def main() -> None:
+    """Print the measures of each place."""
+    names = ["hall", *(each for each in PLACES if each.startswith(ROOMS) and not each.endswith("door 4"))]
+    print(json.dumps({"runs": RUNS, "rows": [measured(name) for name in names]}, indent=1))
+
+
+def measured(name: str) -> dict[str, Any]:
+    """Return how soon all tasks are taken in a place, and how often one of 21 is although that is in vain."""
+    safe = flooded(scenario_in(*PLACES[name]).replace(COMMON))
+    found = {way: in_time(safe.replace(changes)) for way, changes in WAYS.items()}
+    few = safe.replace({"tasks.count": 21, "run.steps": safe.acts_from + 100, "run.stop_when_taken": False})
+    began = simulate(few, RUNS, seed=SEED).starts_in_vain.values > 0
+    return {"place": name, "start": safe.acts_from, **found, "vain": wilson(int(began.sum()), RUNS)._asdict()}
+
+
+def in_time(scenario: Scenario) -> dict[str, Any]:
+    """Return from when on robots act, in which share of swarms all tasks are taken, and by which steps."""
+    start = scenario.acts_from
+    return {"start": start, **taken(scenario.replace({"run.steps": start + LONGEST}), RUNS, SEED)}
+
+
+if __name__ == "__main__":
+    main()
