@@ -43,6 +43,14 @@ RADIOS: Mapping[str, dict[str, Any]] = {
     "5 steps late": {"delay": 5},
     "one robot lies": {"lies": 1},
 }
+SIZES: Mapping[str, tuple[int, int]] = {
+    "by_radio": (20, 18),
+    "by_radio_twenty": (20, 20),
+    "by_radio_fifty": (50, 50),
+}
+"""Robots and tasks with which all radios are measured."""
+MANY = (10, 15, 20, 25, 40)
+"""Numbers of tasks with which perfect radio is measured."""
 OURS = ("greedy, at once", "gossip, at once", "gossip, start 40", "tag, start 60", "rank, start 100")
 """Contenders that the package has, and what sets them."""
 SET: Mapping[str, dict[str, Any]] = {
@@ -66,27 +74,30 @@ class Place(NamedTuple):
 
 def main() -> None:
     """Print all swarms as rows, and how many runs of ours end as those of the engine."""
-    cases = [(20, tasks, "perfect") for tasks in (10, 15, 20, 25, 40)]
-    cases += [(20, 18, radio) for radio in RADIOS] + [(50, 50, "perfect")]
-    rows = [measured(name, *case) for case in cases for name in CONTENDERS]
+    cases = [(20, tasks, "perfect") for tasks in MANY]
+    cases += [(*size, radio) for size in SIZES.values() for radio in RADIOS]
+    rows = [measured(name, *case) for case in dict.fromkeys(cases) for name in CONTENDERS]
     print(json.dumps({"runs": RUNS, "few": FEW, **tables(rows), "same": same_as_engine()}, indent=1))
 
 
 def tables(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Return the rows at 20 tasks, medians and 95 % by number of tasks and by radio, and all rows."""
 
-    def across(name: str, cases: list[tuple[int, int, str]]) -> list[str]:
-        own = {(row["robots"], row["tasks"], row["radio"]): row for row in rows if row["name"] == name}
-        return [_times(own[case]) for case in cases]
+    def across(cases: list[tuple[int, int, str]]) -> list[dict[str, Any]]:
+        own = {(row["name"], row["robots"], row["tasks"], row["radio"]): _times(row) for row in rows}
+        return [{"name": name, "times": [own[name, *case] for case in cases]} for name in CONTENDERS]
 
-    others = [*((20, tasks, "perfect") for tasks in (10, 15, 20, 25, 40)), (50, 50, "perfect")]
-    radios = [(20, 18, radio) for radio in RADIOS]
+    def at(*case: object) -> list[dict[str, Any]]:
+        return [row for row in rows if (row["robots"], row["tasks"], row["radio"]) == case]
+
+    radios = {key: across([(*size, radio) for radio in RADIOS]) for key, size in SIZES.items()}
     return {
-        "main": [row for row in rows if (row["robots"], row["tasks"]) == (20, 20)],
-        "by_tasks": [{"name": name, "times": across(name, others)} for name in CONTENDERS],
-        "by_radio": [{"name": name, "times": across(name, radios)} for name in CONTENDERS],
-        "lying": [row for row in rows if row["radio"] == "one robot lies"],
-        "large": [row for row in rows if row["robots"] == 50],
+        "main": at(20, 20, "perfect"),
+        "by_tasks": across([*((20, tasks, "perfect") for tasks in MANY), (50, 50, "perfect")]),
+        **radios,
+        "lying": at(20, 18, "one robot lies"),
+        "bursts": at(20, 20, "30 % lost in bursts"),
+        "large": at(50, 50, "perfect"),
         "rows": rows,
     }
 
