@@ -11,7 +11,8 @@ from walled import DOCK, PLACE
 from feasibee import Scenario, Swarm, plot_arena
 from feasibee.figures.animation import draw_frame
 from feasibee.model.codes import ZONE
-from feasibee.simulation.frames import DARK, LIGHT, between
+from feasibee.scenario.picture import between
+from feasibee.simulation.frames import DARK, LIGHT
 
 WALL_AT, NO_GO_AT, DOCK_AT, OPEN_AT = (10.0, 3.0), (15.0, 2.0), (2.5, 7.0), (13.0, 8.0)
 

@@ -1,17 +1,17 @@
-"""The picture of a floor plan: its cells as PNG, its zones, and both as SVG."""
+"""The picture of a floor plan: its cells as PNG, its zones, and both on the ground of an arena."""
 
 from __future__ import annotations
 
 import io
-import re
-from xml.etree import ElementTree
 
 import numpy as np
 from PIL import Image
-from walled import DOCK, PLACE, SIDE, bitmap
+from pixels import close, shown_by
+from walled import DOCK, PLACE, bitmap
 
 from feasibee import Scenario
-from feasibee.scenario.picture import OPACITIES, draw_plan, extent_of, outlines_of, picture_of
+from feasibee.model.codes import ZONE
+from feasibee.scenario.picture import OPACITIES, between, extent_of, outlines_of, paint_plan, picture_of
 
 
 def opacities_of(plan):
@@ -57,22 +57,29 @@ def test_a_zones_name_begins_at_its_upper_left():
 
 
 def test_notebooks_show_the_plan_of_a_scenario():
-    drawing = ElementTree.fromstring(re.search("<svg.*</svg>", PLACE._repr_html_().split("<details")[0])[0])
-    every = {each.tag.rpartition("}")[2]: each for each in drawing.iter()}
-    assert every["text"].text == "<dock> & more"
-    image, frame = every["image"], [float(each) for each in drawing.get("viewBox").split()]
-    assert image.get("href").startswith("data:image/png;base64,")
-    width, height = (float(image.get(each)) for each in ("width", "height"))
-    assert width == 2 * height
-    assert 0.9 < width / frame[2] < 1
-    assert draw_plan(Scenario(), 1.0, 20) == ""
-    assert "<image" not in Scenario()._repr_html_()
+    picture, shown = shown_by(PLACE), PLACE._repr_html_()
+    assert 'alt="Floor plan, zone &lt;dock&gt; &amp; more"' in shown
+    assert abs(picture.width - 2 * picture.height) < 10  # for its edge
+    white, ink = "#FFFFFF", "#1F2328"
+    for (x, y), colour in {
+        (10.0, 3.0): ink,
+        (15.0, 2.0): between(white, ink, 64 / 255),
+        (2.5, 7.0): between(white, ZONE, 0.12),
+        (13.0, 8.0): white,
+        (10.0, 7.0): white,  # above the wall
+        (0.0, 5.0): ink,  # the edge
+    }.items():
+        assert close(picture.getpixel((2 + int(x * 36), 2 + int((10 - y) * 36))), colour)
+    named = np.asarray(picture.convert("L").crop((22, 20, 180, 45)))  # at the upper left of the zone
+    assert (named < 90).sum() > 100
+    assert "<img" not in Scenario()._repr_html_()
 
 
-def test_the_drawing_of_a_low_plan_stands_on_the_arenas_lower_edge():
+def test_a_low_plan_stands_on_the_arenas_lower_edge():
     low = Scenario(
         arena={"side": (20.0, 10.0), "boundary": "walls"},
         place={"walls": [[[0, 0], [1, 0], [1, 1]]], "cell": 2.0},
     )
-    assert re.search(r'y="(\S+)" width="200" height="100"', draw_plan(low, 10.0, 120))[1] == "20"
-    assert SIDE[0] == 2 * SIDE[1]
+    paint_plan(ground := Image.new("RGB", (200, 120), "#FFFFFF"), low, None)
+    dark = np.argwhere(np.asarray(ground.convert("L")) < 128)
+    assert (dark.min(axis=0).tolist(), dark.max(axis=0).tolist()) == ([100, 0], [119, 19])

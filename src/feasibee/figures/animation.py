@@ -23,10 +23,11 @@ from PIL import GifImagePlugin, Image, ImageColor
 from feasibee.errors import FeasibeeError, how_to_install, quoted
 from feasibee.files import atomic_write, check_output
 from feasibee.model.codes import COLOURS, TASK, UNDECIDED
+from feasibee.scenario.picture import between
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import check_progress, check_scenario, check_span, simulate_record
-from feasibee.simulation.frames import DARK, LIGHT, Painter, Shown, between
+from feasibee.simulation.frames import DARK, LIGHT, Painter, Shown
 from feasibee.simulation.swarm import Swarm
 
 __all__ = ["animate", "animate_field", "draw_frame"]

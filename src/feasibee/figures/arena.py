@@ -132,10 +132,6 @@ def _arena_legend(ax: Axes, scenario: Scenario) -> None:
         looks |= {"walks to": {**line, "linewidth": WALKS}, "stands at": {**line, "linewidth": STANDS}}
     usual = {"linestyle": "", "marker": "o", "markersize": 6}
     handles = [ax.plot([], [], **{**usual, **look})[0] for look in looks.values()]
-    where: dict[str, Any] = {
-        "loc": "lower center",
-        "bbox_to_anchor": (0.5, 1.0),
-        "ncols": 3 if acts or declares else 4,
-    }
+    where: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "columnspacing": 1}
     where |= {"handlelength": 1.2, "handletextpad": 0.5} if acts else {"handletextpad": 0.2}
-    ax.legend(handles, looks, columnspacing=1, **where)
+    ax.legend(handles, looks, ncols=3 if acts or declares else 4, **where)

@@ -122,7 +122,7 @@ def _quartiles(dataset: xr.Dataset, scenario: Scenario) -> NDArray[np.float64]:
 
 
 def draw_opinion_panels(
-    bands: Mapping[str, NDArray[np.float64]], colours: Sequence[str], until: int, columns: int = 3
+    bands: Mapping[str, NDArray[np.float64]], colours: Sequence[str], until: int
 ) -> Figure:
     """Draw quartiles as small multiples: each band in a panel of its own, the other medians in grey.
 
@@ -134,11 +134,9 @@ def draw_opinion_panels(
         One for each panel.
     until : int
         Last step to show.
-    columns : int
-        Panels side by side.
     """
     shape, labels = (6.4, 0.7, 1.55), ("time (steps)", "opinion feasible (% of robots)")
-    with small_multiples(len(bands), columns, shape, *labels) as (drawn, grid):
+    with small_multiples(len(bands), 3, shape, *labels) as (drawn, grid):
         for ax, (title, (low, median, high)), colour in zip(grid, bands.items(), colours, strict=True):
             for other in bands.values():
                 ax.plot(other[1], color=GREY, linewidth=0.8, zorder=1.5)
@@ -261,30 +259,23 @@ class Panel(NamedTuple):
     """The ratio at which the tasks become infeasible."""
 
 
-def draw_panels(panels: Sequence[Panel], columns: int = 4) -> Figure:
+def draw_panels(panels: Sequence[Panel]) -> Figure:
     """Draw decisions against the ratio as small multiples, the first panel faintly in all others.
 
     Parameters
     ----------
     panels : sequence of Panel
         The first is what the others are compared with.
-    columns : int
-        Panels side by side.
     """
     xlabel = "ratio of robots to places asked for"
-    with small_multiples(len(panels), columns, (7.2, 0.5, 1.75), xlabel, "runs (%)") as (drawn, grid):
+    with small_multiples(len(panels), 4, (7.2, 0.5, 1.75), xlabel, "runs (%)") as (drawn, grid):
         for ax, panel in zip(grid, panels, strict=True):
             if panel is not panels[0]:
                 for name in ("feasible", "infeasible"):
                     middle = 100 * np.array(panels[0].rates[name])[:, 0]
                     ax.plot(panels[0].ratios, middle, color=COLOURS[name], linewidth=2.6, alpha=0.22)
-            tip: dict[str, Any] = {
-                "color": "0.45",
-                "linewidth": 0.9,
-                "linestyle": ":",
-                "label": "infeasible to its left",
-            }
-            ax.axvline(panel.tip, zorder=0, **tip)
+            tip: dict[str, Any] = {"color": "0.45", "linewidth": 0.9, "linestyle": ":", "zorder": 0}
+            ax.axvline(panel.tip, label="infeasible to its left", **tip)
             _draw_rates(ax, panel.ratios, panel.rates, markersize=2.4, linewidth=0.9, elinewidth=0.7)
             ax.set(ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
             spaced_by_ratio(ax, (0.1, 0.5, 1, 2, 10))

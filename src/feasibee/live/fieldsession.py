@@ -9,6 +9,7 @@ from typing import Any, Final, NoReturn
 import numpy as np
 
 from feasibee.errors import FeasibeeError
+from feasibee.field.plan import numbers_in_words
 from feasibee.live.lane import opening
 from feasibee.live.messages import Look, Open, encode_frame, encode_tasks
 from feasibee.live.scene import Logged
@@ -16,8 +17,6 @@ from feasibee.scenario.runs import check_integer
 from feasibee.simulation.snapshot import FLAGS
 
 NO_OUTLOOK: Final = "a field shows only what has happened"
-NAMED: Final = 10
-"""Most silent robots that are named."""
 SILENCE: Final = 5.0
 """Seconds without a step after which a field is silent."""
 POLL: Final = 0.02
@@ -158,7 +157,10 @@ class FieldSession:
     def _state(self) -> dict[str, Any]:
         """Return the message that says how the field is: who is silent, and whether it goes on."""
         lost = np.flatnonzero(self._field.lost).tolist()
-        problems = [_silent(lost)] if lost else []
+        problems = []
+        if lost:
+            one, verb = ("robot", "is") if len(lost) == 1 else ("robots", "are")
+            problems.append(f"{one} {numbers_in_words(lost)} {verb} silent")
         if self._field.cuts_at(self.step):
             problems.append("the radio is cut between the two halves of the robots")
         if self._is_silent:
@@ -188,12 +190,3 @@ class FieldSession:
         words += [["Special", ", ".join(special)]] if special else []
         words.append(["Knows", "the robot's own log has it"])
         return self._marked({"type": "robot", "lane": 0, "step": self.step, "robot": robot, "reasons": words})
-
-
-def _silent(lost: list[int]) -> str:
-    """Return in words which robots are silent."""
-    if len(lost) == 1:
-        return f"robot {lost[0]} is silent"
-    named = list(map(str, lost[:NAMED]))
-    rest = f"{len(lost) - NAMED} more" if len(lost) > NAMED else named.pop()
-    return f"robots {', '.join(named)} and {rest} are silent"

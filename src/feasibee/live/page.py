@@ -47,7 +47,7 @@ def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> 
     check_scenario(scenario)
     runs = Runs(1, seed, run)
     return Template(MARKUP.read_text("utf-8")).substitute(
-        {name: _part(name) for name in ("transport", "theory")},
+        {name: _part(name) for name in ("transport", "legend", "theory")},
         icon="data:image/svg+xml," + quote(_text("icon.svg")),
         style=_text("base.css") + _text("page.css"),
         given=json.dumps(_given(scenario, runs, name), separators=(",", ":")).replace("<", "\\u003c"),

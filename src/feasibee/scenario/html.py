@@ -10,7 +10,7 @@ from typing import Any
 from feasibee.model.codes import DECISIONS
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import SECTIONS
-from feasibee.scenario.picture import draw_plan
+from feasibee.scenario.picture import as_html, outlines_of, paint_plan
 from feasibee.scenario.sections import Sections
 
 LONGEST = 80
@@ -25,7 +25,7 @@ STYLE = """<style>
 .feasibee.feasibee .note { opacity: .75; }
 .feasibee.feasibee summary { cursor: pointer; }
 .feasibee.feasibee code { background: none; color: inherit; padding: 0; font-weight: inherit; }
-.feasibee > svg, .feasibee > img { display: block; width: 24em; max-width: 100%; height: auto; }
+.feasibee > img { display: block; width: 24em; max-width: 100%; height: auto; }
 </style>"""
 """The class is written twice to have priority over the tables' style of notebooks."""
 
@@ -76,13 +76,16 @@ def show_scenario(
 
 
 def _drawn(scenario: Sections) -> str:
-    """Return the plan of a scenario as SVG on white; empty without a place."""
-    scale = 1000 / max(scenario.arena.size)
-    width, height = (round(side * scale) for side in scenario.arena.size)
-    plan = draw_plan(scenario, scale, height)
-    edge = f'<rect width="{width}" height="{height}" fill="#fff" stroke="#222" stroke-width="8"/>'
-    label = 'role="img" aria-label="Floor plan"'
-    return plan and f'<svg viewBox="-4 -4 {width + 8} {height + 8}" {label}>{edge}{plan}</svg>'
+    """Return the plan of a scenario as an image on white; empty without a place."""
+    if scenario.plan is None:
+        return ""
+    from PIL import Image, ImageFont, ImageOps
+
+    width, height = (round(1440 * side / max(scenario.arena.size)) for side in scenario.arena.size)
+    ground = Image.new("RGB", (width, height), "#FFFFFF")
+    paint_plan(ground, scenario, ImageFont.load_default(45))
+    zones = [f"zone {each.name}" for each in outlines_of(scenario)]
+    return as_html(ImageOps.expand(ground, 8, "#1F2328").reduce(2), ", ".join(["Floor plan", *zones]))
 
 
 def _as_table(table: Any) -> Mapping[str, Any]:

@@ -7,7 +7,7 @@ import html
 import io
 from collections.abc import Iterator
 from functools import lru_cache
-from typing import Final, NamedTuple
+from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from feasibee.model.codes import ZONE
 from feasibee.scenario.plan import Plan
 from feasibee.scenario.sections import Sections
 from feasibee.scenario.types import Polygon
+
+if TYPE_CHECKING:
+    from PIL import Image
 
 OPACITIES: Final = {"open": 0, "no-go": 64, "wall": 255}
 """Of 255: how dark cells are drawn, in the colour of the drawing's ink."""
@@ -59,36 +62,37 @@ def outlines_of(scenario: Sections) -> Iterator[Outline]:
         yield Outline(name, polygons, (min(xs), max(ys)))
 
 
-def draw_plan(scenario: Sections, scale: float, height: int) -> str:
-    """Return the plan of a scenario as elements of SVG; empty without a place.
+def between(one: str, other: str, part: float) -> tuple[int, ...]:
+    """Return the colour at a share of the way from one colour to another."""
+    from PIL.ImageColor import getrgb
 
-    Parameters
-    ----------
-    scenario : Sections
-        The scenario.
-    scale : float
-        Length of a unit in the drawing.
-    height : int
-        Height of the arena in the drawing, in which y points downward.
-    """
-    plan = scenario.plan
-    if plan is None:
-        return ""
-    width, tall = (scale * each for each in extent_of(plan))
-    data = base64.b64encode(picture_of(plan)).decode()
-    parts = [
-        f'<image href="data:image/png;base64,{data}" y="{height - tall:g}" width="{width:g}" '
-        f'height="{tall:g}" preserveAspectRatio="none" style="image-rendering:pixelated"/>'
-    ]
-    size = round(scale * max(scenario.arena.size) / 32)
+    ends = zip(getrgb(one), getrgb(other), strict=True)
+    return tuple(round(start + part * (end - start)) for start, end in ends)
+
+
+def paint_plan(
+    ground: Image.Image, scenario: Sections, font: Any, paper: str = "#FFFFFF", ink: str = "#1F2328"
+) -> None:
+    """Paint zones with their names, no-go cells and walls into a picture of the arena."""
+    from PIL import Image, ImageDraw
+
+    if scenario.plan is None:
+        return
+    pen, height, scale = ImageDraw.Draw(ground), ground.height, max(ground.size) / max(scenario.arena.size)
     for name, polygons, (x, y) in outlines_of(scenario):
-        path = "".join(
-            "M" + "L".join(f"{scale * px:g} {height - scale * py:g}" for px, py in each) + "z"
-            for each in polygons
-        )
-        parts.append(
-            f'<path d="{path}" fill="{ZONE}" fill-opacity=".12" stroke="{ZONE}" stroke-width="{size / 8:g}"/>'
-            f'<text x="{scale * x + size / 2:g}" y="{height - scale * y + 1.2 * size:g}" font-size="{size}" '
-            f'font-family="sans-serif" fill="#222">{html.escape(name)}</text>'
-        )
-    return "".join(parts)
+        for each in polygons:
+            corners = [(scale * px, height - scale * py) for px, py in each]
+            pen.polygon(corners, between(paper, ZONE, 0.12), ZONE, 2)
+        pen.text((scale * x + 6, height - scale * y + 4), name, ink, font, "la")
+    with Image.open(io.BytesIO(picture_of(scenario.plan))) as picture:
+        size = [max(1, round(scale * each)) for each in extent_of(scenario.plan)]
+        way = Image.Resampling.NEAREST if size[0] > picture.width else Image.Resampling.BOX
+        dark = picture.convert("RGBA").getchannel("A").resize((size[0], size[1]), way)
+    ground.paste(ink, (0, height - size[1]), dark)
+
+
+def as_html(picture: Image.Image, text: str) -> str:
+    """Return a picture as an element of HTML, in few colours, with a text for those who don't see it."""
+    picture.quantize(128).save(kept := io.BytesIO(), "PNG", optimize=True)
+    data = base64.b64encode(kept.getvalue()).decode()
+    return f'<img alt="{html.escape(text)}" src="data:image/png;base64,{data}"/>'

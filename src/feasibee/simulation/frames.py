@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
@@ -10,12 +9,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageColor, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageFont
 
-from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED, ZONE
+from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
 from feasibee.scenario.geometry import Acting, images, segments
-from feasibee.scenario.picture import extent_of, outlines_of, picture_of
-from feasibee.scenario.plan import Plan
+from feasibee.scenario.picture import between, paint_plan
 from feasibee.scenario.scenario import Scenario
 
 Shown = Any
@@ -130,28 +128,12 @@ class Painter:
     def _ground(self, tasks: NDArray[np.float64], looks: list[int]) -> Image.Image:
         """Draw the arena with its place, and with tasks, which never move, each with its look."""
         ground = Image.new("RGB", self.arena, self.theme.paper)
-        if self.scenario.plan is not None:
-            self._place(ground, self.scenario.plan)
+        small = self.font.font_variant(size=0.8 * self.font.size)
+        paint_plan(ground, self.scenario, small, self.theme.paper, self.theme.ink)
         half = max(1.2 * DRAWN, TASK_SIDE * self.radius)
         for x, y, task in self._images(tasks, half * 1.3):
             _press(ground, _task(round(8 * half) / 8, self.theme, looks[task]), x, y)
         return ground
-
-    def _place(self, ground: Image.Image, plan: Plan) -> None:
-        """Draw zones with their names, no-go cells and walls."""
-        pen, height = ImageDraw.Draw(ground), self.arena[1]
-        small = self.font.font_variant(size=0.8 * self.font.size)
-        for name, polygons, (x, y) in outlines_of(self.scenario):
-            for each in polygons:
-                corners = [(self.scale * px, height - self.scale * py) for px, py in each]
-                pen.polygon(corners, between(self.theme.paper, ZONE, 0.12), ZONE, DRAWN)
-            at = self.scale * x + 3 * DRAWN, height - self.scale * y + 2 * DRAWN
-            pen.text(at, name, self.theme.ink, small, "la")
-        with Image.open(io.BytesIO(picture_of(plan))) as picture:
-            size = [max(1, round(self.scale * each)) for each in extent_of(plan)]
-            way = Image.Resampling.NEAREST if size[0] > picture.width else Image.Resampling.BOX
-            dark = picture.convert("RGBA").getchannel("A").resize((size[0], size[1]), way)
-        ground.paste(self.theme.ink, (0, height - size[1]), dark)
 
     def _robots(self, arena: Image.Image, swarm: Shown, lost: NDArray[np.bool_]) -> None:
         """Paste the robots, with their copies beyond the edges of a torus."""
@@ -293,12 +275,6 @@ class Painter:
             box = (left, top, max(left, right), top + height - 1)
             pen.rectangle(box, fill=colour if truth else None, outline=colour, width=DRAWN)
             truth = not truth
-
-
-def between(one: str, other: str, part: float) -> tuple[int, ...]:
-    """Return the colour at a share of the way from one colour to another."""
-    ends = zip(ImageColor.getrgb(one), ImageColor.getrgb(other), strict=True)
-    return tuple(round(start + part * (end - start)) for start, end in ends)
 
 
 class Stamp(NamedTuple):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import base64
-import io
 from typing import Any, Final
 
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE
 from feasibee.scenario.html import folded, framed
+from feasibee.scenario.picture import as_html
 
 MOST: Final = 20_000
 """Largest number of robots, or of tasks, that is drawn."""
@@ -39,8 +38,5 @@ def _picture(swarm: Any) -> str:
     robots, tasks = int(swarm.present.sum()), len(swarm.tasks)
     if max(robots, tasks) > MOST:
         return f"<p>More than {MOST} robots or tasks aren't drawn here; use feasibee animate.</p>"
-    Painter(swarm.scenario, SIZE).draw_arena(swarm).quantize(128).save(
-        kept := io.BytesIO(), "PNG", optimize=True
-    )
-    data = base64.b64encode(kept.getvalue()).decode()
-    return f'<img alt="An arena with {robots} robots and {tasks} tasks" src="data:image/png;base64,{data}"/>'
+    drawn = Painter(swarm.scenario, SIZE).draw_arena(swarm)
+    return as_html(drawn, f"An arena with {robots} robots and {tasks} tasks")

@@ -130,7 +130,7 @@ class Page {
       none = settings.robots - feasible - infeasible;
     for (const [id, count] of Object.entries({ feasible, infeasible, none }))
       $(id).textContent = formatted(count);
-    $("none-row").hidden = $("legend-none").hidden = !none;
+    $("none-row").hidden = $("legend-undecided").hidden = !none;
     const needed = neededOf(this.given.threshold, settings.robots),
       { right, text } = decisionOf(recording, frame, needed);
     $("verdict").dataset.verdict = right === null ? "" : right ? "right" : "wrong";
