@@ -175,7 +175,7 @@ def animate_field(
     if steps is None:
         start, end = 0, field.last if field.scenario.dynamic else _after(*field.first_decision, field.last)
     else:
-        start, end = _given(steps, field.last, "the log's last step")
+        start, end = check_span("steps", steps, field.last, "the log's last step")
     shown = _shown(path, start, end, every)
     notes = {step: field.notes_at(step) for step in shown}
     painter = Painter(field.scenario, size, dark, (start, shown[-1]), list(notes.values()))
@@ -220,7 +220,7 @@ def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple
     """Return the first and the last step to show."""
     last = scenario.run.steps
     if steps is not None:
-        return _given(steps, last, "run.steps")
+        return check_span("steps", steps, last, "run.steps")
     if scenario.dynamic:
         return 0, last
     record = simulate_record(scenario, run)
@@ -228,15 +228,6 @@ def _span(scenario: Scenario, run: Runs, steps: tuple[int, int] | None) -> tuple
         step = int(record.all_taken_step[0])
         return 0, last if step < 0 else min(last, step + AFTER_DECISION)
     return 0, _after(int(record.decision[0]), int(record.decision_step[0]), last)
-
-
-def _given(steps: tuple[int, int], last: int, what: str) -> tuple[int, int]:
-    """Validate the first and the last step to show; ``what`` names the largest one."""
-    start, end = check_span("steps", steps)
-    if end > last:
-        rule = f"must lie between 0 and {what} = {last}"
-        raise FeasibeeError(f"steps = {start}:{end}: {rule}; such as 0:{last}")
-    return start, end
 
 
 def _after(decision: int, step: int, last: int) -> int:

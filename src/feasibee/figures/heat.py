@@ -11,7 +11,6 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError
 from feasibee.figures.arena import draw_ground, frame_arena
 from feasibee.figures.style import figure
 from feasibee.model.codes import COLOURS
@@ -85,10 +84,7 @@ def heat_of(
     scenario, which = check_scenario(scenario), Runs(runs, seed, first)
     check_progress(progress)
     last = scenario.run.steps
-    start, end = (0, last) if steps is None else check_span("steps", steps)
-    if end > last:
-        rule = f"must end by step {last}, the run's last"
-        raise FeasibeeError(f"steps = {start}:{end}: {rule}; lower it, or raise run.steps")
+    start, end = (0, last) if steps is None else check_span("steps", steps, last, "run.steps")
     looks = range(start, end + 1, check_integer("every", every, 1, STEPS_LIMIT))
     return _measured(scenario, which, looks, progress or (lambda _: None))
 

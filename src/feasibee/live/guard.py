@@ -16,6 +16,7 @@ import asyncio
 import logging
 import re
 import socket
+import traceback
 from ipaddress import ip_address
 from typing import Final
 
@@ -167,19 +168,12 @@ class Once(logging.Filter):
 
     def __init__(self) -> None:
         super().__init__()
-        self._seen: set[tuple[str, tuple[str, int] | None]] = set()
+        self._seen: set[tuple[str, str]] = set()
 
     def filter(self, record: logging.LogRecord) -> bool:
         """Return whether a log record is the first of its kind."""
-        kind = (record.msg, _raised_at(record))
+        raised_at = traceback.extract_tb(record.exc_info[2])[-1:] if record.exc_info else ""
+        kind = record.msg, str(raised_at)
         first = kind not in self._seen
         self._seen.add(kind)
         return first
-
-
-def _raised_at(record: logging.LogRecord) -> tuple[str, int] | None:
-    """Return the file and line that raised the error of a log record, if any."""
-    trace = record.exc_info[2] if record.exc_info else None
-    while trace is not None and trace.tb_next is not None:
-        trace = trace.tb_next
-    return trace and (trace.tb_frame.f_code.co_filename, trace.tb_lineno)

@@ -179,8 +179,10 @@ def check_progress(progress: object) -> None:
         raise FeasibeeError(f"progress = {quoted(progress)}: {rule}; leave it out for none")
 
 
-def check_span(name: str, value: tuple[int, int]) -> tuple[int, int]:
-    """Validate the first and last step of a span; return them as built-in ints."""
+def check_span(
+    name: str, value: tuple[int, int], most: int = STEPS_LIMIT, what: str = "the limit"
+) -> tuple[int, int]:
+    """Validate the first and last step of a span; return them as built-in ints. ``what`` is ``most``."""
     if not isinstance(value, tuple | list) or len(value) != 2:
         rule = "must be the first and the last step"
         raise FeasibeeError(f"{name} = {quoted(value)}: {rule}; such as (0, 100)")
@@ -188,4 +190,7 @@ def check_span(name: str, value: tuple[int, int]) -> tuple[int, int]:
     if first > last:
         rule = "must not begin after its end"
         raise FeasibeeError(f"{name} = {first}:{last}: {rule}; such as {last}:{first}")
+    if last > most:
+        rule = f"must lie between 0 and {what} = {most}"
+        raise FeasibeeError(f"{name} = {first}:{last}: {rule}; such as 0:{most}")
     return first, last
