@@ -84,6 +84,7 @@ PAPER = {
         "relieve": False,
         "tell": True,
         "tolerates": 0,
+        "drift": 0.0,
         "detour": 3,
     },
     "units": {},

@@ -224,6 +224,19 @@ def pool_of(params, state, thread, i, k, counters, fill):
     return state.pools[uint64(row)], uint64(place)
 
 
+@called
+def normal(params, run, i, counter, purpose, scale):
+    """Return a nearly normal deviate with standard deviation ``scale``.
+
+    It is the sum of the twelve words of three draws, less its mean.
+    """
+    total = int64(0)
+    for part in range(3):
+        words = draw_words(params, run, i, counter + part, purpose)
+        total += int64(words[0]) + int64(words[1]) + int64(words[2]) + int64(words[3])
+    return (((total - 6 * 4294967296) >> 8) * scale) >> 24
+
+
 @inlined
 def next_heading(params, state, thread, i, k):
     """Return the steps along x and y and the duration of a robot's next heading (model.md 2.1)."""

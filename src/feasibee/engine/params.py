@@ -372,6 +372,7 @@ class ActingParams(NamedTuple):
     tolerates: int
     detour: int  # steps
     ranks: int
+    drift: int  # standard deviation; 0: all robots have one frame
     come_free: bool  # whether taken tasks may come free
     most: int  # tasks that can be taken, in a world that stays
     list_bits: int  # of a message, in addition

@@ -14,6 +14,7 @@ from feasibee.engine.draws import (
     draw_phases,
     draw_words,
     list_members,
+    normal,
     phase_duration,
     present_phase,
     shuffle,
@@ -202,19 +203,6 @@ def anywhere(params, placing, run, i, attempt, purpose):
     return low + choose(words[0], params.arena.width - 2 * low), low + choose(
         words[1], params.arena.height - 2 * low
     )
-
-
-@called
-def normal(params, run, i, counter, purpose, scale):
-    """Return a nearly normal deviate with standard deviation ``scale``.
-
-    It is the sum of the twelve words of three draws, less its mean.
-    """
-    total = int64(0)
-    for part in range(3):
-        words = draw_words(params, run, i, counter + part, purpose)
-        total += int64(words[0]) + int64(words[1]) + int64(words[2]) + int64(words[3])
-    return (((total - 6 * 4294967296) >> 8) * scale) >> 24
 
 
 @called

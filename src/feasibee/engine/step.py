@@ -59,7 +59,7 @@ def start_general(params, state, run):
             stop(params, state, w)
         set_quorum(params, state.clock, counted_after_stop(params))
     if params.acting.acts:
-        start_acting(state)
+        start_acting(params, state)
     if params.changes:
         draw_dynamics(params, state)
 

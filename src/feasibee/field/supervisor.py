@@ -67,6 +67,9 @@ class Field:
         if plan.scenario.acts and plan.scenario.place.exists:
             rule = "robots of a field know no way around walls; leave out acting.start or the place"
             raise FeasibeeError(f"acting.start = {plan.scenario.acting.start}: {rule}")
+        if plan.scenario.acting.drift:
+            rule = "robots of a field have one frame; set it to 0"
+            raise FeasibeeError(f"acting.drift = {plan.scenario.acting.drift}: {rule}")
         if plan.scenario.acts and any(fault.kind == RESTART for fault in plan.faults):
             rule = "a world that starts again doesn't know who has which task; leave out acting.start"
             raise FeasibeeError(f"--restart-world with [acting]: {rule}")

@@ -169,8 +169,9 @@ class Swarm:
             if robot.mind.listens:
                 for sender, message, _ in messages:
                     if message and sender is not robot and self.hears(robot, sender):
-                        robot.mind.hear(self.names.id(sender.number), message)
-                        robot.errand.hear(self.names.id(sender.number), dict(message.news))
+                        named = self.names.id(sender.number)
+                        robot.mind.hear(named, message)
+                        robot.errand.hear(named, dict(message.news), dict(message.errors))
         for robot in working:
             robot.end_step(robot in blocked)
             if self.work:
@@ -277,7 +278,11 @@ class Swarm:
         if self.work is None or not self.scenario.acting.tell:
             return message, bits
         news = sender.errand.news(lies=sender.fault == BYZANTINE)
-        return message._replace(news=tuple(news.items())), bits + self.work.bits(len(news))
+        message = message._replace(news=tuple(news.items()))
+        if self.scenario.acting.drift:
+            errors = {task: error for task, error in sender.errand.errors.items() if task in news}
+            message = message._replace(errors=tuple(errors.items()))
+        return message, bits + self.work.bits(len(news))
 
     @property
     def counted(self) -> list[Robot]:

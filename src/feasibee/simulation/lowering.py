@@ -75,9 +75,14 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
         together=together,
         in_space_order=scenario.robots.count > POOLED
         and not (knows or scenario.in_motion or scenario.radio.delay or scenario.acts),
-        in_sender_order=not fast
-        and bool(knows or scenario.radio.id_bits is not None or scenario.decision.inbox_size),
+        in_sender_order=not fast and _in_sender_order(scenario),
     )
+
+
+def _in_sender_order(scenario: Scenario) -> bool:
+    """Return whether it matters to receivers in which order the messages of a step come."""
+    decides = scenario.strategy.knowledge or scenario.decision.inbox_size
+    return bool(decides or scenario.radio.id_bits is not None or scenario.acts)
 
 
 def _filled(kind: Callable[..., Numbers], section: Any, **given: Any) -> Numbers:
@@ -282,6 +287,7 @@ def _acting(scenario: Scenario, unit: Fraction) -> numbers.ActingParams:
         relieves=acting.relieve,
         tells=acting.tell,
         ranks=max(ranks_of(scenario.robots)),
+        drift=fixed(acting.drift, unit),
         come_free=scenario.may_come_free,
         most=most_taken(scenario) if scenario.acts else 0,
         list_bits=int(place > 0),
