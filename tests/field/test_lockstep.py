@@ -11,6 +11,7 @@ from feasibee import Scenario
 from feasibee.errors import FeasibeeError
 from feasibee.field.brain import compiled
 from feasibee.field.plan import Fault
+from feasibee.field.recording import Recording
 from feasibee.field.replay import replay
 from feasibee.field.supervisor import Field
 from feasibee.model.codes import DECISIONS
@@ -27,8 +28,10 @@ def check_equal(scenario, folder, result):
     expected, (decision, decision_step) = simulated(scenario)
     assert opinions(steps) == expected
     for step, swarm in zip(steps, play(scenario, 1, 0), strict=True):
-        errands = [[robot.errand.target, robot.errand.task] for robot in swarm.robots]
-        assert step.get("goes") == (errands if swarm.work else None), step["step"]
+        errands = [robot.errand for robot in swarm.robots]
+        goes = [[each.target, each.task, each.mark] for each in errands]
+        done = sorted(swarm.work.done) if swarm.work else None
+        assert (step.get("goes"), step.get("done")) == (goes if swarm.work else None, done), step["step"]
         minds = [(mind[3], mind[4]) for mind in step["minds"]]
         assert minds == [(robot.mind.phase_left, robot.mind.phases) for robot in swarm.robots], step["step"]
     assert [step["step"] for step in steps] == list(range(len(expected)))
@@ -36,6 +39,16 @@ def check_equal(scenario, folder, result):
     assert result["lost"] == []
     if swarm.work:
         assert result["acting"] == {name: getattr(swarm.work, name) for name in WORKED}
+
+
+def check_recorded(scenario, folder):
+    """Each task is marked, taken or done in the recording when it is so in the run."""
+    field = Recording(folder)
+    for field.step, swarm in enumerate(play(scenario, 1, 0)):
+        has = {task: robot.number for task, robot in swarm.work.holders.items()} | dict.fromkeys(
+            swarm.work.done, -2
+        )
+        assert field.acting.holders.tolist() == [has.get(task, -1) for task in swarm.tasks], field.step
 
 
 CLASSES = {
@@ -217,6 +230,16 @@ ACTING = {
         "run.steps": 120,
     },
     "robots and tasks that come and go": {**STREAMS, "acting.start": 0, "tasks.lifetime": 30.0},
+    "two rooms, in which the nearest task by a straight line isn't the nearest": {
+        "arena.side": 12.0,
+        "arena.boundary": "walls",
+        "place.walls": rooms(1.0, 12.0),
+        "place.flooding": 20,
+        "acting.start": 8,
+        "radio.walls": 1.0,
+        "robots.count": 12,
+        "tasks.count": 12,
+    },
     "tasks that take time": {"acting.start": 0, "tasks.count": 7, "tasks.work": 6, "run.steps": 80},
     "robots that stop, and a run that ends": {
         "acting.start": 0,
@@ -267,6 +290,7 @@ def test_acting_robots_of_a_field_equal_the_run(world, tmp_path):
     _, result, *_ = play_in_memory(a_plan(scenario), tmp_path)
     check_equal(scenario, tmp_path, result)
     assert result["acting"]["tasks_taken"] > 0
+    check_recorded(scenario, tmp_path)
     for log in tmp_path.glob("robot-*.jsonl"):
         replay(log)
 
@@ -283,20 +307,9 @@ def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
         replay(log)
 
 
-@pytest.mark.parametrize(
-    ("changes", "faults", "told"),
-    [
-        (
-            {"arena.boundary": "walls", "place.walls": rooms(2.0, 8.0), "place.flooding": 20},
-            (),
-            "no way around walls",
-        ),
-        ({}, (Fault(5, "restart-world"),), "doesn't know who has which task"),
-    ],
-)
-def test_what_acting_robots_of_a_field_can_not_do_is_an_error(changes, faults, told):
-    with pytest.raises(FeasibeeError, match=told):
-        Field(a_plan(small(**{"acting.start": 3, **changes}), faults=faults), None, print)
+def test_what_acting_robots_of_a_field_can_not_do_is_an_error():
+    with pytest.raises(FeasibeeError, match="doesn't know who has which task"):
+        Field(a_plan(small(**{"acting.start": 3}), faults=(Fault(5, "restart-world"),)), None, print)
     assert "frames in C" in refused_in_a_line("launch", "--c", "--set", "acting.start=3")
 
 

@@ -73,6 +73,7 @@ ACTED = {"acting.start": 5, "decision.strategy": "quiet-census", "robots.know_co
         ("goes", "there", "no valid goes"),
         ("acts", [0, [["jumped", 1]]], "no valid acts"),
         ("taken", [[1, -2]], "no valid taken"),
+        ("ways", [[1]], "no valid ways"),
     ],
 )
 def test_a_changed_line_of_an_acting_robot_is_named(tmp_path, name, value, told):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any, cast
 
-from feasibee.field.errands import RemoteErrand, orders_of
+from feasibee.field.errands import RemoteErrand
 from feasibee.field.node import Status, sighting_of
 from feasibee.model.codes import UNDECIDED
 from feasibee.reference.mind import BYZANTINE, HONEST, Mind, Settings, plain_settings
@@ -49,6 +50,8 @@ class Body(Robot):
     """The body of a robot: place, walk and faults, without its mind."""
 
     errand_type = RemoteErrand
+    errand: RemoteErrand
+    """What its robot last reported of its target, and what this body did."""
     process = 0
     """Number of its process: robots are counted as they come, and no number is used again."""
     lost = False
@@ -70,11 +73,6 @@ class Body(Robot):
     def works(self, step: int) -> bool:
         """Return whether the robot still works at a step, and its process answers."""
         return not self.lost and super().works(step)
-
-    @property
-    def remote_errand(self) -> RemoteErrand:
-        """What its robot last reported of its target, and what this body did."""
-        return cast(RemoteErrand, self.errand)
 
     def state(self) -> list[int]:
         """Return the state of the body, for the world's log."""
@@ -144,20 +142,19 @@ class Bodies(Swarm):
         """Return what a robot is sent of its errand."""
         assert self.work is not None
         world, kinds = self.world, self.task_kinds
-        orders: dict[str, Any] = orders_of(
-            body.errand.rules,
-            tells=self.scenario.acting.tell,
-            able=self.work.can_do[body.kind],
-            frame=[float(world.unit), *world.size, world.is_torus],
-            tasks=None if real else [[*world.task_place(i), kind] for i, kind in enumerate(kinds)],
-        )
-        return orders
+        return {
+            "rules": asdict(body.errand.rules),
+            "tells": self.scenario.acting.tell,
+            "able": list(self.work.can_do[body.kind]),
+            "frame": [float(world.unit), *world.size, world.is_torus],
+            "tasks": None if real else [[*world.task_place(i), kind] for i, kind in enumerate(kinds)],
+        }
 
     def report(self, body: Body, told: Mapping[str, Any]) -> None:
         """Keep what a robot reports."""
         body.remote.report(told["was"])
         if self.work and told.get("goes") is not None:
-            body.remote_errand.report(told["goes"], self.work.places)
+            body.errand.report(told["goes"], self.work.places)
 
     def _insight_of(self, body: Body) -> Mapping[str, Any] | None:
         """Return what only Byzantine robots know; None for the other ones."""
@@ -181,8 +178,10 @@ class Bodies(Swarm):
             tasks = [number for is_robot, *_, number in seen if not is_robot and number >= 0]
             statuses = [(each, self.work.status(each)) for each in tasks]
             sight["taken"] = [[each, NONE if how is None else how] for each, how in statuses if how != FREE]
-            errand = body.remote_errand
-            sight["acts"] = [errand.heeded, errand.deeds[errand.heeded :]]
+            sight["acts"] = [body.errand.heeded, body.errand.deeds[body.errand.heeded :]]
+            if self.world.ground:
+                ways = ((task, self.work.way(body, task)) for task in self.work.places)
+                sight["ways"] = [[task, length] for task, length in ways if length is not None]
         return sight
 
     def advance(self, working: list[Body]) -> None:

@@ -82,9 +82,13 @@ DEED: Final = row(("reached", "lost", "joined").__contains__, whole(-1, 2**20))
 """What a body did, with the status of the task, -1 for none; or that there are so many robots."""
 ACTS: Final = maybe(row(TIME, many(DEED)))
 """Number of the first deed, and the deeds from it on."""
+WAYS: Final = maybe(many(row(NAME, TIME)))
+"""Numbers of the tasks that a robot in a place can do and get to, with the lengths of its ways there."""
+WORK: Final = {"taken": TAKEN, "acts": ACTS, "ways": WAYS}
+"""What an acting robot senses in addition."""
 GOES: Final = maybe(row(NAME, whole(-1, 2**62), TIME))
 """The form of `errands.Errands.goes`."""
-_SEEN: Final = {"place": PLACE, "see": many(SIGHTING), "insight": INSIGHT, "taken": TAKEN, "acts": ACTS}
+_SEEN: Final = {"place": PLACE, "see": many(SIGHTING), "insight": INSIGHT, **WORK}
 _TICK: Final = {"t": TIME, "said": maybe(is_text), "was": STATUS, "goes": GOES}
 _OBJECT: Final = record({})
 

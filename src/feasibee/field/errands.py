@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict
 from typing import Any, Final
 
 from feasibee.robot.acting import NONE, Errand, Rules
@@ -73,6 +72,7 @@ class Errands:
         self._tasks: Sequence[Sequence[int]] | None = orders["tasks"]
         self._kinds: dict[int, int] = {}
         self._place = 0, 0
+        self._ways: Mapping[int, int] | None = None
 
     def move_to(self, place: tuple[float, float]) -> None:
         """Store the robot's position, in units."""
@@ -99,7 +99,9 @@ class Errands:
         return round(x / self._unit), round(y / self._unit)
 
     def way(self, name: int) -> int | None:
-        """Return the squared distance of a task; None if the robot can't do it."""
+        """Return how far a task is, squared or around walls; None if the robot can't do it or get there."""
+        if self._ways is not None:
+            return self._ways.get(name)
         kind = self._kinds.get(name, 0) if self._tasks is None else self._tasks[name][2]
         if not self._able[kind]:
             return None
@@ -116,6 +118,13 @@ class Errands:
         there = None if self._tasks is None else len(self._tasks)
         self.errand.hear(sender, {name: version for name, version in news if there is None or name < there})
 
+    def sense(self, told: Mapping[str, Any]) -> None:
+        """Keep what a sense says of walls and of the body, in the forms of `checks.WORK`."""
+        if "ways" in told:
+            self._ways = dict(told["ways"])
+        if "acts" in told:
+            self._heed(*told["acts"])
+
     def see(self, seen: Iterable[tuple[Thing, int]], taken: Iterable[Any]) -> None:
         """Store how the tasks in sight are: free, unless they are among those taken, by number."""
         ranks = dict(taken)
@@ -123,7 +132,7 @@ class Errands:
             if not thing.is_robot and (name := self.name(thing, number)) != NONE:
                 self.errand.see(name, None if ranks.get(number) == NONE else ranks.get(number, 0))
 
-    def heed(self, first: int, deeds: Sequence[Sequence[Any]]) -> None:
+    def _heed(self, first: int, deeds: Sequence[Sequence[Any]]) -> None:
         """Store what the body did, from deed number ``first`` on; the robot knows some of them already."""
         for what, status in deeds[max(0, self.done - first) :]:
             self.done += 1
@@ -145,14 +154,3 @@ class Errands:
         target = self.errand.target
         go = None if target == NONE else [each * self._unit for each in self.place(target)]
         return {"go": go, "stand": self.errand.task != NONE}
-
-
-def orders_of(rules: Rules, *, tells: bool, able: Sequence[bool], frame: Sequence[Any], tasks: Any) -> Any:
-    """Return what a robot is sent of its errand when it joins, as plain values."""
-    return {
-        "rules": asdict(rules),
-        "tells": tells,
-        "able": list(able),
-        "frame": list(frame),
-        "tasks": tasks,
-    }

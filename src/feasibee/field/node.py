@@ -10,6 +10,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from feasibee.field.checks import WORK
 from feasibee.field.errands import Errands
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import BYZANTINE, Draw, Mind, Words, settings_from
@@ -177,27 +178,19 @@ class Node:
             self.dropped["message that can't be encoded"] += 1
             return None
 
-    def sense(
-        self,
-        sightings: Sequence[Sequence[Any]],
-        taken: Iterable[Sequence[int]] | None = None,
-        acts: Any = None,
-    ) -> None:
-        """Store the robots and tasks in sight, in the form of `sighting_of`.
-
-        An acting robot also learns which of the tasks are taken (`checks.TAKEN`), and what its body did
-        (`checks.ACTS`).
-        """
+    def sense(self, sensed: Mapping[str, Any]) -> None:
+        """Store what it sees: robots and tasks in the form of `sighting_of`, and what `checks.WORK` has."""
+        sightings = sensed["see"]
         seen = [each for each in sightings if self._can_be(sighting_from(each)[0])]
         self.dropped["impossible sighting"] += len(sightings) - len(seen)
         self._line["see"] = seen
         things = [sighting_from(each) for each in seen]
         if self._errands:
-            self._line |= {"taken": list(taken or ()), "acts": acts}
-            if acts:
-                self._errands.heed(*acts)
+            told = {name: sensed[name] for name in WORK if sensed.get(name) is not None}
+            self._line |= told
+            self._errands.sense(told)
             if not self._mind.disseminating:
-                self._errands.see(things, taken or ())
+                self._errands.see(things, told.get("taken", ()))
         self._mind.see((self._names.named(thing) if self._names else thing, which) for thing, which in things)
 
     def _can_be(self, thing: Thing) -> bool:

@@ -52,7 +52,9 @@ class _Step(NamedTuple):
     works: NDArray[np.bool_]
     counted: NDArray[np.bool_]
     goals: NDArray[np.int32]
-    """The task to which each robot goes, and that at which it stands, or -1."""
+    """The task to which each robot goes, that at which it stands, and that which it has marked, or -1."""
+    done: list[int]
+    """Numbers of the tasks at which the work is done."""
 
 
 class _OfRobots:
@@ -155,7 +157,8 @@ class Recording:
             "minds": many(STATUS, there, there),
             "lost": many(whole(0, most.robots - 1)),
             "decision": _decision(now),
-            **({"goes": many(row(goal, goal), there, there)} if scenario.acts else {}),
+            **({"goes": many(row(goal, goal, goal), there, there)} if scenario.acts else {}),
+            **({"done": many(whole(0, most.tasks - 1))} if scenario.acts else {}),
         }
 
     def _step(self, line: dict[str, Any]) -> _Step:
@@ -165,8 +168,8 @@ class Recording:
             raise damaged(self._path, self._lines, f"has no valid step {now}")
         forms = self._forms(len(robots) if isinstance(robots, list) else 0)
         check_line(self._path, self._lines, line, forms)
-        goes = line["goes"] if forms.pop("goes", None) else [[-1, -1]] * len(line["robots"])
-        robots, processes, tasks, truth, bodies, minds, lost, decision = (line[name] for name in forms)
+        robots, processes, tasks, truth, bodies, minds, lost, decision, *acts = (line[name] for name in forms)
+        goes, done = acts or ([[-1] * 3] * len(robots), [])
         first = self._first_faults
         faults = np.array([first[each] if each < len(first) else HONEST for each in processes], np.str_)
         works = ~np.isin(robots, lost) & ((now < self.scenario.faults.stop_step) | (faults != STOPPED))
@@ -174,8 +177,8 @@ class Recording:
         places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
         counted = works & (faults != BYZANTINE)
         there = robots, processes, tasks, truth, places, shown
-        goals = np.array(goes, np.int32).reshape(-1, 2)
-        return _Step(*there, lost, (decision[0], decision[1]), faults, works, counted, goals)
+        goals = np.array(goes, np.int32).reshape(-1, 3)
+        return _Step(*there, lost, (decision[0], decision[1]), faults, works, counted, goals, done)
 
     def _fault(self, line: dict[str, Any]) -> Fault:
         """Return the fault of a line, if it can be one."""
@@ -275,10 +278,11 @@ class Recording:
 
     @property
     def acting(self) -> Acting:
-        """Targets of robots, and tasks at which robots stand: a log doesn't have which tasks are marked."""
+        """Targets of robots, tasks at which robots stand or which they have marked, and done tasks."""
         holders = np.full(self.scenario.most.tasks, -1, np.int32)
-        stands = self._now.goals[:, 1] >= 0
-        holders[self._now.goals[stands, 1]] = np.array(self._now.robots, np.int32)[stands]
+        has = self._now.goals[:, 1:].max(axis=1, initial=-1)
+        holders[has[has >= 0]] = np.array(self._now.robots, np.int32)[has >= 0]
+        holders[self._now.done] = -2
         return Acting.of(self.targets, self.standing, holders, self.task_numbers)
 
     def has_fault(self, kind: str) -> NDArray[np.bool_]:

@@ -11,7 +11,6 @@ from pydantic import Field, Strict, ValidationError
 
 from feasibee.errors import FeasibeeError, one_line, quoted
 from feasibee.field.checks import (
-    ACTS,
     FARTHEST,
     GOES,
     INSIGHT,
@@ -19,8 +18,8 @@ from feasibee.field.checks import (
     PLACE,
     SIGHTING,
     STATUS,
-    TAKEN,
     TIME,
+    WORK,
     many,
     row,
     whole,
@@ -58,9 +57,8 @@ _STEP: Final = {
     "heard": many(MESSAGE),
     "status": STATUS,
     "insight": INSIGHT,
-    "taken": TAKEN,
-    "acts": ACTS,
     "goes": GOES,
+    **WORK,
     **_DRAWS,
 }
 """The forms of what a step's line has."""
@@ -252,7 +250,7 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
         draws.extend(_draws(line))
         try:
             node.speak(line["step"], tuple(line["place"]), line.get("insight"))
-            node.sense(line["see"], line.get("taken"), line.get("acts"))
+            node.sense(line)
             node.finish(line["heard"])
         except _UNFIT as error:
             raise _unfit(path, at, error, draws) from None
@@ -302,7 +300,7 @@ def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque
     """Raise an error if the log says anything else than the replay."""
     if draws:
         raise damaged(path, at, "has too many draws")
-    for name in ("said", "see", "heard", "status", "taken", "acts", "goes"):
+    for name in ("said", "see", "heard", "status", "goes", *WORK):
         kept, found = line.get(name), again.get(name)
         if kept != found:
             raise FeasibeeError(

@@ -172,7 +172,7 @@ class Robot:
             answer = {"t": body["t"], "said": None, "ends": ends, **self._held}
             if not ends:
                 answer["said"] = self._node.speak(body["t"], tuple(body["place"]), body.get("insight"))
-                self._node.sense(body["see"], body.get("taken"), body.get("acts"))
+                self._node.sense(body)
             self._answers[order] = answer
             while len(self._answers) > KEPT:
                 del self._answers[min(self._answers)]
@@ -181,8 +181,7 @@ class Robot:
 
     def _free(self, clock: Mapping[str, float]) -> NoReturn:
         """Step by the robot's own clock, with what it saw and heard last."""
-        self._see: list[Any] = []
-        self._tasks: tuple[Any, Any] = None, None
+        self._seen: dict[str, Any] = {}
         self._heard: list[Any] = []
         while (frame := self._receive(RETRY)) is None or frame.kind != SIGHT:  # the start
             self._client.send(SAID, self._ready)
@@ -199,9 +198,9 @@ class Robot:
             if now < due:
                 continue
             if step > self._first:
-                self._node.sense(self._see, *self._tasks)
+                self._node.sense(self._seen)
                 self._node.finish(self._heard)
-                self._see, self._heard = [], []
+                self._seen, self._heard = {"see": []}, []
             step += 1
             held = self._held
             said = self._node.speak(step, self._place, self._insight)
@@ -215,8 +214,7 @@ class Robot:
         """Keep what is seen or heard for the end of this step."""
         body = frame.body
         if frame.kind == SIGHT:
-            self._see, self._place = body["see"], tuple(body["place"])
-            self._tasks = body.get("taken"), body.get("acts")
+            self._seen, self._place = body, tuple(body["place"])
             self._insight = body.get("insight") or self._insight
         elif frame.kind == HEARD:
             if len(self._heard) < HEARD_LIMIT:

@@ -57,7 +57,8 @@ def drive(
             continue
         step += 1
         said = node.speak(step, tuple(sensed["place"]))
-        node.sense(sensed["see"], sensed["taken"], [node.goes[2], sensed["acts"]] if node.goes else None)
+        acts = [node.goes[2], sensed["acts"]] if node.goes else None
+        node.sense({"see": sensed["see"], "taken": sensed["taken"], "acts": acts})
         heard = [each for each in sensed["heard"] if MESSAGE(each)]
         node.dropped["malformed message"] += len(sensed["heard"]) - len(heard)
         node.finish(each for each in heard if each[0] != number)

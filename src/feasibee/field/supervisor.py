@@ -64,9 +64,6 @@ class Field:
         if plan.scenario.robots.work is not None:
             rule = "robots of a field don't charge; leave out robots.work and robots.charge"
             raise FeasibeeError(f"robots.work = {plan.scenario.robots.work}: {rule}")
-        if plan.scenario.acts and plan.scenario.place.exists:
-            rule = "robots of a field know no way around walls; leave out acting.start or the place"
-            raise FeasibeeError(f"acting.start = {plan.scenario.acting.start}: {rule}")
         if plan.scenario.acting.drift:
             rule = "robots of a field have one frame; set it to 0"
             raise FeasibeeError(f"acting.drift = {plan.scenario.acting.drift}: {rule}")

@@ -295,6 +295,7 @@ class World:
         counts = {"feasible": self.bodies.feasible_count, "infeasible": self.bodies.infeasible_count}
         self.report({"event": "step", "step": step, **counts})
         there, work = self.bodies.bodies, self.bodies.work
+        has = [(each.errand.target, each.errand.task, each.errand.mark) for each in there]
         self.log.write(
             {
                 "step": step,
@@ -307,7 +308,7 @@ class World:
                 "processes": [body.process for body in there],
                 "tasks": list(self.bodies.tasks),
                 "truth": self.bodies.truth,
-                **({"goes": [[each.errand.target, each.errand.task] for each in there]} if work else {}),
+                **({"goes": has, "done": sorted(work.done)} if work else {}),
             }
         )
 
