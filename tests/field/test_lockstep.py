@@ -307,9 +307,16 @@ def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
         replay(log)
 
 
-def test_what_acting_robots_of_a_field_can_not_do_is_an_error():
-    with pytest.raises(FeasibeeError, match="doesn't know who has which task"):
-        Field(a_plan(small(**{"acting.start": 3}), faults=(Fault(5, "restart-world"),)), None, print)
+@pytest.mark.parametrize(
+    ("changes", "faults", "told"),
+    [
+        ({"acting.drift": 0.1}, (), "robots of a field have one frame"),
+        ({}, (Fault(5, "restart-world"),), "doesn't know who has which task"),
+    ],
+)
+def test_what_acting_robots_of_a_field_can_not_do_is_an_error(changes, faults, told):
+    with pytest.raises(FeasibeeError, match=told):
+        Field(a_plan(small(**{"acting.start": 3, **changes}), faults=faults), None, print)
     assert "frames in C" in refused_in_a_line("launch", "--c", "--set", "acting.start=3")
 
 
