@@ -318,6 +318,8 @@ def test_what_acting_robots_of_a_field_can_not_do_is_an_error(changes, faults, t
     with pytest.raises(FeasibeeError, match=told):
         Field(a_plan(small(**{"acting.start": 3, **changes}), faults=faults), None, print)
     assert "frames in C" in refused_in_a_line("launch", "--c", "--set", "acting.start=3")
+    own_frames = ("--set", "acting.start=3", "--set", "acting.drift=0.1")
+    assert "have one frame" in refused_in_a_line("robot", "--id", "1", "--senses", "-", *own_frames)
 
 
 @NEEDS_FORK

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Final
 
+from feasibee.errors import FeasibeeError
 from feasibee.robot.acting import NONE, Errand, Rules
+from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import roster
 from feasibee.strategies.contract import Setting, Thing
 
@@ -13,6 +15,13 @@ _ROSTER: Final[Any] = roster
 """The strategy's file, whose functions have no types."""
 REACHED, LOST, JOINED = "reached", "lost", "joined"
 """What a body reports to its robot: it has reached its target, has lost its task, or more are there."""
+
+
+def check_frame(scenario: Scenario) -> None:
+    """Raise an error if robots have frames of their own (model.md 6.27), which messages of a field lack."""
+    if scenario.acting.drift:
+        rule = "robots of a field have one frame; set it to 0"
+        raise FeasibeeError(f"acting.drift = {scenario.acting.drift}: {rule}")
 
 
 class RemoteErrand(Errand):
