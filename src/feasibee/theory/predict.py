@@ -162,37 +162,6 @@ def sensitivities(scenario: Scenario, over: Sequence[str], by: float = 0.1) -> d
     return found
 
 
-def resolvable(scenario: Scenario, right: float = 0.95) -> tuple[int, int | None]:
-    """Return between which numbers of tasks the decided swarms are right too seldom.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        A scenario within the theory's reach; its number of tasks doesn't matter.
-    right : float
-        Share of the decided swarms that must be right.
-
-    Returns
-    -------
-    int
-        Largest number of tasks that are feasible and found to be so; -1 if there is none.
-    int or None
-        Least number of tasks that are infeasible and found to be so; None if there is none up to 100 times
-        the number of robots.
-    """
-    robots = scenario.robots.count
-
-    def decides(tasks: int) -> bool:
-        found = predict(scenario.replace({"tasks.count": tasks}))
-        share = found.feasible if tasks <= robots else found.infeasible
-        return share >= right * (found.feasible + found.infeasible)
-
-    most = 100 * robots
-    feasible = bisect_left(range(robots + 1), True, key=lambda tasks: not decides(tasks)) - 1
-    infeasible = bisect_left(range(robots + 1, most + 1), True, key=decides) + robots + 1
-    return feasible, infeasible if infeasible <= most else None
-
-
 def even_tasks(scenario: Scenario) -> int | None:
     """Return the largest number of tasks at which most decided swarms decide feasible, by the formula.
 
