@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from feasibee.errors import FeasibeeError
 from feasibee.robot.acting import NONE, Errand, Rules
-from feasibee.scenario.scenario import Scenario
 from feasibee.strategies import roster
 from feasibee.strategies.contract import Setting, Thing
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
 
 _ROSTER: Final[Any] = roster
 """The strategy's file, whose functions have no types."""
