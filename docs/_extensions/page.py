@@ -10,6 +10,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 from feasibee import Scenario
+from feasibee.live.lesson import write_lesson
 from feasibee.live.page import write_page
 
 NAME = "swarm.html"
@@ -27,10 +28,11 @@ class Page(SphinxDirective):
 
 
 def write(app: Sphinx) -> None:
-    """Write the page into a folder of static files."""
+    """Write the page and the lesson into a folder of static files."""
     folder = Path(app.srcdir) / "made" / "page"
     folder.mkdir(parents=True, exist_ok=True)
     write_page(Scenario(tasks={"count": 50}), folder / NAME, seed=1)
+    write_lesson(folder / "lesson.html")
     app.config.html_static_path.append(str(folder))
 
 

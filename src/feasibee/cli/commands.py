@@ -22,7 +22,7 @@ from feasibee.cli.pays import pays
 from feasibee.cli.predict import predict
 from feasibee.cli.robots import header, launch, replay, robot
 from feasibee.cli.run import reproduce, run
-from feasibee.cli.share import animate, page
+from feasibee.cli.share import animate, lesson, page
 from feasibee.cli.studies import compare, paper
 from feasibee.cli.sweeps import results, sweep
 from feasibee.cli.tune import tune
@@ -114,7 +114,7 @@ GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Start": (run, watch, paper, new),
     "Decide": (assess, size, recommend, compare, pays, predict, check),
     "Study": (sweep, results, reproduce, tune),
-    "Share": (page, animate),
+    "Share": (page, lesson, animate),
     "Robots": (launch, robot, replay, header),
     "Look up": (scenario, truth, strategies, presets, schema, compile_engines),
 }

@@ -1,4 +1,4 @@
-"""feasibee page and animate: swarms as one HTML file that simulates, or as pictures that move."""
+"""feasibee page, lesson and animate: swarms as an HTML file that simulates, or as pictures that move."""
 
 from __future__ import annotations
 
@@ -61,6 +61,33 @@ def page(
     check_output(out, (".html",), "--out")
     scenario = given.read({"decision.strategy": strategy})
     write_page(scenario, out, seed, run, name=given.file.name if given.file else "")
+    _wrote(out, opens)
+
+
+@command()
+def lesson(
+    *,
+    out: Path = option("HTML file to write; about 210 KB.", path_type, "lesson.html"),
+    opens: bool = option("Open the file in the browser.", name="--open", is_flag=True),
+) -> None:
+    """Write a lesson as one HTML file: predict what swarms decide, then watch them.
+
+    Its questions lead from twenty robots among fifty tasks to names, lies, rooms, and robots that ask first
+    or start. The page simulates its swarms without server or network; a few are simulated by this command.
+
+    \b
+    Example:
+      feasibee lesson --open
+    """
+    from feasibee.files import check_output
+    from feasibee.live.lesson import write_lesson
+
+    check_output(out, (".html",), "--out")
+    write_lesson(out)
+    _wrote(out, opens)
+
+
+def _wrote(out: Path, opens: bool) -> None:
     click.echo(f"Wrote {out}")
     if opens:
         webbrowser.open(out.resolve().as_uri())

@@ -44,14 +44,20 @@ def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> 
     such as its file's name. Raise a ScenarioError if a page can't simulate the scenario, with all reasons,
     and a FeasibeeError if seed or run is out of range.
     """
-    check_scenario(scenario)
     runs = Runs(1, seed, run)
-    return Template(MARKUP.read_text("utf-8")).substitute(
+    given = given_of(scenario, runs, list(variants_of(scenario)))
+    own = {"name": name, "prediction": prediction_of(scenario), "wasm": wasm_of(scenario)}
+    return filled(MARKUP, "page.css", "simulator", {**given, **own})
+
+
+def filled(markup: Path, style: str, script: str, given: dict[str, Any]) -> str:
+    """Return a page: its markup with a style sheet, a module and its imports, and what is given to it."""
+    return Template(markup.read_text("utf-8")).substitute(
         {name: _part(name) for name in ("transport", "legend", "theory")},
         icon="data:image/svg+xml," + quote(_text("icon.svg")),
-        style=_text("base.css") + _text("page.css"),
-        given=json.dumps(_given(scenario, runs, name), separators=(",", ":")).replace("<", "\\u003c"),
-        script=joined("simulator"),
+        style=_text("base.css") + _text(style),
+        given=json.dumps(given, separators=(",", ":")).replace("<", "\\u003c"),
+        script=joined(script),
     )
 
 
@@ -73,14 +79,16 @@ def write_page(scenario: Scenario, out: Path, seed: int = 0, run: int = 0, name:
         temporary.write_text(text, encoding="utf-8")
 
 
-def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
-    """Return what world.js calls Given."""
-    threshold, variants = exact(scenario.decision.threshold), list(variants_of(scenario))
+def given_of(scenario: Scenario, runs: Runs, variants: list[Scenario]) -> dict[str, Any]:
+    """Return what world.js calls Given of a scenario and its variants by strategy, without the world.
+
+    Raise a ScenarioError if a page can't simulate the scenario, with all reasons.
+    """
+    check_scenario(scenario)
+    threshold = exact(scenario.decision.threshold)
     return {
-        "name": name,
         "version": version("feasibee"),
         "toml": scenario.to_toml(),
-        "wasm": base64.b64encode(_wasm(scenario)).decode(),
         "place": place_of(scenario),
         "strategies": [
             {
@@ -101,18 +109,17 @@ def _given(scenario: Scenario, runs: Runs, name: str) -> dict[str, Any]:
             "run": runs.first,
         },
         "lengths": {**scene_of(scenario), "units": fixed(max(scenario.arena.size), unit_of(scenario))},
-        "prediction": prediction_of(scenario),
         "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},
     }
 
 
-def _wasm(scenario: Scenario) -> bytes:
-    """Return the compiled world: that of the package, or one with the user's own strategy."""
-    if not scenario.strategy.source:
-        return WASM.read_bytes()
+def wasm_of(scenario: Scenario) -> str:
+    """Return the compiled world in base64: that of the package, or one with the user's own strategy."""
     with TemporaryDirectory() as folder:
-        compile_world(out := Path(folder) / "world.wasm", strategies_of(scenario))
-        return out.read_bytes()
+        out = WASM
+        if scenario.strategy.source:
+            compile_world(out := Path(folder) / "world.wasm", strategies_of(scenario))
+        return base64.b64encode(out.read_bytes()).decode()
 
 
 def joined(name: str) -> str:

@@ -91,7 +91,7 @@ export class Swarms {
 /**
  * Draw a mark per run, as the robots of the arena.
  * @param {HTMLCanvasElement} canvas
- * @param {Swarms} swarms
+ * @param {Pick<Swarms, "outcomes">} swarms
  * @param {number} chosen
  * @param {Shades} shades
  */
@@ -114,7 +114,7 @@ export function drawRuns(canvas, swarms, chosen, shades) {
     pen.beginPath();
     const decision = outcome?.decision ?? -1,
       radius = cell * (outcome ? (decision < 0 ? 0.18 : 0.28) : 0.06);
-    pen.arc(x, y, decision === 0 ? radius - 1 : radius, 0, 2 * Math.PI);
+    pen.arc(x, y, Math.max(0, decision === 0 ? radius - 1 : radius), 0, 2 * Math.PI);
     pen.fillStyle = pen.strokeStyle = [shades.infeasible, shades.feasible][decision] ?? shades.undecided;
     pen.lineWidth = Math.max(2, 0.14 * cell);
     if (decision === 0) pen.stroke();
