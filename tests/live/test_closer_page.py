@@ -10,7 +10,6 @@ from playing import looked, swarm_at
 from visiting import (
     at,
     change,
-    colours_of,
     control_of,
     expect_no_scrolling,
     expect_picture,
@@ -31,6 +30,13 @@ from feasibee.live.timeline import Outlook
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
+STRIP = """(at, steps) => {
+  const copy = new OffscreenCanvas(at.width, at.height);
+  const pen = copy.getContext("2d", { willReadFrequently: true });
+  pen.drawImage(at, 0, 0);
+  const x = (step) => Math.round(8 + ((at.width - 16) * step) / 1000);
+  return steps.map((step) => [9, 13].map((y) => [...pen.getImageData(x(step), y, 1, 1).data]));
+}"""
 AXE = Path(__file__).parents[2] / "node_modules/axe-core/axe.min.js"
 
 
@@ -145,11 +151,17 @@ def test_the_changes_of_a_robot_are_marked_and_gone_to(visit, port):
     steps = [step for step, _ in found["changes"]]
     decided = found["decision"]
     expect(page.locator("#marks-text")).to_have_text(
-        f"Decision at step {decided}, robot 5 changes {len(steps) - 1} times."
+        f"Decision at step {decided}, robot 5 changes opinion or phase {len(steps) - 1} times."
     )
     focus_nothing(page)
     press(page, ("]", steps[1]), ("]", steps[2]), ("[", steps[1]), ("[", 0), ("]", steps[1]))
-    assert colours_of(page, "#marks") >= {"0,114,178", "213,94,0"}  # both opinions
+    ends = [*steps[1:], 1000]
+    middles = [(a + b) / 2 for a, b in zip(steps, ends, strict=True) if b - a > 20]
+    flags = [dict(found["changes"])[max(each for each in steps if each <= middle)] for middle in middles]
+    seen = page.locator("#marks").evaluate(STRIP, middles)
+    blue, vermilion, none = [0, 114, 178, 255], [213, 94, 0, 255], [0, 0, 0, 0]
+    assert seen == [[blue, blue] if each & 1 else [vermilion, none] for each in flags]
+    assert {each & 5 for each in flags} >= {0, 4}  # it explores and broadcasts with the same look
 
 
 @pytest.mark.slow
@@ -208,7 +220,9 @@ def test_two_strategies_are_compared_on_one_clock(visit, port):
         )
     page.keyboard.press("i")
     page.keyboard.press("PageDown")
-    expect(page.locator("#reasons-1 h3")).to_have_text("census")
+    expect(page.locator("#reasons-1 h3")).to_have_text("Right: census")
+    expect(page.locator(".which")).to_have_text(3 * ["Left: dmmd"])
+    expect(page.locator("#verdict .which")).to_be_visible()
     expect(page.locator("#reasons-1")).to_contain_text("20 robots and 20 tasks, by name")
     expect(page.locator("#reasons-0")).to_contain_text("Heard")
     page.reload()

@@ -20,12 +20,15 @@ from visiting import (
     play_to_the_end,
     point_at,
     press,
+    seek,
     step_of,
 )
 from waiting import eventually, expect_rest
 
 from feasibee import Scenario, Swarm, simulate
 from feasibee.live.catalogue import Catalogue, read_catalogue
+from feasibee.live.reasons import sentence_of
+from feasibee.live.timeline import History, Timeline
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
@@ -278,12 +281,48 @@ PIXELS = """async flags => {
     return found;
 }"""
 
+COLOURED = """at => {
+    const { data } = at.getContext("2d").getImageData(0, 0, at.width, at.height);
+    let seen = 0;
+    for (let k = 0; k < data.length; k += 4)
+        seen += Math.abs(data[k] - data[k + 2]) > 80;
+    return seen;
+}"""
+
 
 @pytest.mark.quick(2)
 @pytest.mark.parametrize("look", LOOKS)
 def test_robots_look_as_the_legend_says(visit, port, look):
     flags, expected = LOOKS[look]
     assert visit(port).evaluate(PIXELS, flags) == expected
+
+
+def test_the_page_says_what_is_seen_and_why_a_robot_holds_its_opinion(visit, port):
+    page = visit(port, reduced_motion="reduce")
+    seek(page, 80)
+    page.get_by_text("What am I looking at?").click()
+    terms = ["Exploring", "Broadcasting", "Opinion", "Declaration", "Truth"]
+    expect(page.locator("#terms dt")).to_have_text(terms)
+    swarm = swarm_at(80, seed=1)
+    for robot in (3, 5):
+        timeline = Timeline(Swarm(seed=1))
+        timeline.advance(80)
+        point_at(page, swarm, robot, "move")
+        expect(page.locator("#tip")).to_contain_text(f"Robot {robot}: ")
+        expect(page.locator("#tip")).to_contain_text(sentence_of(timeline.swarm, robot, History(timeline)))
+    page.mouse.move(1, 1)
+    expect(page.locator("#tip")).to_be_hidden()
+
+
+def test_robots_are_seen_in_a_large_hall(visit, port):
+    page = visit(port, "#arena.side=[4000.0,1000.0]&tasks.count=0", reduced_motion="reduce")
+    expect(page.locator("#truth")).to_contain_text("0 tasks")
+
+    def check():
+        seen = page.locator("#arena").evaluate(COLOURED)
+        assert seen > 20 * 25  # pixels of 20 robots
+
+    eventually(page, check)
 
 
 @pytest.mark.slow

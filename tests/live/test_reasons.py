@@ -9,7 +9,8 @@ import pytest
 from playing import swarm_at
 
 from feasibee import FeasibeeError, Scenario, Swarm
-from feasibee.live.reasons import OPINIONS, opinion_of, reasons_of
+from feasibee.live.reasons import OPINIONS, opinion_of, reasons_of, sentence_of
+from feasibee.live.timeline import BACK, History, Timeline
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.strategies import STRATEGIES, census
 
@@ -137,3 +138,55 @@ def test_an_opinion_that_follows_knowledge_is_told_as_such():
     lines = [dict(reasons_of(swarm, robot)) for robot in np.flatnonzero(swarm.disseminating)]
     assert lines
     assert all("its opinion follows what it knows in any step" in each["Next"] for each in lines)
+
+
+@pytest.mark.parametrize("steps", [300, 700])
+def test_a_sentence_says_since_when_an_opinion_is_held_and_what_was_heard_since(steps):
+    """Steps beyond the last 400 are not looked at: what was so then is said to be so since before."""
+    swarm, walk = Swarm(Scenario(tasks={"count": 50}), 1), Swarm(Scenario(tasks={"count": 50}), 1)
+    timeline = Timeline(swarm)
+    history = History(timeline)
+    timeline.advance(steps)
+    opinions, sends = [walk.opinions], [walk.disseminating]
+    for _ in range(steps):
+        walk.advance()
+        opinions.append(walk.opinions)
+        sends.append(walk.disseminating)
+    first = max(0, steps - BACK)
+    for robot in range(20):
+        held = max(
+            (k for k in range(first + 1, steps + 1) if opinions[k][robot] != opinions[k - 1][robot]),
+            default=first,
+        )
+        decided = max(
+            (k for k in range(first + 1, steps + 1) if sends[k - 1][robot] > sends[k][robot]), default=first
+        )
+        said = sentence_of(swarm, robot, history)
+        since = f"step {held}" if held > first else f"step {first} or before" if first else "the start"
+        assert said.startswith(f"Holds {OPINIONS[opinions[steps][robot]]} since {since}. Heard ")
+        assert said.endswith(f" since its decision at step {decided}.")
+        for votes, opinion in zip(swarm.robot(robot).votes, (1, 0), strict=True):
+            assert (f"{votes} {OPINIONS[opinion]}" in said.partition("Heard")[2]) == bool(votes)
+    assert swarm.step == steps
+
+
+def test_a_sentence_follows_a_run_back_and_forth():
+    swarm = Swarm(Scenario(decision={"strategy": "census"}), 1)
+    timeline = Timeline(swarm)
+    history, seen = History(timeline), {}
+    for step in (20, 60, 20, 61, 60):
+        timeline.rewind(step)
+        timeline.advance(step)
+        said = [sentence_of(swarm, robot, history) for robot in range(20)]
+        assert seen.setdefault(step, said) == said
+    assert "Knows: 20 robots and 20 tasks" in " ".join(seen[61])
+
+
+def test_a_broadcast_lasts_at_least_one_step():
+    """A duration is rounded up to whole steps (model.md 3.4)."""
+    scenario = Scenario(decision={"strategy": "dmmd", "gain": 0.1}, tasks={"count": 0})
+    for robot in range(20):
+        words = said(swarm_at(5, scenario, 1), robot)
+        if "broadcasts for" in words["Next"]:
+            assert float(words["Next"].partition("broadcasts for ")[2].split()[0]) >= 1
+        assert "rho" not in words["Rule of dmmd"]

@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from visiting import expect_shade, press, seen_at, step_of
+from visiting import expect_shade, point_at, press, seen_at, step_of
 from waiting import drawn, eventually
 
 from feasibee import Scenario, Swarm, decision_counts, simulate, wilson
@@ -73,6 +73,33 @@ def test_it_plays_by_itself_and_by_keys(visit, file):
     expect(page.locator("#speed")).to_have_text("30 steps / s")
     page.keyboard.press("g")
     expect(page.locator("#ranges")).to_have_attribute("aria-pressed", "true")
+
+
+def test_it_says_what_is_seen_and_since_when_a_robot_holds_its_opinion(visit, file):
+    page = visit(file)
+    page.locator("#seek").fill("80")
+    expect(page.locator("#now")).to_have_text("80")
+    page.get_by_text("What am I looking at?").click()
+    expect(page.locator("#terms dd")).to_have_count(5)
+    walk = Swarm(FIFTY, 1)
+    opinions, sends = [walk.opinions], [walk.disseminating]
+    for _ in range(80):
+        walk.advance()
+        opinions.append(walk.opinions)
+        sends.append(walk.disseminating)
+    for robot in (7, 9):
+        held, begun = (
+            max((k for k in range(1, 81) if each[k][robot] != each[k - 1][robot]), default=0)
+            for each in (opinions, sends)
+        )
+        since = [f"step {each}" if each else "the start" for each in (held, begun)]
+        word = ("infeasible", "feasible")[walk.opinions[robot]]
+        does = "Broadcasts" if walk.disseminating[robot] else "Explores"
+        point_at(page, walk, robot, "move")
+        expect(page.locator("#tip")).to_contain_text(f"Robot {robot}: {word}")
+        expect(page.locator("#tip")).to_contain_text(
+            f"Holds {word} since {since[0]}. {does} since {since[1]}."
+        )
 
 
 def test_decision_and_hundred_swarms_are_the_engines(visit, file):

@@ -13,7 +13,7 @@ from playing import swarm_at
 from waiting import eventually, expect_rest
 from walled import PLACE
 
-from feasibee import Scenario, simulate
+from feasibee import Scenario, Swarm, simulate
 from feasibee.live.widget import Arena
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
@@ -132,6 +132,21 @@ def test_buttons_and_keys_step_play_pause_and_restart(show):
     expect_step(page, arena)
     page.keyboard.press("r")
     expect(step_of(page)).to_have_text("0")
+
+
+def test_it_says_what_is_seen_and_what_a_robot_holds(show):
+    page = show(Arena(SCENARIO, seed=1))
+    expect(step_of(page)).to_have_text("0")
+    page.get_by_text("What am I looking at?").click()
+    expect(page.locator("dd")).to_have_count(5)
+    swarm = Swarm(SCENARIO, 1)
+    page.locator("canvas").scroll_into_view_if_needed()
+    box = page.locator("canvas").bounding_box()
+    x, y = swarm.positions[4] / 20
+    expect(page.locator(".tip")).to_be_hidden()
+    page.mouse.move(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
+    word = ("infeasible", "feasible")[swarm.opinions[4]]
+    expect(page.locator(".tip")).to_have_text(f"Robot 4: {word}, exploring")
 
 
 def test_it_plays_to_the_end_and_says_what_simulate_says(show):

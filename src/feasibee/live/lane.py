@@ -8,7 +8,7 @@ from feasibee.live.form import EVENTS, shown
 from feasibee.live.messages import encode_frame
 from feasibee.live.reasons import reasons_of
 from feasibee.live.scene import scene_of
-from feasibee.live.timeline import Outlook, Timeline
+from feasibee.live.timeline import History, Outlook, Timeline
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
@@ -36,6 +36,7 @@ class Lane:
         self.number = number
         self.swarm = Swarm(scenario, seed, run, room=room)
         self.timeline = Timeline(self.swarm)
+        self.history = History(self.timeline)
         self._which = scenario, seed, run
         self._room = room
         self._outlook: Outlook | None = None

@@ -98,7 +98,15 @@ class Predict(_Message):
     lane: int = Field(0, ge=0, le=1)
 
 
-Request = Open | Advance | Seek | Inspect | Look | Predict
+class Why(_Message):
+    """Request of the page to say in a sentence why a robot holds its opinion."""
+
+    type: Literal["why"]
+    robot: int
+    lane: int = Field(0, ge=0, le=1)
+
+
+Request = Open | Advance | Seek | Inspect | Look | Predict | Why
 """A message of the page."""
 _ADAPTER: TypeAdapter[Request] = TypeAdapter(Annotated[Request, Field(discriminator="type")])
 

@@ -53,7 +53,7 @@ def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> 
 def filled(markup: Path, style: str, script: str, given: dict[str, Any]) -> str:
     """Return a page: its markup with a style sheet, a module and its imports, and what is given to it."""
     return Template(markup.read_text("utf-8")).substitute(
-        {name: _part(name) for name in ("transport", "legend", "theory")},
+        {name: _part(name) for name in ("transport", "legend", "terms", "theory")},
         icon="data:image/svg+xml," + quote(_text("icon.svg")),
         style=_text("base.css") + _text(style),
         given=json.dumps(given, separators=(",", ":")).replace("<", "\\u003c"),

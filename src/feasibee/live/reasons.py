@@ -13,6 +13,7 @@ from typing import Final, NamedTuple
 import numpy as np
 
 from feasibee.errors import FeasibeeError
+from feasibee.live.timeline import History
 from feasibee.reference.robot import settings_of
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.acting import ranks_of
@@ -21,6 +22,7 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.snapshot import FLAGS, RobotState
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies.certified import NEVER
+from feasibee.theory.geometry import ending
 
 OPINIONS: Final = {1: "feasible", 0: "infeasible", -1: "no opinion"}
 GONE: Final = 2**30
@@ -29,6 +31,8 @@ FREE: Final = -1
 """Holder of a task that is free."""
 LISTED: Final = 12
 """Most senders of one opinion that are listed."""
+RHO: Final = "\N{GREEK SMALL LETTER RHO}\N{SUBSCRIPT ONE}"
+"""The quality of *feasible*, which docstrings write in ASCII."""
 TAKEN: Final = 10_000
 """Most messages that are given to the controller again."""
 
@@ -49,6 +53,26 @@ def reasons_of(swarm: Swarm, number: int) -> list[list[str]]:
     if not swarm.present[number]:
         return [["Phase", "no robot has this number at this step"]]
     return [list(each) for each in _lines(swarm, swarm.robot(number), number)]
+
+
+def sentence_of(swarm: Swarm, number: int, history: History) -> str:
+    """Return in a sentence or two since when a robot holds its opinion, and what it knows."""
+    if not swarm.present[number]:
+        return ""
+    history.follow()
+    steps = (int(each[number]) for each in (history.held, history.decided))
+    names = (f"step {each:,}{'' if each > history.first else ' or before'}" if each else "" for each in steps)
+    state, (held, decided) = swarm.robot(number), names
+    since = f"Holds {OPINIONS[opinion_of(state)]} since {held or 'the start'}."
+    if swarm.scenario.manifest.knowledge:
+        return (
+            f"{since} Knows: {_known(swarm.scenario, controller_of(swarm, state, number, 0.5), swarm.step)}."
+        )
+    votes = zip(state.votes, (1, 0), strict=True)
+    heard = ", ".join(f"{count:,} {OPINIONS[opinion]}" for count, opinion in votes if count)
+    return (
+        f"{since} Heard {heard or 'nobody'} since {f'its decision at {decided}' if decided else 'the start'}."
+    )
 
 
 def _has(state: RobotState, name: str) -> bool:
@@ -186,7 +210,7 @@ def _rated(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, 
         yield "Memory", ", ".join(f"{each:.4g}" for each in state.memory)
     yield "Next", _next(scenario, state, _prospects(swarm, state, number), swarm.step)
     rule = strategy.quality if not _has(state, "disseminating") else strategy.decide
-    text = " ".join((rule.__doc__ or "").replace("*", "").split())
+    text = " ".join((rule.__doc__ or "").replace("*", "").replace("rho_1", RHO).split())
     if text:
         name = strategy.name.replace("\\", "/").rpartition("/")[2]
         yield f"Rule of {name}", text.removeprefix("Return ")
@@ -269,7 +293,8 @@ def _prospects(swarm: Swarm, state: RobotState, number: int) -> list[Prospect]:
         controller = controller_of(swarm, state, number, chance, note)
         controller.phase_left = 1
         controller.end_step()
-        mean = means[-1] + (0 if _has(state, "disseminating") else controller.settings.dissemination_floor)
+        floor = 0 if _has(state, "disseminating") else controller.settings.dissemination_floor
+        mean = floor + 1 / ending(means[-1])  # of whole steps: model.md 3.4
         declared = controller.declared
         prospect = Prospect(controller.opinion, controller.feasible_quality, declared, mean)
         if prospect not in found:

@@ -39,6 +39,7 @@ from feasibee.live.messages import (
     Predict,
     Request,
     Seek,
+    Why,
     problems_of,
     read,
 )
@@ -166,6 +167,8 @@ async def _answer(page: WebSocket, session: AnySession, message: Request, waitin
             session.inspect(robot)
         case Look():
             await page.send_json(await asyncio.to_thread(session.look, message, SPARE))
+        case Why() if isinstance(session, Session):
+            await page.send_json(await asyncio.to_thread(session.why, message))
         case Seek():
             await _seek(page, session, message, waiting)
         case Open():

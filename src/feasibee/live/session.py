@@ -9,8 +9,9 @@ from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.form import EVENTS, typed
 from feasibee.live.lane import ROOM, Lane, last_step
-from feasibee.live.messages import Look, Open, encode_tasks
+from feasibee.live.messages import Look, Open, Why, encode_tasks
 from feasibee.live.prediction import prediction_of
+from feasibee.live.reasons import sentence_of
 from feasibee.live.timeline import advance_together
 from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
 from feasibee.scenario.plugins import registered
@@ -220,6 +221,13 @@ class Session:
         except FeasibeeError as error:  # it needs too much memory, or the strategy fails later in the run
             found = asked.nothing(str(error))
         return self._marked({"lane": asked.lane, **found})
+
+    def why(self, asked: Why) -> dict[str, Any]:
+        """Return why a robot holds its opinion; raise a FeasibeeError if there is no such robot."""
+        lane = self.lane(asked.lane)
+        check_integer("robot", asked.robot, 0, lane.swarm.present.size - 1)
+        text = sentence_of(lane.swarm, asked.robot, lane.history)
+        return self._marked({**asked.model_dump(), "step": self.step, "text": text})
 
     def prediction(self, number: int) -> dict[str, Any]:
         """Return what the theory says of a swarm of the page.

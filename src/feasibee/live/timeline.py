@@ -27,6 +27,8 @@ ROOM: Final = 32 * 2**20
 """Most bytes that the copies of a run take, apart from that of step 0."""
 CHANGES_LIMIT: Final = 5000
 """Most changes of a robot, or of the world, that are sent: more than a seek bar has pixels."""
+BACK: Final = 400
+"""Most steps that are simulated one by one to find since when robots hold their opinions: 0.2 s."""
 SHOWN: Final = sum(
     1 << FLAGS.index(name)
     for name in ("feasible", "neutral", "disseminating", "declared", "working", "there", "standing")
@@ -71,6 +73,35 @@ class Timeline:
         while sum(each.nbytes for each in self._saved[1:]) > self._room:
             self.spacing *= 2
             self._saved = [each for each in self._saved if each.step % self.spacing == 0]
+
+
+class History:
+    """Since which step each robot of a timeline holds its opinion, and last decided, from `first` on."""
+
+    def __init__(self, timeline: Timeline) -> None:
+        self._timeline = timeline
+        self._step = -1 - BACK
+        self.first = 0
+
+    def follow(self) -> None:
+        """Look at each step up to the present one that was not looked at before, but at most `BACK`."""
+        timeline, swarm = self._timeline, self._timeline.swarm
+        until = swarm.step
+        known, self._step = self._step, until
+        is_new = not known <= until <= known + BACK
+        start = max(0, until - BACK) if is_new else known
+        timeline.rewind(start)
+        timeline.advance(start)
+        if is_new:
+            self.first = start
+            self.held, self.decided = np.full((2, swarm.present.size), start)
+            self._before = swarm.opinions, swarm.disseminating
+        while swarm.step < until:
+            swarm.advance()
+            now = swarm.opinions, swarm.disseminating
+            self.held[now[0] != self._before[0]] = swarm.step
+            self.decided[self._before[1] & ~now[1]] = swarm.step
+            self._before = now
 
 
 def advance_together(timelines: list[Timeline], until: int, seconds: float) -> bool:
@@ -165,6 +196,7 @@ class Outlook:
             "decision": self.decision_step,
             "declaration": self._declaration,
             "allTaken": self._all_taken,
+            "until": self._seen,
             "done": self.done,
         }
 

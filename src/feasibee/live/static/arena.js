@@ -9,6 +9,7 @@ import { LOOKS, drawSprite } from "./sprites.js";
 const TURN = 65536; // units of a position along the longer side
 const DETAILED = 2000; // with more robots than this, no ticks, no flashes, no copies beyond the edge
 const FLASH = 700; // milliseconds
+const LEAST = 4; // radius of few robots, in CSS pixels
 
 /** @import { Frame, Shown } from "./frames.js" */
 /** @import { Plan } from "./ground.js" */
@@ -32,13 +33,15 @@ const FLASH = 700; // milliseconds
  * @property {number} last
  * @property {boolean} declares
  * @property {boolean} [acts] Whether robots go to tasks and do them.
+ * @property {string[]} [robotClasses]
+ * @property {number[]} [kinds] Class of each robot, by number.
  */
 
 /**
  * A run that has begun, from the server; see opened() in session.py.
  * @typedef {World & {
  *   generation: number, request: number | null, seed: string, run: string, fields: Record<string, string | number | boolean>,
- *   toml: string, proof: string, robotClasses: string[], kinds: number[], threshold: number,
+ *   toml: string, proof: string, threshold: number,
  *   drawn: [number, number][][], cell: number, lane: number, strategy: string, swarms: number, field?: {address: string, hz: number | null},
  * }} Opened
  */
@@ -140,7 +143,9 @@ export class Arena {
     this.canvas.style.width = `${this.width / ratio}px`;
     this.canvas.style.height = `${this.height / ratio}px`;
     this.unit = (this.longer / TURN) * this.scale; // pixels
-    this.radius = Math.max(1.1 * ratio, (this.world.diameter / 2) * this.scale);
+    const room = 0.13 * Math.sqrt((clientWidth * clientHeight) / Math.max(1, this.world.numbers)),
+      least = Math.max(1.1, Math.min(LEAST, room)); // in a large hall, few robots are drawn larger than they are
+    this.radius = Math.max(least * ratio, (this.world.diameter / 2) * this.scale);
     this.ratio = ratio;
     this.sprites = new Map();
     this.paintGround();

@@ -109,8 +109,10 @@ export function tracePolygons(context, polygons, scale, height) {
  * @param {Arena} arena
  * @param {Shown} tasks
  */
-function drawTasks(context, { ratio, scale, unit, height, colours }, { x, y, taken }) {
-  const size = Math.max(1.5 * ratio, Math.min(0.42 * scale, 9 * ratio)),
+function drawTasks(context, { ratio, scale, unit, width, height, colours }, { x, y, taken }) {
+  const few = 0.1 * Math.sqrt((width * height) / Math.max(1, x.length)), // in a large hall, few tasks are drawn larger
+    least = Math.max(1.5 * ratio, Math.min(4.5 * ratio, few)),
+    size = Math.max(least, Math.min(0.42 * scale, 9 * ratio)),
     small = size < 4 * ratio,
     fills = [small ? colours.ink : colours.ground, colours.task, colours.muted];
   for (const which of taken ? [2, 1, 0] : [1]) {

@@ -133,7 +133,7 @@ export class Inspector {
       if (box.hidden || !words || words.step > step || box.dataset.step === String(words.step)) continue;
       box.dataset.step = String(words.step);
       const title = /** @type {HTMLElement} */ (box.querySelector("h3"));
-      title.textContent = strategies.length > 1 ? strategies[lane] : "";
+      title.textContent = strategies.length > 1 ? `${["Left", "Right"][lane]}: ${strategies[lane]}` : "";
       title.hidden = strategies.length < 2;
       const rows = words.reasons.map(([term, text]) =>
         make("div", {}, make("dt", {}, term), make("dd", {}, text)),

@@ -12,12 +12,18 @@ import { doneAmong, OPINIONS } from "./words.js";
 /** @import { Frame } from "./frames.js" */
 /** @import { Outlook } from "./seekbar.js" */
 
+const AGAIN = 500; // milliseconds between two questions about one robot
+
+/** @typedef {{robot: number, text: string}} Why Why a robot holds its opinion, from the server. */
+
 export class Lane {
   /**
    * @param {number} number 0 on the left, 1 on the right.
    * @param {() => void} redraw
+   * @param {(robot: number) => boolean} ask Ask why a robot holds its opinion; returns whether it was possible.
    */
-  constructor(number, redraw) {
+  constructor(number, redraw, ask) {
+    this.ask = ask;
     const id = (/** @type {string} */ name) => $(number ? `${name}-${number}` : name);
     this.number = number;
     this.frame = id("frame");
@@ -38,16 +44,21 @@ export class Lane {
     this.prediction = null;
     this.outlook = nothing(null);
     this.there = { robots: 0, tasks: 0 }; // in the last frame
+    /** @type {Why | null} */
+    this.why = null; // of the robot that is pointed at
+    this.asked = { robot: -1, step: -1, time: 0 }; // why
   }
 
   /** @param {Opened} world */
   open(world) {
     this.world = world;
-    this.title.textContent = world.strategy;
+    this.title.textContent = `${this.number ? "Right" : "Left"}: ${world.strategy}`;
     this.arena.open(world);
     this.course = begun(world.last, world.changes);
     this.outlook = nothing(null);
     this.foretell(null);
+    this.why = null;
+    this.asked = { robot: -1, step: -1, time: 0 };
     this.there = { robots: world.robots, tasks: world.tasks };
   }
 
@@ -125,7 +136,9 @@ export class Lane {
   draw(view, time) {
     if (!this.world) return false;
     const moves = this.arena.draw(view, time);
-    showTooltip(this, this.world, view.now);
+    const { pointed } = this.arena;
+    showTooltip(this.arena, this.tip, view.now, this.why?.robot === pointed ? this.why.text : "");
+    if (this.arena.has(pointed)) this.wonder(pointed, view.now.step, time);
     const { feasible, infeasible } = view.now;
     const { standing, tasks, taken } = view.now,
       all = standing + doneAmong(taken),
@@ -135,6 +148,18 @@ export class Lane {
     if (said.textContent !== text) said.textContent = text;
     if (name.textContent !== this.world.strategy) name.textContent = this.world.strategy;
     return moves;
+  }
+
+  /**
+   * Ask why a robot holds its opinion, if that isn't known of this step.
+   * @param {number} robot
+   * @param {number} step
+   * @param {number} time
+   */
+  wonder(robot, step, time) {
+    const { asked } = this;
+    if (asked.robot === robot && (asked.step === step || time - asked.time < AGAIN)) return;
+    if (this.ask(robot)) this.asked = { robot, step, time };
   }
 
   /** @param {string} now What the clock does, in words. */

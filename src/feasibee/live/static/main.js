@@ -13,6 +13,7 @@ import { Readings } from "./readings.js";
 import { listReplays, markReplay } from "./replays.js";
 import { SeekBar } from "./seekbar.js";
 import { Seeker } from "./seeker.js";
+import { explainTerms } from "./terms.js";
 import { startTheme } from "./theme.js";
 import { Walls } from "./walls.js";
 
@@ -45,7 +46,18 @@ const seeker = new Seeker((message) => {
   sendInspected();
   connection.send(message);
 });
-const lanes = [0, 1].map((number) => new Lane(number, () => player.wake()));
+const lanes = [0, 1].map(
+  (lane) =>
+    new Lane(
+      lane,
+      () => player.wake(),
+      (robot) => {
+        if (isOnTheWay() || world?.field) return false;
+        connection.send({ type: "why", robot, lane });
+        return true;
+      },
+    ),
+);
 const readings = new Readings(lanes);
 const controls = new Controls(/** @type {HTMLFormElement} */ ($("controls")), () => begin(0));
 const seekBar = new SeekBar((step) => seek(step));
@@ -199,6 +211,7 @@ const answers = {
     accepted = null;
     document.body.dataset.swarms = message.swarms;
     readings.open(message);
+    for (const each of document.querySelectorAll(".which")) each.textContent = `Left: ${message.strategy}`;
     startAfter ||= Boolean(message.field);
     if (message.field) return reflectSpeed(openField(message));
     $("controls").inert = false;
@@ -222,6 +235,11 @@ const answers = {
   robot(message) {
     if (message.generation !== world?.generation || message.jump !== seeker.jump) return;
     inspector.hear(message);
+    player.wake();
+  },
+  why(message) {
+    if (message.generation !== world?.generation || message.jump !== seeker.jump) return;
+    lanes[message.lane].why = message;
     player.wake();
   },
   predicted(message) {
@@ -445,5 +463,6 @@ setInterval(() => {
   if (!world?.field || !player.ended || isOnTheWay()) return;
   player.ask(1); // has another field begun?
 }, LOOK);
+explainTerms(/** @type {HTMLElement} */ ($("terms").lastElementChild));
 reflectPlay();
 reflectSpeed();

@@ -1,5 +1,8 @@
 // All steps of a run that have been simulated, so that any of them can be shown again at once.
 
+import { formatted } from "./elements.js";
+import { DISSEMINATING, FEASIBLE, NEUTRAL } from "./frames.js";
+
 /** @import { Frame } from "./frames.js" */
 /** @import { Settings, World } from "./world.js" */
 
@@ -64,6 +67,24 @@ export class Recording {
       this.decisionStep = this.known;
       if (this.stops) this.last = this.known;
     }
+  }
+
+  /**
+   * Return since when a robot holds its opinion, and since when it explores or broadcasts, in words.
+   * @param {number} robot -1 for none.
+   * @param {number} step
+   */
+  since(robot, step) {
+    if (robot < 0) return "";
+    const flags = this.steps[step].flags[robot],
+      [held, begun] = [FEASIBLE | NEUTRAL, DISSEMINATING].map((bits) => {
+        let at = step;
+        while (at && !((this.steps[at - 1].flags[robot] ^ flags) & bits)) at--;
+        return at ? `step ${formatted(at)}` : "the start";
+      }),
+      opinion = flags & NEUTRAL ? "no opinion" : flags & FEASIBLE ? "feasible" : "infeasible",
+      phase = flags & DISSEMINATING ? "Broadcasts" : "Explores";
+    return `Holds ${opinion} since ${held}. ${phase} since ${begun}.`;
   }
 
   /**

@@ -2,7 +2,7 @@
 
 import { contextOf } from "./crowd.js";
 import { $, capital, formatted } from "./elements.js";
-import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, STANDING, THERE, WORKING } from "./frames.js";
+import { DECLARED, FEASIBLE, NEUTRAL, STANDING, THERE, WORKING } from "./frames.js";
 import { drawTruth, truthsOf } from "./curve.js";
 
 /** @import { Shades } from "./theme.js" */
@@ -24,6 +24,7 @@ const NAMED = 6; // most changes of the truth whose steps are said in words
  * @property {number} decision
  * @property {number} declaration
  * @property {number} [allTaken] If robots act: from when they stand at all tasks that they can.
+ * @property {number} [until] Step up to which it is known.
  * @property {boolean} done
  * @property {string} [problem] Why nothing is found.
  */
@@ -105,22 +106,24 @@ export class SeekBar {
   }
 
   /**
-   * Draw the phases of a robot: low while it explores, high while it disseminates, in the colour of its opinion.
+   * Draw the opinions of a robot: full for feasible, hollow for infeasible, a thin line for none.
    * @param {CanvasRenderingContext2D} pen
    * @param {Outlook} outlook
    * @param {number} top
    * @param {(step: number) => number} at
    * @param {Shades} colours
    */
-  strip(pen, { changes, done }, top, at, colours) {
+  strip(pen, { changes, until = 0 }, top, at, colours) {
     for (const [k, [step, flags]] of changes.entries()) {
-      const end = k + 1 < changes.length ? changes[k + 1][0] : done ? this.last : step;
+      const end = k + 1 < changes.length ? changes[k + 1][0] : until;
       if (!(flags & THERE)) continue;
-      const high = flags & DISSEMINATING ? STRIP : 3;
+      const wide = Math.max(0.5, at(end) - at(step));
       pen.fillStyle =
         flags & NEUTRAL ? colours.undecided : flags & FEASIBLE ? colours.feasible : colours.infeasible;
       pen.globalAlpha = flags & WORKING ? 1 : 0.3;
-      pen.fillRect(at(step), top + STRIP - high, Math.max(0.5, at(end) - at(step)), high);
+      if (flags & NEUTRAL) pen.fillRect(at(step), top + STRIP / 2 - 1, wide, 2);
+      else if (flags & FEASIBLE) pen.fillRect(at(step), top, wide, STRIP);
+      else for (const edge of [0, STRIP - 2]) pen.fillRect(at(step), top + edge, wide, 2);
       if (flags & STANDING) {
         pen.fillStyle = colours.task;
         pen.fillRect(at(step), top, Math.max(0.5, at(end) - at(step)), 2);
@@ -171,7 +174,9 @@ function inWords(
   if (allTaken >= 0) words.push(`robots stand at all tasks that they can, at step ${formatted(allTaken)}`);
   if (robot !== null) {
     const more = done ? "" : " so far";
-    words.push(`robot ${robot} changes ${formatted(Math.max(0, changes.length - 1))} times${more}`);
+    words.push(
+      `robot ${robot} changes opinion or phase ${formatted(Math.max(0, changes.length - 1))} times${more}`,
+    );
   }
   if (world.length && !lane) words.push(...worldInWords(world, done));
   const text = words.join(", ");

@@ -6,6 +6,8 @@ import { listenToKeys } from "./keys.js";
 import { Player } from "./player.js";
 import { coloursOf, startTheme } from "./theme.js";
 import { drawCurve, sayPrediction } from "./curve.js";
+import { explainTerms } from "./terms.js";
+import { showTooltip } from "./tooltip.js";
 import { Recording } from "./recording.js";
 import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
@@ -44,7 +46,10 @@ class Page {
       (steps) => this.player.add(this.frameAt(this.player.latest.step + steps)),
       (view, time, rests) => {
         this.show(view.now, time, rests);
-        return this.arena.draw(view, time);
+        const moves = this.arena.draw(view, time),
+          { pointed } = this.arena;
+        showTooltip(this.arena, $("tip"), view.now, this.recording.since(pointed, view.now.step));
+        return moves;
       },
     );
     this.swarms = new Swarms(other, () => this.showSwarms());
@@ -227,4 +232,5 @@ const given = JSON.parse($("given").textContent ?? "");
 $("name").textContent = given.name;
 $("toml").textContent = given.toml;
 $("version").textContent = given.version;
+explainTerms(/** @type {HTMLElement} */ ($("terms").lastElementChild));
 new Page(given, await worldsOf(given, 2));

@@ -3,7 +3,9 @@
 import { Arena } from "./arena.js";
 import { decode } from "./frames.js";
 import { Player, SPEEDS } from "./player.js";
+import { explainTerms } from "./terms.js";
 import { coloursOf } from "./theme.js";
+import { showTooltip } from "./tooltip.js";
 
 /** @import { World } from "./arena.js" */
 /** @import { Frame, Tasks } from "./frames.js" */
@@ -49,10 +51,13 @@ const SHAPE = `<style>
   .infeasible i { border: 3px solid currentColor; background: none; }
   .feasible i { color: var(--feasible); } .infeasible i { color: var(--infeasible); }
   .undecided i { color: var(--undecided); transform: scale(0.7); }
-  p { margin: 2px 0 0; }
+  p, dl, dd { margin: 2px 0 0; }
+  summary { cursor: pointer; margin-top: 6px; } dt { font-weight: 600; }
+  .tip { z-index: 1; position: absolute; left: 0; top: 0; width: max-content; max-width: 100%; padding: 4px 10px; border-radius: 8px; white-space: pre-line; background: var(--ink); color: var(--ground); pointer-events: none; }
+  [hidden] { display: none; }
 </style>
 <div class="arena" role="group" aria-label="Swarm">
-  <div class="frame" tabindex="0" role="img"><canvas></canvas></div>
+  <div class="frame" tabindex="0" role="img"><canvas></canvas><div class="tip" hidden></div></div>
   <div class="time">
     <button data-does="play" aria-keyshortcuts="Space">Play</button>
     <button data-does="step" aria-keyshortcuts=". ArrowRight">Step</button>
@@ -64,9 +69,10 @@ const SHAPE = `<style>
     <span class="feasible"><i></i><b data-count="feasible"></b> feasible</span>
     <span class="infeasible"><i></i><b data-count="infeasible"></b> infeasible</span>
     <span class="undecided"><i></i><b data-count="none"></b> none</span>
-    <span><b data-count="disseminating"></b> disseminating</span>
+    <span><b data-count="disseminating"></b> broadcasting</span>
     <span class="declared" hidden>declared: <b data-count="declaredFeasible"></b> feasible, <b data-count="declaredInfeasible"></b> infeasible</span>
   </div>
+  <details><summary>What am I looking at?</summary><dl></dl></details>
   <p class="outcome" role="status"></p>
   <p class="note" role="status"></p>
 </div>`;
@@ -105,7 +111,9 @@ class WidgetView {
       (steps) => this.request(this.player.latest.step + steps),
       (view, time, rests) => {
         this.show(view.now, rests);
-        return this.arena.draw(view, time);
+        const moves = this.arena.draw(view, time);
+        showTooltip(this.arena, this.find(".tip"), view.now);
+        return moves;
       },
     );
     this.arena = new Arena(canvas, coloursOf(this.root), () => this.player.wake());
@@ -125,6 +133,7 @@ class WidgetView {
     frame.style.aspectRatio = String(width / height);
     frame.setAttribute("aria-label", `${world.robots} robots and ${world.tasks} tasks`);
     this.find(".declared").hidden = !world.declares;
+    explainTerms(this.find("dl"));
     arena.open(world);
     arena.setTasks(/** @type {Tasks} */ (decode(bytesOf(model.get("_tasks")))));
     this.setSpeed();
