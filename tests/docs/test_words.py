@@ -28,6 +28,20 @@ FORBIDDEN = [
     r"(beat|sink)s?",
 ]
 """Regular expressions of whole words, case ignored."""
+CLUMSY = [
+    r"in at least 1\.0+ of",
+    r"pass on names could by step",
+    r"(say|said|declare) by their own word",
+    r"bears? no Byzantine",
+    r"places asked for",
+    r"each place has a robot",
+    r"the output has gone",
+    r"what is for good",
+    r"never to never",
+    r"nothing that was tried",
+    r"never mistaken",
+]
+"""Phrases that walks as new users found hard, for pages and for all that the program says."""
 
 FENCE = re.compile(r"^([ ]*)(`{3,})([^\n]*)\n(.*?)^\1\2[ ]*$\n?", re.MULTILINE | re.DOTALL)
 INTERVAL = re.compile(r"\([+\N{MINUS SIGN}\d., %]+(to [+\N{MINUS SIGN}\d., %]+)?\)")
@@ -134,3 +148,16 @@ def test_summaries_are_those_of_docstrings_attributes_and_descriptions():
     source = '"""Module.\n\nMore."""\nX = Field(1, description="Field.")\n"""Attribute."""\n'
     source += 'def f():\n    """Function."""\n    return "text"\n'
     assert sorted(summaries(source)) == ["Attribute.", "Field.", "Function.", "Module."]
+
+
+@pytest.mark.parametrize("phrase", CLUMSY)
+def test_no_page_and_no_text_of_the_program_has_a_phrase_that_new_users_found_hard(phrase):
+    texts = {path: (ROOT / path).read_text(encoding="utf-8") for path in [*pages(), *programs()]}
+    assert [path for path, text in texts.items() if re.search(phrase, " ".join(text.split()), re.I)] == []
+
+
+def programs() -> list[str]:
+    """Return the paths of what the package is made of: modules of Python and of browsers, and pages."""
+    ends = (".py", ".js", ".html")
+    found = (path.relative_to(ROOT) for path in (ROOT / "src").rglob("*") if path.suffix in ends)
+    return sorted(path.as_posix() for path in found)

@@ -213,7 +213,7 @@ def test_the_command_says_why_feasible(tmp_path):
         ],
     }
     first, *table = call(tmp_path).splitlines()
-    assert first == "Feasible: each place has a robot of its own; robots left over: 1."
+    assert first == "Feasible: each task can have its own robots; robots left over: 1."
     rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in table if "│" in line]
     assert rows == [["arm [/]", "search", "lift", "2"], ["drone", "search", "scan", "2"]]
 
@@ -232,7 +232,7 @@ def test_the_command_says_why_infeasible(tmp_path):
 @pytest.mark.parametrize(
     ("tasks", "said"),
     [
-        (0, "Feasible: each place has a robot of its own; robots left over: 20.\n"),
+        (0, "Feasible: each task can have its own robots; robots left over: 20.\n"),
         (21, "Infeasible: tasks, each for any one robot: 21; robots: 20.\n"),
     ],
 )

@@ -157,7 +157,7 @@ def test_words_json_and_a_page_that_begin_with_the_verdict(assessment, tmp_path)
     text = text_of(assessment)
     assert assessment.to_dict()["declared"] is None
     assert "own word" not in text
-    assert "The tasks are feasible: each place has a robot of its own, and 12 robots are left over." in text
+    assert "The tasks are feasible: each task can have its own robots, and 12 robots are left over." in text
     assert json.loads(json.dumps(assessment.to_dict()))["runs"] == 30
     write_report(assessment, tmp_path / "page.html", "feasibee assess mine.toml")
     page = (tmp_path / "page.html").read_text()
@@ -389,7 +389,7 @@ def test_what_is_asked_of_robots_is_said(assessment):
     asked = Asked(Scenario(decision={"strategy": "census"}))
     text = text_of(replace(assessment, recommended=None, asked=asked))
     assert "dmmd: all robots must have the same name for a task" in text
-    assert "every robot must have an id that is never mistaken" in text
+    assert "every robot must have an id that is never misread" in text
     assert "bytes of memory" in text
 
 

@@ -96,7 +96,7 @@ def test_the_scenarios_own_strategy_keeps_its_parameters():
 @pytest.mark.parametrize(
     ("constraints", "reason"),
     [
-        (Constraints(0.9, ids=False), "needs ids that are never mistaken"),
+        (Constraints(0.9, ids=False), "needs ids that are never misread"),
         (Constraints(0.9, names=False), "needs names of tasks"),
         (Constraints(0.9, message_bits=100), "messages of up to 392 bits"),
         (Constraints(0.9, bits=50), " bits per robot-step"),
@@ -232,7 +232,7 @@ def test_the_command(tmp_path):
     first = json.loads(CliRunner().invoke(main, [*command, "--json"]).stdout)["ranking"][0]
     assert set(first["right"]) == {"estimate", "low", "high"}
     assert first["message_bits"] == 392
-    assert first["needs"] == ["names of tasks", "ids that are never mistaken"]
+    assert first["needs"] == ["names of tasks", "ids that are never misread"]
 
 
 @pytest.mark.parametrize(

@@ -157,7 +157,9 @@ def test_an_answer_as_tables_has_the_runs_of_each_value_and_the_confidence():
 def test_no_value_that_is_enough_is_said():
     edge = edge_of("radio.range", [1.0, 2.0], [SHORT, SHORT])
     assert edge.interval == (None, None)
-    assert "nothing that was tried is shown to be enough" in edge_sentence(Sizing(SMALL, RULE, edge, None, 0))
+    assert "none of the values tried (radio.range from 1.0 to 2.0)" in edge_sentence(
+        Sizing(SMALL, RULE, edge, None, 0)
+    )
 
 
 @pytest.mark.parametrize(

@@ -180,7 +180,7 @@ def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
         return
     free = scenario.robots.count - sum(verdict.assignment.values())
     left = "" if scenario.dynamic else f"; robots left over: {free}"
-    click.echo(f"Feasible: each place has a robot of its own{left}.")
+    click.echo(f"Feasible: each task can have its own robots{left}.")
     table = Table("robots", "tasks", "skill")
     table.add_column("count", justify="right")
     for names, count in verdict.assignment.items():
@@ -193,7 +193,7 @@ def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
 def strategies(given: Given, as_json: bool) -> None:
     """List the strategies: what each needs, the length of its messages in bits, and its rule.
 
-    Needs: names (robots recognise tasks), ids (robots' ids are never mistaken), n (robots know their number).
+    Needs: names (robots recognise tasks), ids (robots' ids are never misread), n (robots know their number).
     A strategy that declares says when it is sure. Bits are those of a message in the scenario, by default the
     paper's: at first, and once its robot has seen and heard all; - if the scenario doesn't support it.
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from feasibee.studies.check import Check
     from feasibee.studies.comparison import Outcome
 
-IN_WORDS = {"names": "names of tasks", "ids": "ids that are never mistaken", "count": "the number of robots"}
+IN_WORDS = {"names": "names of tasks", "ids": "ids that are never misread", "count": "the number of robots"}
 """What a strategy may need of robots."""
 BOARDS = {"ATmega328P": (32_768, 2_048)}
 """Bytes of flash and RAM that a board has."""

@@ -89,8 +89,8 @@ def compare(
         metavar="M,N,...",
     ),
     limits: bool = option(
-        "Compare what robots say by their own word with the soonest that those of any strategy could, at "
-        "numbers of tasks near that of robots. Bits are those of the first 100 runs. The limits alone: "
+        "Compare how soon robots declare rightly with how soon robots of any strategy could, at numbers of "
+        "tasks near that of robots. Bits are those of the first 100 runs. The limits alone: "
         "--strategies none.",
         is_flag=True,
     ),
@@ -465,7 +465,7 @@ def _print_frontier(found: list[Outcome]) -> None:
 
     fewest, most = min(each.runs for each in found), max(each.runs for each in found)
     number = most if fewest == most else f"{fewest} to {most}"
-    title = f"Right by their own word (%), of {number} swarms; steps of half and 95 %"
+    title = f"Declared rightly (%), of {number} swarms; steps of half and 95 %"
     groups = by_contender(found)
     rows = []
     for name, group in groups.items():

@@ -267,7 +267,7 @@ def draw_panels(panels: Sequence[Panel]) -> Figure:
     panels : sequence of Panel
         The first is what the others are compared with.
     """
-    xlabel = "ratio of robots to places asked for"
+    xlabel = "robots per task"
     with small_multiples(len(panels), 4, (7.2, 0.5, 1.75), xlabel, "runs (%)") as (drawn, grid):
         for ax, panel in zip(grid, panels, strict=True):
             if panel is not panels[0]:

@@ -95,7 +95,7 @@ CAPTION: Final = (
 
 
 class Word(NamedTuple):
-    """What the robots of a contender said by their own word at one number of tasks."""
+    """What the robots of a contender declared at one number of tasks."""
 
     contender: str
     bits: float

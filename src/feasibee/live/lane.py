@@ -109,5 +109,5 @@ def _proof(violator: Any, scenario: Scenario) -> str:
     if not (scenario.robots.classes or scenario.tasks.classes):
         return f"{robots:,} robots, {tasks:,} tasks"
     if violator is None:
-        return "each place has a robot"
+        return "robots for all tasks"
     return f"{', '.join(violator.skills)}: {violator.demand} places, {violator.robots} robots"

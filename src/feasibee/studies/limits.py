@@ -447,7 +447,7 @@ def _panel(group: Sequence[Outcome], limit: Limits) -> Panel:
 
 
 def spoken(each: Outcome) -> dict[str, Any]:
-    """Return what the robots of one of `speakers` said by their own word, as plain tables, for programs."""
+    """Return what the robots of one of `speakers` declared, as plain tables, for programs."""
     said = each.spoken
     return {
         **{"contender": each.contender, "robots": each.robots, "tasks": each.tasks},

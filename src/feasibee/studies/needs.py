@@ -18,7 +18,7 @@ from feasibee.strategies.contract import Me
 from feasibee.strategies.words import Words
 from feasibee.studies.flooding import acts_late, flooded, lacks_flooding
 
-IDS: Final = "ids that are never mistaken"
+IDS: Final = "ids that are never misread"
 NAMES: Final = "names of tasks"
 COUNT: Final = "the number of robots"
 IN_WORDS: Final = {"ids": IDS, "names": NAMES, "count": COUNT}

@@ -48,7 +48,7 @@ class Constraints:
     """Most bits in a message."""
     ids: bool = True
     names: bool = True
-    """Whether ids of robots are never mistaken, and whether all robots have the same name for a task."""
+    """Whether ids of robots are never misread, and whether all robots have the same name for a task."""
     liars: int = 0
     stopped: int = 0
     """Number of Byzantine robots, and of robots that stop."""

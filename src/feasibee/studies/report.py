@@ -414,7 +414,7 @@ def _truth(assessment: Assessment) -> str:
     if truth.violator is None:
         free = robots - sum(truth.assignment.values())
         left = "1 robot is" if free == 1 else f"{free} robots are"
-        return f"The tasks are feasible: each place has a robot of its own, and {left} left over."
+        return f"The tasks are feasible: each task can have its own robots, and {left} left over."
     skills, demand, able = truth.violator
     named = f" that can {' or '.join(skills)}" if assessment.scenario.tasks.classes else ""
     return f"The tasks are infeasible: they need {demand} robots{named}, and there are {able}."
@@ -496,12 +496,12 @@ def _asked(assessment: Assessment) -> list[str]:
 
 def _asked_in_words(asked: Asked, scenario: Scenario) -> str:
     needs = {
-        IDS: "every robot must have an id that is never mistaken",
+        IDS: "every robot must have an id that is never misread",
         NAMES: "all robots must have the same name for a task, such as its position in a shared frame",
     }
     needed = "; ".join(needs.get(each, f"each robot must know {each}") for each in asked.needs)
     parts = [
-        needed or "no ids that are never mistaken, no names of tasks, no known number of robots",
+        needed or "no ids that are never misread, no names of tasks, no known number of robots",
         f"messages of up to {asked.message_bits} bits",
         f"sight {length_in_words(scenario, asked.sight)}, radio {length_in_words(scenario, asked.radio)}",
         f"{math.ceil(asked.memory_bits / 8):,} bytes of memory",

@@ -362,7 +362,7 @@ def edge_sentence(sizing: Sizing) -> str:
         return f"{start}at least {right} {_fall(sizing)}"
     if edge.enough is None:
         tried = f"from {first} to {last} robots" if of_robots else f"{edge.path} from {first} to {last}"
-        return f"{start}nothing that was tried is shown to be enough ({tried}), so that {right}."
+        return f"{start}none of the values tried ({tried}) is shown to be enough, so that {right}."
     value = f"{edge.enough} robots" if of_robots else value_in_words(sizing.scenario, edge.path, edge.enough)
     least = edge.interval[0]
     text = f"{start}at least {right} from {value} on."
