@@ -9,7 +9,7 @@ import tracemalloc
 
 import pytest
 
-from feasibee import FeasibeeError
+from feasibee import FeasibeeError, Scenario
 from feasibee.files import TABLE_LIMIT, TEXT_LIMIT, UnreadableError, atomic_write, make_folder, read_text
 
 
@@ -130,6 +130,10 @@ def test_a_file_has_as_many_bytes_as_allowed_and_no_more(tmp_path):
     assert why(path) == "it is larger than 1 MiB"
     assert tracemalloc.get_traced_memory()[1] < 8 * TEXT_LIMIT
     tracemalloc.stop()
+    with pytest.raises(FeasibeeError, match=r"1 MiB; name one that names a CSV file for its points"):
+        Scenario.read(path)
+    with pytest.raises(FeasibeeError, match=r"No such file or directory; name a scenario in TOML$"):
+        Scenario.read(tmp_path / "none.toml")
 
 
 @pytest.mark.parametrize(

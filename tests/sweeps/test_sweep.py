@@ -427,6 +427,8 @@ def test_the_parts_of_a_sweep_make_the_whole(whole, tmp_path, parts):
 def test_merging_what_is_no_sweep_is_refused(whole, tmp_path):
     line = refused_in_a_line("results", "merge", tmp_path / "all", whole, tmp_path)
     assert "has no journal.sqlite; name the folder of a sweep" in line
+    line = refused_in_a_line("results", "merge", tmp_path / "all", whole, tmp_path / "none")
+    assert "isn't a folder; name the folder of a sweep" in line
     assert list(tmp_path.iterdir()) == []
     output_of("results", "merge", tmp_path / "all", whole)  # the same again, without it
     assert everything(tmp_path / "all") == everything(whole)

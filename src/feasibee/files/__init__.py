@@ -30,7 +30,7 @@ class UnreadableError(FeasibeeError):
     why = ""
 
 
-def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT) -> str:
+def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT, smaller: str = "") -> str:
     """Return the text of a plain UTF-8 file, with newlines as line endings.
 
     Pipes, devices and folders are never opened: reading a pipe could wait forever, and a device has no end.
@@ -43,13 +43,15 @@ def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT) -> str:
         What the file should hold, for the error's remedy, such as ``"a scenario in TOML"``.
     limit : int
         Largest size that is read, in bytes.
+    smaller : str
+        What a smaller file would hold, for the remedy if the file is too large; by default the same.
 
     Raises
     ------
     UnreadableError
         If the file is missing, isn't a plain file, is larger than ``limit``, or isn't UTF-8 text.
     """
-    data = read_bytes(path, what, limit)
+    data = read_bytes(path, what, limit, smaller)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -59,7 +61,7 @@ def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def read_bytes(path: str | Path, what: str, limit: int) -> bytes:
+def read_bytes(path: str | Path, what: str, limit: int, smaller: str = "") -> bytes:
     """Return the contents of a plain file; parameters and errors are those of `read_text`."""
     try:
         found = Path(path).stat()
@@ -71,7 +73,7 @@ def read_bytes(path: str | Path, what: str, limit: int) -> bytes:
     except (OSError, ValueError) as error:
         raise _unreadable(path, what, why_not(error)) from None
     if len(data) > limit:
-        raise _unreadable(path, what, f"it is larger than {limit // 2**20} MiB")
+        raise _unreadable(path, smaller or what, f"it is larger than {limit // 2**20} MiB")
     return data
 
 

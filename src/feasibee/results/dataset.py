@@ -163,7 +163,8 @@ def open_results(path: str | Path) -> xr.Dataset:
         If the file is missing, isn't NetCDF saved by feasibee, or was changed or damaged since.
     """
     if not os.path.isfile(Path(path)):  # noqa: PTH113 - Path.is_file raises for a long name
-        raise FeasibeeError(f"{path}: can't be read as NetCDF: it isn't a plain file; {SAVED}")
+        why = "it isn't a plain file" if os.path.lexists(path) else "there is no such file"
+        raise FeasibeeError(f"{path}: can't be read as NetCDF: {why}; {SAVED}")
     import h5py
 
     try:

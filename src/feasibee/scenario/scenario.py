@@ -300,9 +300,8 @@ class Scenario(Sections):
     @classmethod
     def read(cls, path: str | Path) -> Self:
         """Read a scenario from a TOML file."""
-        return cls.from_toml(
-            read_text(path, "a scenario in TOML; large lists of points go to a CSV file"), source=str(path)
-        )
+        smaller = "one that names a CSV file for its points"
+        return cls.from_toml(read_text(path, "a scenario in TOML", smaller=smaller), source=str(path))
 
     def get(self, path: str) -> Any:
         """Return the value of a field, or a whole section, by its dotted path.

@@ -94,7 +94,8 @@ class Journal:
             self._make_tables()
             return
         if not write and not self.path.is_file():
-            raise FeasibeeError(f"{self.folder}: has no {NAME}; name the folder of a sweep or study")
+            rule = f"has no {NAME}" if self.folder.is_dir() else "isn't a folder"
+            raise FeasibeeError(f"{self.folder}: {rule}; name the folder of a sweep or study")
         try:
             with content.translating_errors(self.path):
                 if write:
