@@ -267,9 +267,7 @@ def test_a_small_file_that_claims_to_be_huge_is_told(tmp_path):
     "path", ["/dev/zero", "/dev/null", "/", "a\0b", "x" * 5000, "http://localhost:1/a.nc"]
 )
 def test_what_isnt_a_plain_file_is_never_opened(path):
-    with pytest.raises(
-        FeasibeeError, match="can't be read as NetCDF: (it isn't a plain|there is no such) file"
-    ) as caught:
+    with pytest.raises(FeasibeeError, match=r"NetCDF: (it isn't a plain|there is no such) file") as caught:
         open_results(path)
     assert len(str(caught.value)) <= 400
 
