@@ -99,7 +99,6 @@ def test_the_theory_is_drawn_behind_the_swarms_curve(visit, port):
 
 def test_a_change_starts_anew_and_shows_the_scenario(visit, port):
     page = visit(port)
-    page.keyboard.press(".")
     page.locator("[data-slides='tasks.count']").fill("33")
     expect(page.locator("#question")).to_have_text("Can 20 robots do 33 tasks?")
     expect(page.locator("[data-path='tasks.count']")).to_have_value("33")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from feasibee.errors import ScenarioError
 from feasibee.live.form import EVENTS, shown
 from feasibee.live.messages import encode_frame
 from feasibee.live.reasons import reasons_of
@@ -85,6 +86,8 @@ def opening(scenario: Scenario, seed: int, run: int, kinds: list[int], last: int
         "toml": scenario.to_toml(),
         "drawn": scenario.place.walls,
         "cell": scenario.place.map.cell if scenario.place.map else scenario.place.cell,
+        "fixed": _fixed(scenario),
+        "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
         "proof": _proof(explain(scenario).violator, scenario),
         **scene_of(scenario),
         "robotClasses": [each.name for each in scenario.robots.classes],
@@ -101,6 +104,15 @@ def _fields(scenario: Scenario) -> dict[str, Any]:
     counts = {"robots.count": scenario.robots.count, "tasks.count": scenario.tasks.count}
     found = {path: shown(value) for path, value in (fields | counts | events).items()}
     return {path: value for path, value in found.items() if len(str(value)) <= LONGEST}
+
+
+def _fixed(scenario: Scenario) -> str:
+    """Return why events can't change a world; empty if they can."""
+    try:
+        scenario.replace({EVENTS: [{"step": 1, "tasks": 1}]})
+    except ScenarioError as error:
+        return str(error.problems[0])
+    return ""
 
 
 def _proof(violator: Any, scenario: Scenario) -> str:

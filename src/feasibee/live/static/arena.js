@@ -41,7 +41,7 @@ const LEAST = 4; // radius of few robots, in CSS pixels
  * A run that has begun, from the server; see opened() in session.py.
  * @typedef {World & {
  *   generation: number, request: number | null, seed: string, run: string, fields: Record<string, string | number | boolean>,
- *   toml: string, proof: string, threshold: number,
+ *   fixed: string, events: ({step: number} & Record<string, any>)[], toml: string, proof: string, threshold: number,
  *   drawn: [number, number][][], cell: number, lane: number, strategy: string, swarms: number, field?: {address: string, hz: number | null},
  * }} Opened
  */

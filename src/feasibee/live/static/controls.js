@@ -11,8 +11,10 @@ export class Controls {
   /**
    * @param {HTMLFormElement} form
    * @param {() => void} change The user changed a control.
+   * @param {(path: string, value: number) => boolean} touch Change the world during the run, from a slider; false if
+   *   the run has to start again instead.
    */
-  constructor(form, change) {
+  constructor(form, change, touch) {
     this.change = change;
     this.problem = /** @type {HTMLElement} */ (form.querySelector("#problem"));
     /** @type {Record<string, unknown>} */
@@ -36,6 +38,7 @@ export class Controls {
       const { path, slides } = /** @type {Input} */ (event.target).dataset,
         changed = path ?? slides;
       this.edited = null;
+      if (slides && touch(slides, Number(/** @type {Input} */ (event.target).value))) return;
       if (changed) this.changed(changed, this.input(changed));
     });
     form.addEventListener("submit", (event) => event.preventDefault());
@@ -125,6 +128,19 @@ export class Controls {
       const { value } = this.input(slider.dataset.slides ?? "");
       if (Number(value) > Number(slider.max)) slider.max = value;
       slider.value = value;
+    }
+  }
+
+  /**
+   * Let the sliders show the numbers of a step, unless the user moves them.
+   * @param {Record<string, number>} now By path.
+   */
+  follow(now) {
+    for (const slider of this.sliders) {
+      const value = now[slider.dataset.slides ?? ""];
+      if (value === undefined || slider === this.edited || slider.valueAsNumber === value) continue;
+      if (value > Number(slider.max)) slider.max = String(value);
+      slider.value = String(value);
     }
   }
 

@@ -2,7 +2,7 @@
 
 import { Connection } from "./connection.js";
 import { Controls, RateOfChange, readAddress, writeAddress } from "./controls.js";
-import { $, announce, formatted } from "./elements.js";
+import { $, announce, formatted, unfold } from "./elements.js";
 import { Inspector, listenToArena } from "./inspector.js";
 import { listenToKeys } from "./keys.js";
 import { Lane } from "./lane.js";
@@ -23,6 +23,8 @@ import { Walls } from "./walls.js";
 /** @import { Goal } from "./seeker.js" */
 
 const help = /** @type {HTMLDialogElement} */ ($("help"));
+/** @type {Record<string, "robots" | "tasks">} */
+const EVENTS = { "robots.count": "robots", "tasks.count": "tasks" }; // what an event can change, by its slider
 const LOOK = 1000; // milliseconds between two looks whether another field has begun
 const AGAIN = 30; // milliseconds between two looks ahead
 
@@ -33,6 +35,8 @@ let point = null; // of a sweep, or null
 /** @type {{step: number, which: Which, request: number, then?: Goal} | null} */
 let wanted = null; // requested, and not shown yet; then: where to go in it
 let requests = 0; // for runs, so far
+/** @type {[string, number] | null} */
+let later = null; // what a slider changes as soon as the wanted run is shown
 let startAfter = false; // whether to play as soon as the first frame is there
 let looking = 0; // timer
 let full = false; // whether the server has too many pages already
@@ -59,7 +63,11 @@ const lanes = [0, 1].map(
     ),
 );
 const readings = new Readings(lanes);
-const controls = new Controls(/** @type {HTMLFormElement} */ ($("controls")), () => begin(0));
+const controls = new Controls(
+  /** @type {HTMLFormElement} */ ($("controls")),
+  () => begin(0),
+  (path, value) => touch(path, value),
+);
 const seekBar = new SeekBar((step) => seek(step));
 const inspector = new Inspector(inspect);
 const change = new RateOfChange(controls, (stream) => {
@@ -114,6 +122,37 @@ function seek(to, lane = 0) {
   if (!world || wanted) return;
   inspector.words = [[], []]; // what is known at other steps
   seeker.seek({ to: to === "decision" ? to : Math.max(0, Math.min(to, world.last)), lane });
+}
+
+/**
+ * Change the world from the next step on, as an event of the scenario; what was changed at this step, while time stands
+ * still, is amended. Return whether it can be: otherwise the run starts again.
+ * @param {string} path
+ * @param {number} count
+ */
+function touch(path, count) {
+  const name = EVENTS[path],
+    now = player.frames[0];
+  if (!name || !world || world.fixed || !now?.step || now.step >= world.last) return false;
+  if (wanted) {
+    later = [path, count];
+    return wanted.step > 0; // a run that starts anyway takes it from its start
+  }
+  const more = count - (name === "robots" ? now.there : now.tasks),
+    events = world.events.map((each) => ({ ...each })),
+    last = player.playing ? undefined : events.find((each) => each.step === now.step && each[name]),
+    step = last ? now.step : now.step + 1,
+    next = last ?? events.find((each) => each.step === step) ?? { step };
+  next[name] = (next[name] ?? 0) + more;
+  controls.input(path).value = String(world.fields[path]);
+  const others = events.filter((each) => each !== next),
+    isIdle = Object.entries(next).every(([key, value]) => key === "step" || !value),
+    all = [...others, ...(isIdle ? [] : [next])].sort((one, other) => one.step - other.step);
+  accepted ??= controls.changes;
+  controls.changes = { ...controls.changes, events: all };
+  announce(`From step ${formatted(step)} on: ${formatted(count)} ${name}`);
+  begin(step);
+  return true;
 }
 
 /** @param {[number, number][][]} polygons The walls of the place from now on. */
@@ -217,6 +256,9 @@ const answers = {
     $("controls").inert = false;
     if (isLate) return; // the controls, and the address, are those of a newer request
     controls.show(message);
+    $("touching").textContent = message.fixed
+      ? `Each change starts this run again. ${message.fixed}.`
+      : "During a run, the sliders of robots and tasks change the world from the next step on.";
     markReplay(point, message.run);
     if (old) announce(`Seed ${message.seed}, run ${message.run}, from the start`);
     writeAddress(message, point, controls.against, controls.changes);
@@ -313,6 +355,8 @@ function receive(frame) {
   mark();
   look();
   if (!world.field) for (const { number } of shownLanes()) connection.send({ type: "predict", lane: number });
+  if (later && shownStep()) touch(...later);
+  later = null;
 }
 
 const connection = new Connection(
@@ -343,6 +387,7 @@ function draw({ now, next, between, calm }, time) {
   const right = now.beside && { now: now.beside, next: next?.beside ?? null, between, calm },
     moves = [lanes[0].draw({ now, next, between, calm }, time), right && lanes[1].draw(right, time)];
   readings.show(now, time, player.playing);
+  controls.follow({ "robots.count": now.there, "tasks.count": now.tasks });
   if (!seeker.goal) seekBar.show(now.step);
   inspector.show(
     now.step,
@@ -443,16 +488,20 @@ $("reset").addEventListener("click", () => {
   controls.against = "";
   begin(0);
 });
-$("copy").addEventListener("click", async () => {
-  try {
-    await navigator.clipboard.writeText($("toml").textContent);
-    $("copy").textContent = "Copied";
-  } catch {
-    getSelection()?.selectAllChildren($("toml")); // a page by http from another machine has no clipboard
-    $("copy").textContent = "Selected: press Ctrl-C";
-  }
-  setTimeout(() => ($("copy").textContent = "Copy"), 2000);
-});
+for (const id of ["copy", "copy-scenario"])
+  $(id).addEventListener("click", async () => {
+    const button = $(id),
+      text = button.textContent;
+    try {
+      await navigator.clipboard.writeText($("toml").textContent);
+      button.textContent = "Copied";
+    } catch {
+      unfold($("toml"));
+      getSelection()?.selectAllChildren($("toml")); // a page by http from another machine has no clipboard
+      button.textContent = "Selected: press Ctrl-C";
+    }
+    setTimeout(() => (button.textContent = text), 2000);
+  });
 addEventListener("hashchange", () => begin(0, followAddress()));
 new ResizeObserver(() => {
   lanes[0].plotted = -1;

@@ -1,0 +1,116 @@
+"""Sliders that change the world during a run, in a real browser: as events that the scenario keeps."""
+
+from __future__ import annotations
+
+import pytest
+from declaring import declaring
+from playing import swarm_at
+from serving import serving_at
+from visiting import at, control_of, focus_nothing, press, seek
+
+from feasibee import Scenario
+from feasibee.live.catalogue import Catalogue
+
+expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+
+
+def slider(page, path):
+    return page.locator(f"[data-slides='{path}']")
+
+
+def expect_swarm(page, step, events):
+    """Expect that a page shows a step of the run with these events, and has them in its scenario."""
+    scenario = Scenario(events=events)
+    swarm = swarm_at(step, scenario, 1)
+    word = ("infeasible", "feasible")[swarm.truth]
+    there = int(swarm.present.sum())
+    at(page, step)
+    expect(page.locator("#truth")).to_have_text(f"{word} ({there} robots, {len(swarm.tasks)} tasks)")
+    expect(page.locator("#feasible")).to_have_text(str(swarm.feasible_count))
+    assert Scenario.from_toml(page.locator("#toml").text_content()) == scenario
+    expect(slider(page, "robots.count")).to_have_value(str(there))
+    expect(slider(page, "tasks.count")).to_have_value(str(len(swarm.tasks)))
+
+
+def test_a_slider_changes_the_world_during_a_run_and_the_scenario_keeps_it(visit, port):
+    page = visit(port, reduced_motion="reduce")
+    seek(page, 30)
+    slider(page, "tasks.count").fill("33")
+    events = [{"step": 31, "tasks": 13}]
+    expect_swarm(page, 31, events)
+    expect(control_of(page, "tasks.count")).to_have_value("20")  # at the start
+    slider(page, "robots.count").fill("40")  # at the same step, as time stands still
+    events.append({"step": 32, "robots": 20})
+    expect_swarm(page, 32, events)
+    slider(page, "robots.count").fill("36")
+    events[1]["robots"] = 16
+    expect_swarm(page, 32, events)
+    seek(page, 60)
+    expect_swarm(page, 60, events)
+    page.reload()
+    expect(page.locator("#last")).to_have_text("1,000")
+    expect(page.locator("#truth")).not_to_be_empty()
+    seek(page, 60)
+    expect_swarm(page, 60, events)
+    seek(page, 32)
+    slider(page, "robots.count").fill("20")  # as without the event
+    expect_swarm(page, 32, events[:1])
+    focus_nothing(page)
+    press(page, ("r", 0))
+    slider(page, "tasks.count").fill("5")  # at step 0, the start
+    expect(page.locator("#truth")).to_have_text("feasible (20 robots, 5 tasks)")
+    expect(control_of(page, "tasks.count")).to_have_value("5")
+
+
+def test_a_run_goes_on_after_a_slider_has_changed_its_world(visit, port):
+    page = visit(port)
+    page.keyboard.press(" ")
+    expect(page.locator("#now")).not_to_have_text("0")
+    slider(page, "tasks.count").fill("40")
+    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 40 tasks)")
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    (event,) = Scenario.from_toml(page.locator("#toml").text_content()).events
+    assert event.step > 0
+    assert event.tasks == 20
+
+
+def test_a_change_that_cannot_be_is_told_and_dropped(visit, port):
+    page = visit(port, "#robots.most=21", reduced_motion="reduce")
+    seek(page, 30)
+    slider(page, "robots.count").fill("40")
+    expect(page.locator("#note-events")).to_contain_text("above robots.most = 21")
+    expect(slider(page, "robots.count")).to_have_value("20")
+    press(page, (".", 31))
+    slider(page, "robots.count").fill("21")
+    expect(page.locator("#truth")).to_have_text("feasible (21 robots, 20 tasks)")
+
+
+def test_where_events_cannot_be_a_change_starts_the_run_again(visit, tmp_path):
+    with serving_at(Catalogue(declaring(tmp_path, quiet=20.0), 1)) as port:
+        page = visit(port, reduced_motion="reduce")
+        expect(page.locator("#touching")).to_contain_text("Each change starts this run again.")
+        seek(page, 30)
+        slider(page, "tasks.count").fill("33")
+        at(page, 0)
+        expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 33 tasks)")
+
+
+def test_ranges_and_speed_have_sliders(visit, port):
+    page = visit(port)
+    for path, value in (("sensing.range", "3.5"), ("radio.range", "4"), ("robots.speed", "0.5")):
+        slider(page, path).fill(value)
+        expect(control_of(page, path)).to_have_value(value)
+    expect(page.locator("#toml")).to_contain_text("speed = 0.5")
+    scenario = Scenario.from_toml(page.locator("#toml").text_content())
+    assert (scenario.sensing.range, scenario.radio.range, scenario.robots.speed) == (3.5, 4.0, 0.5)
+
+
+def test_a_touched_run_is_copied_as_a_scenario(visit, port):
+    page = visit(port, reduced_motion="reduce", permissions=["clipboard-read", "clipboard-write"])
+    seek(page, 30)
+    slider(page, "tasks.count").fill("33")
+    at(page, 31)
+    page.get_by_role("button", name="Copy as scenario").click()
+    expect(page.get_by_role("button", name="Copied")).to_be_visible()
+    copied = page.evaluate("navigator.clipboard.readText()")
+    assert Scenario.from_toml(copied) == Scenario(events=[{"step": 31, "tasks": 13}])
