@@ -102,7 +102,8 @@ def _rule(schema: dict[str, Any]) -> str:
         name, values = schema.get("propertyNames", {}).get("const"), _rule(schema["additionalProperties"])
         return f"`{{...}}` with {name} = {values}" if name else f"a table of names, each with {values}"
     words = {"number": "a number", "integer": "an integer", "boolean": "`true` or `false`"}
-    return words.get(str(kind), "text") + _bounds(schema)
+    of_units = ", or text with a unit" if isinstance(kind, list) else ""
+    return words.get(kind[0] if of_units else str(kind), "text") + _bounds(schema) + of_units
 
 
 def _place(reference: str) -> str:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 import pytest
+from commands import json_of, output_of
+from jsonschema import Draft202012Validator
 
 from feasibee import (
     Scenario,
@@ -15,9 +20,11 @@ from feasibee import (
 )
 from feasibee.scenario import units
 from feasibee.scenario.fields import unit_of
+from feasibee.scenario.quantities import with_numbers
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import takes_fast_path
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.sweeps.plan import study_of
 
 HALL = Scenario(units={"metres": 0.5, "seconds": 2.0}, run={"steps": 50})
 
@@ -46,7 +53,8 @@ def test_impossible_units_are_errors(field, value):
 def test_fields_have_the_unit_of_their_type_also_if_they_may_be_off():
     with_units = {"robots.spread": "units", "robots.speed": "units per step", "tasks.lifetime": "steps"}
     with_units |= {"arena.side": "units", "response.patience": "steps", "run.steps": "steps"}
-    without = dict.fromkeys(("tasks.count", "robots.classes.0.count", "events.0.step", "preset"), "")
+    with_units |= {"events.0.step": "steps", "acting.start": "steps", "decision.dissemination_floor": "steps"}
+    without = dict.fromkeys(("tasks.count", "robots.classes.0.count", "events.0.tasks", "preset"), "")
     assert {path: unit_of(path) for path in with_units | without} == with_units | without
 
 
@@ -85,3 +93,117 @@ def test_figures_have_axes_in_metres_and_seconds():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x (m)", "y (m)")
     assert [label.get_text() for label in axes.get_xticklabels()] == ["0", "2.5", "5", "7.5", "10"]
     assert plot_arena(Swarm(Scenario())).get_xlabel() == "x (units)"
+
+
+# --- Quantities: values as texts with units ---
+
+SIZES = {"metres": 0.3, "seconds": 0.7}
+QUANTITIES = {
+    "arena.side": ("12 m", 40.0),
+    "robots.speed": ("0.3 m/s", 0.7),
+    "robots.diameter": ("20 cm", 2 / 3),
+    "sensing.range": ("6m", 20.0),
+    "sensing.position_error": ("30 mm", 0.1),
+    "radio.delay": ("1050 ms", 2),
+    "walk.mean_run": ("10.5 s", 15.0),
+    "decision.dissemination_floor": ("0 s", 0),
+    "tasks.lifetime": ("1e-3 h", 3.6 / 0.7),
+    "run.steps": ("10 min", 857),
+    "acting.start": (".1 min", 9),
+    "place.flooding": ("1 min", 86),
+}
+
+
+def given(path, value, **others):
+    section, key = path.split(".")
+    return {**others, section: {key: value}}
+
+
+@pytest.mark.parametrize("path", QUANTITIES)
+def test_a_quantity_is_the_number_that_it_is_in_units_and_steps(path):
+    text, number = QUANTITIES[path]
+    found, _, _ = with_numbers(given(path, text, units=SIZES))
+    section, key = path.split(".")
+    assert found[section][key] == pytest.approx(number, rel=1e-15)
+    assert type(found[section][key]) is type(number)
+
+
+def test_quantities_leave_numbers_in_the_complete_form_and_the_hash():
+    texts = {"arena.side": ["20 m", "10 m"], "sensing.range": "1 m", "robots.speed": "25 cm/s"}
+    found = HALL.replace({**texts, "run.steps": "1 min", "events": [{"step": "20 s", "tasks": 1}]})
+    numbers = {"arena.side": [40.0, 20.0], "sensing.range": 2.0, "robots.speed": 1.0}
+    plain = HALL.replace({**numbers, "run.steps": 30, "events": [{"step": 10, "tasks": 1}]})
+    assert (found, found.to_toml(), found.hash) == (plain, plain.to_toml(), plain.hash)
+    assert Scenario.from_toml(found.to_toml()).hash == found.hash
+    swept = {"scenario": {"units": SIZES}, "sweep": {"sensing.range": ["1.5 m"]}}
+    assert study_of({"runs": 1, **swept}, Path()).points[0].values == {"sensing.range": 5.0}
+
+
+@pytest.mark.parametrize(
+    ("path", "text", "message"),
+    [
+        ("sensing.range", "6 feet", "has the unknown unit feet; write a length in m, cm, mm or km"),
+        ("sensing.range", "6 s", "must be a length, not a time; write a length in m"),
+        ("robots.speed", "6 m", "must be a speed, not a length; write a speed such as"),
+        ("run.steps", "6 m/s", "must be a time, not a speed; write a time in s"),
+        ("run.steps", "0.3 s", "is shorter than half a step; write a longer time"),
+        ("run.steps", "0 s", "is 0 steps, and must be ≥ 1; the paper uses 1000"),
+        ("radio.delay", "-1 s", "is -1 steps, and must be ≥ 0; the paper uses 0"),
+        ("robots.diameter", "0 m", "is 0 units, and must be > 0; the paper uses 1.0"),
+        ("robots.diameter", "1e999 m", "is 1e+18 units, and must be ≤ 1000000; the paper uses 1.0"),
+        ("sensing.range", "6 m", "is 20 units, and must be at most half the side of the torus"),
+        ("sensing.range", "6", "must be a number"),
+        ("sensing.range", "٦ m", "must be a number"),
+        ("sensing.range", "6 m" + " " * 90, "must be a number"),
+        ("tasks.count", "6 m", "must be a whole number"),
+        ("acting.start", "6 m", "must be a time, not a length"),
+        ("acting.start", "soon", "must be a step, or 'declared', 'search' or 'safe'"),
+    ],
+)
+def test_a_wrong_quantity_is_one_problem_with_the_text(path, text, message):
+    with pytest.raises(ScenarioError) as error:
+        Scenario(**given(path, text, units=SIZES))
+    (problem,) = error.value.problems
+    assert (problem.path, problem.value) == (path, text)
+    assert message in str(problem)
+
+
+@pytest.mark.parametrize("metres", [None, 0, float("nan"), True, "1 m", 10**400])
+def test_a_quantity_needs_the_size_of_a_unit_and_all_problems_are_told_at_once(metres):
+    sizes = {} if metres is None else {"metres": metres}
+    with pytest.raises(ScenarioError) as error:
+        Scenario(units=sizes, robots={"speed": "1 m/s"}, sensing={"range": "1 m"}, run={"steps": 0})
+    told = {problem.path: str(problem) for problem in error.value.problems}
+    assert told.keys() == {"robots.speed", "sensing.range", "run.steps", *(["units.metres"] * bool(sizes))}
+    assert "needs units.metres and units.seconds; set units.metres = 0.5" in told["robots.speed"]
+    assert "needs units.metres; set units.metres = 0.5" in told["sensing.range"]
+
+
+def test_the_schema_accepts_quantities_of_the_dimension():
+    schema = Scenario.model_json_schema()
+    checker = Draft202012Validator(schema)
+    for path, (text, _) in QUANTITIES.items():
+        assert checker.is_valid(given(path, text)), path
+    for path, text in (("run.steps", "6 m"), ("robots.speed", "6"), ("sensing.range", "6 feet")):
+        assert not checker.is_valid(given(path, text)), path
+
+
+@pytest.mark.parametrize(
+    "call", [("run",), ("compare", "--limits", "--strategies", "none", "--out", "limits")]
+)
+def test_commands_print_times_and_distances_in_units_but_not_in_json(call, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    swarm = 'acting.start = 20\ndecision.strategy = "census"\nrun.steps = 300\n'
+    Path("plain.toml").write_text(swarm)
+    Path("hall.toml").write_text(f"units = {{metres = 0.5, seconds = 2.0}}\n{swarm}")
+    name, *options = call
+    plain, hall = (output_of(name, file, "--runs", "20", *options) for file in ("plain.toml", "hall.toml"))
+    for shown in (r"units \([0-9.]+ m\)", r"[0-9]+ \([0-9]+ min( [0-9]+ s)?\)"):
+        assert re.search(shown, hall)
+        assert not re.search(shown, plain)
+    objects = [json_of(name, file, "--runs", "20", *options) for file in ("plain.toml", "hall.toml")]
+    for each in objects[1] if isinstance(objects[1], list) else objects[1:]:
+        assert each["scenario"].pop("units") == {"metres": 0.5, "seconds": 2.0}
+    for each in objects[0] if isinstance(objects[0], list) else objects[:1]:
+        each["scenario"].pop("units")
+    assert objects[0] == objects[1]

@@ -117,6 +117,8 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
 def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     from rich.table import Table
 
+    from feasibee.scenario.units import when_in_words
+
     robots = _counted(scenario.robots.count, "robot")
     tasks, runs = _counted(scenario.tasks.count, "task"), _counted(summary["runs"], "run")
     table = Table(title=f"{robots}, {tasks}, {scenario.decision.strategy}: {runs}")
@@ -132,23 +134,25 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
     out = console(highlight=True)
     out.print(table)
     times = summary["decision_step"]
-    shown = {key: "never" if step is None else f"by step {step}" for key, step in times.items()}
+    shown = {key: when_in_words(scenario, step) for key, step in times.items()}
     lines = [
         f"Decided: a quarter of the runs {shown['q25']}, half {shown['median']}, "
         f"three quarters {shown['q75']} (of {scenario.run.steps}).",
         f"Right at the end: {_share(summary['right_at_end'])}.",
-        *(_tracking_in_words(summary) if "right_share" in summary else ()),
+        *(_tracking_in_words(summary, scenario) if "right_share" in summary else ()),
         f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.",
-        *([_declarations_in_words(summary["declared"])] if "declared" in summary else ()),
-        *(_acting_in_words(summary["acting"]) if "acting" in summary else ()),
+        *([_declarations_in_words(summary["declared"], scenario)] if "declared" in summary else ()),
+        *(_acting_in_words(summary["acting"], scenario) if "acting" in summary else ()),
         f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.",
     ]
     for line in lines:
         out.print(line, highlight=False, soft_wrap=True)
 
 
-def _tracking_in_words(summary: dict[str, Any]) -> list[str]:
+def _tracking_in_words(summary: dict[str, Any], scenario: Scenario) -> list[str]:
     """Return when the truth changed, and how the swarms tracked it."""
+    from feasibee.scenario.units import steps_in_words
+
     alarms, delay, missed = (summary[name] for name in ("false_alarms", "detection_delay", "missed"))
     stretches = summary["truth_intervals"]
     known = (f"{each['truth']} in steps {each['first']} to {each['last']}" for each in stretches or ())
@@ -162,14 +166,16 @@ def _tracking_in_words(summary: dict[str, Any]) -> list[str]:
     followed = "fewer than a quarter"
     if delay["q25"] is not None:
         steps = (delay[name] for name in ("q25", "median", "q75"))
-        shown = ("never" if step is None else f"within {_counted(step, 'step')}" for step in steps)
+        shown = ("never" if step is None else f"within {steps_in_words(scenario, step)}" for step in steps)
         followed = "a quarter {}, half {}, three quarters {}".format(*shown)
     return [*lines, f"Changes: {delay['changes']:,}. Followed: {followed}. Missed: {_share(missed)}."]
 
 
-def _declarations_in_words(declared: dict[str, Any]) -> str:
+def _declarations_in_words(declared: dict[str, Any], scenario: Scenario) -> str:
+    from feasibee.scenario.units import when_in_words
+
     steps = declared["step_90"]
-    half, most = ("never" if steps[name] is None else f"by step {steps[name]}" for name in ("median", "p95"))
+    half, most = (when_in_words(scenario, steps[name]) for name in ("median", "p95"))
     return (
         f"Declared: {declared['feasible']:.1%} of the robots feasible, "
         f"{declared['infeasible']:.1%} infeasible; rightly in {_share(declared['ok'])}, "
@@ -177,18 +183,21 @@ def _declarations_in_words(declared: dict[str, Any]) -> str:
     )
 
 
-def _acting_in_words(acting: dict[str, Any]) -> list[str]:
+def _acting_in_words(acting: dict[str, Any], scenario: Scenario) -> list[str]:
     """Return whether and when all tasks were taken, and at what cost."""
+    from feasibee.scenario.units import length_in_words, when_in_words
+
     is_work = acting["all_done_step"] is not None
     steps, word = acting["all_done_step" if is_work else "all_taken_step"], "done" if is_work else "taken"
-    half, most = ("never" if steps[name] is None else f"by step {steps[name]}" for name in ("median", "p95"))
+    half, most = (when_in_words(scenario, steps[name]) for name in ("median", "p95"))
     names = ("tasks_taken", "distance", "vain_arrivals")
     taken, distance, vain = (f"{acting[name]['estimate']:.3g}" for name in names)
+    walked = length_in_words(scenario, float(distance))
     return [
         f"Done: all tasks taken in {_share(acting['done'])}; {word} in half of the swarms {half}, "
         f"95% {most}. "
         f"Started in vain: {_share(acting['started_in_vain'])}.",
-        f"Per run: {taken} tasks taken, {distance} units walked per robot, {vain} arrivals in vain.",
+        f"Per run: {taken} tasks taken, {walked} walked per robot, {vain} arrivals in vain.",
     ]
 
 

@@ -413,7 +413,7 @@ def _with_limits(
         words = {number: {**more, **({"strategies": rows} if rows else {})} for number, rows in said.items()}
         print_json([{**each.to_dict(), **words[number]} for number, each in bounds.items()])
     else:
-        _print_frontier(found) if found else _print_limits(list(bounds.values()))
+        _print_frontier(found, scenario) if found else _print_limits(list(bounds.values()))
         if names:
             at = f"half {_step(names.median)}, 95 % {_step(names.p95)}, all {_step(names.slowest)}"
             click.echo(f"Robots that take turns to look and to talk all know all names by step: {at}.")
@@ -433,21 +433,23 @@ def _names_in(scenario: Scenario) -> Flooding | None:
 
 
 def _print_limits(bounds: Sequence[Limits]) -> None:
+    from feasibee.scenario.units import length_in_words
     from feasibee.studies.limits import DONE, LIMITS, TAKEN
     from feasibee.studies.needs import quiet_times_in_words
 
     out = console()
     for found in bounds:
-        rows = []
+        scenario, rows = found.scenario, []
         for name, times in found.times.items():
             steps = ((times.median, times.median_interval), (times.p95, times.p95_interval))
-            cells = [text for at, ends in steps for text in (_step(at), " to ".join(map(_step, ends)))]
-            rows.append([name.replace("_", " "), *cells])
-        robots, tasks = found.scenario.robots.count, found.scenario.tasks.count
+            cells = [(_step(at, scenario), " to ".join(map(_step, ends))) for at, ends in steps]
+            rows.append([name.replace("_", " "), *cells[0], *cells[1]])
+        robots, tasks = scenario.robots.count, scenario.tasks.count
         title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
         print_numbers(title, ["limit", "median", "interval", "95 %", "interval"], rows)
         if found.distance is not None:
-            out.print(f"Distance of a robot until least sum: {found.distance:.3g} units.", soft_wrap=True)
+            away = length_in_words(scenario, float(f"{found.distance:.3g}"))
+            out.print(f"Distance of a robot until least sum: {away}.", soft_wrap=True)
     for name, words in {**LIMITS, **TAKEN, **DONE}.items():
         if name in bounds[0].steps:
             out.print(f"{name.replace('_', ' ')}: {words}.", soft_wrap=True)
@@ -456,16 +458,24 @@ def _print_limits(bounds: Sequence[Limits]) -> None:
         out.print(line, soft_wrap=True)
 
 
-def _step(step: int | None) -> str:
-    return "never" if step is None else str(step)
+def _step(step: int | None, scenario: Scenario | None = None) -> str:
+    """Return a step, and its time if the scenario says how long a step is."""
+    from feasibee.scenario.units import step_in_words
+
+    if step is None:
+        return "never"
+    return str(step) if scenario is None else step_in_words(scenario, step).removeprefix("step ")
 
 
-def _print_frontier(found: list[Outcome]) -> None:
+def _print_frontier(found: list[Outcome], scenario: Scenario) -> None:
+    from feasibee.scenario.units import steps_in_words
     from feasibee.studies.comparison import by_contender
 
     fewest, most = min(each.runs for each in found), max(each.runs for each in found)
     number = most if fewest == most else f"{fewest} to {most}"
     title = f"Declared rightly (%), of {number} swarms; steps of half and 95 %"
+    if scenario.units.seconds is not None:
+        title += f"; {steps_in_words(scenario, 100)}"
     groups = by_contender(found)
     rows = []
     for name, group in groups.items():

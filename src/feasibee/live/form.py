@@ -63,7 +63,9 @@ def _field(path: str, part: Mapping[str, Any]) -> dict[str, Any]:
     only = kinds[0] if len(kinds) == 1 else {}
     if "enum" in only:
         return found | {"kind": "choice", "choices": only["enum"]}
-    if only.get("type") in ("number", "integer", "boolean"):
+    kind = only.get("type")
+    kind = kind[0] if isinstance(kind, list) else kind  # texts with units are not typed on the page
+    if kind in ("number", "integer", "boolean"):
         bounds = {html: only[bound] for bound, html in BOUNDS.items() if bound in only}
-        return found | {"kind": only["type"]} | bounds
+        return found | {"kind": kind} | bounds
     return found | {"kind": "value"}

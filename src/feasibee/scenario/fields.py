@@ -7,13 +7,16 @@ from collections.abc import Mapping
 from typing import Annotated, Final, Literal, get_args
 
 from pydantic import AfterValidator, Field, Strict, WithJsonSchema
+from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from feasibee.scenario.bitmaps import ImageError, cells_of
 from feasibee.scenario.types import (
+    TIME,
     Angle,
     Bits,
     Deviation,
+    Dimension,
     Duration,
     Faulty,
     Late,
@@ -38,6 +41,7 @@ from feasibee.scenario.types import (
     Step,
     Steps,
     StrategyName,
+    Wait,
     Word,
     Zone,
     without_default,
@@ -143,7 +147,7 @@ class Place(Section):
         description="Zones by name for robots.zone and tasks.zone: polygons in units, or GeoJSON files.",
         examples=[{"dock": [[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]}],
     )
-    flooding: Annotated[int, Field(ge=1, le=1_000_000)] | None = Field(
+    flooding: Annotated[int, Field(ge=1, le=1_000_000), TIME] | None = Field(
         None,
         description="Step by which all of 1,000 swarms know all names of tasks, as feasibee compare --limits "
         "computes it. Strategies by names wait 1.5 times as long before they declare feasible; without "
@@ -407,7 +411,7 @@ class Decision(Section):
         description="Mean duration of a dissemination of quality 1, in steps, before it is rounded up: g. "
         "With 10, quality 0.9 lasts 6.0 times as long as 0.1, not 9 times.",
     )
-    dissemination_floor: Million = Field(
+    dissemination_floor: Wait = Field(
         0, description="Number of steps added to the duration of each dissemination."
     )
     quality_floor: Million = Field(
@@ -577,8 +581,12 @@ def fields() -> list[str]:
 def unit_of(path: str) -> str:
     """Return the unit of the field at a dotted path, such as `LENGTH`; empty for numbers without one."""
     section, _, key = path.partition(".")
-    field = SECTIONS[section].model_fields.get(key) if section in SECTIONS else None
-    if field is None:
-        return ""
+    own = SECTIONS[section].model_fields if section in SECTIONS else {}
+    field = Event.model_fields.get(key.partition(".")[2]) if section == "events" else own.get(key)
+    return (dimension_of(field) if field else None) or ""
+
+
+def dimension_of(field: FieldInfo) -> Dimension | None:
+    """Return the dimension of a field, if it has one."""
     optional = [mark for each in get_args(field.annotation) for mark in getattr(each, "__metadata__", ())]
-    return next((mark for mark in (*field.metadata, *optional) if isinstance(mark, str)), "")
+    return next((mark for mark in (*field.metadata, *optional) if isinstance(mark, Dimension)), None)

@@ -47,6 +47,7 @@ from feasibee.scenario.fields import (
 from feasibee.scenario.html import show_scenario
 from feasibee.scenario.paths import toml_tables, toml_text, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
+from feasibee.scenario.quantities import in_the_text, with_numbers
 from feasibee.scenario.sections import Sections
 from feasibee.scenario.tables import (
     FILES,
@@ -200,19 +201,22 @@ class Scenario(Sections):
             raise ScenarioError(
                 [Problem("", given, "must be a table of sections", "run `feasibee scenario` to see all")]
             )
-        given, problems = with_files(given_tables(given))
+        given, problems, texts = with_numbers(given_tables(given))
+        given, unread = with_files(given)
+        problems += unread
         wrong: set[tuple[Any, ...]] = {tuple(problem.path.split(".")) for problem in problems}
         try:
             scenario = handler(given)
         except ValidationError as error:
             found = error.errors(include_url=False, include_context=False)
-            problems += [problem_of(details) for details in found[:PROBLEMS_LIMIT]]
+            new = (details for details in found if tuple(map(str, details["loc"])) not in wrong)
+            problems += map(problem_of, islice(new, PROBLEMS_LIMIT))
             wrong |= {details["loc"][:2] for details in found}
             scenario = handler(without(given, wrong))
         scenario.resolve(wrong, partial(manifest_of, **(info.context or {})))
         problems += islice(conflicts(scenario, given, partly=bool(wrong)), PROBLEMS_LIMIT)
         if problems:
-            raise ScenarioError(problems)
+            raise ScenarioError(in_the_text(each, texts) for each in problems)
         return scenario
 
     def __hash__(self) -> int:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
-from typing import Annotated, Any, Final, Literal, LiteralString
+from fractions import Fraction
+from typing import Annotated, Any, Final, Literal, LiteralString, Self
 from unicodedata import category
 
 from pydantic import (
@@ -12,6 +14,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    GetJsonSchemaHandler,
     Strict,
     TypeAdapter,
     ValidationError,
@@ -118,9 +121,52 @@ def without_default(schema: dict[str, Any]) -> None:
     schema.pop("default", None)
 
 
-LENGTH: Final = "units"
-TIME: Final = "steps"
-SPEED: Final = "units per step"
+class Dimension(str):
+    """The unit of a field's numbers, and the units in which a text may give its value."""
+
+    name: str
+    """In an error, such as ``a length``."""
+    such_as: str
+    """What a text says, in an error."""
+    sizes: Mapping[str, Fraction]
+    """Each unit, in metres and seconds."""
+    needs: Mapping[str, int]
+    """The fields of `Units` that convert a value, and the powers by which the value is multiplied."""
+    whole: bool
+    """Whether values are whole numbers."""
+
+    def __new__(
+        cls, unit: str, name: str, such_as: str, sizes: Any, needs: Any, *, whole: bool = False
+    ) -> Self:
+        """Return the unit as text, with these attributes."""
+        made = super().__new__(cls, unit)
+        made.name, made.such_as, made.sizes, made.needs, made.whole = name, such_as, sizes, needs, whole
+        return made
+
+    def __get_pydantic_json_schema__(self, core: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        """Return the schema of numbers, with texts in addition."""
+        schema = handler(core)
+        if not isinstance(schema.get("type"), str):
+            return schema
+        pattern = f"^{NUMBER} *({'|'.join(self.sizes)})$"
+        return {**schema, "type": [schema["type"], "string"], "pattern": pattern}
+
+
+NUMBER: Final = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
+QUANTITY: Final = re.compile(rf"{NUMBER} *([^\s0-9.]\S*)")
+"""A number and its unit. A space between them may be missing."""
+LONGEST: Final = 60
+"""Most characters of a quantity."""
+LENGTHS: Final = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000), "km": Fraction(1000)}
+TIMES: Final = {"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "h": Fraction(3600)}
+SPEEDS: Final = {f"{a}/{b}": LENGTHS[a] / TIMES[b] for a in LENGTHS for b in TIMES}
+LENGTH: Final = Dimension("units", "a length", 'in m, cm, mm or km, such as "6 m"', LENGTHS, {"metres": -1})
+DURATION: Final = Dimension("steps", "a time", 'in s, ms, min or h, such as "10 min"', TIMES, {"seconds": -1})
+TIME: Final = Dimension("steps", DURATION.name, DURATION.such_as, TIMES, DURATION.needs, whole=True)
+SPEED: Final = Dimension(
+    "units per step", "a speed", 'such as "0.5 m/s" or "20 cm/s"', SPEEDS, {"metres": -1, "seconds": 1}
+)
+DIMENSIONS: Final = (LENGTH, DURATION, SPEED)
 
 Million = Annotated[int, Field(ge=0, le=1_000_000)]
 Some = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -130,11 +176,12 @@ Steps = Annotated[int, Field(ge=1, le=1_000_000_000), TIME]
 Late = Annotated[int, Field(ge=0, le=1_000), TIME]
 Bits = Annotated[int, Field(ge=1, le=32)]
 Length = Annotated[float, Field(gt=0, le=1e6), LENGTH]
-Duration = Annotated[float, Field(gt=0, le=1e6), TIME]
+Wait = Annotated[int, Field(ge=0, le=1_000_000), TIME]
+Duration = Annotated[float, Field(gt=0, le=1e6), DURATION]
 Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
 Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
 Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny)]
-Lifetime = Annotated[float, Field(gt=0, le=1e9), TIME]
+Lifetime = Annotated[float, Field(gt=0, le=1e9), DURATION]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), SPEED]
 Angle = Annotated[float, Field(gt=0, le=360)]
 Deviation = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), LENGTH]
@@ -156,6 +203,7 @@ Listen = Annotated[
 Start = Annotated[
     Step | Literal["declared", "search", "safe"],
     _one_rule("start", "must be a step, or 'declared', 'search' or 'safe'"),
+    TIME,
 ]
 Faulty = Annotated[
     Annotated[float, Field(ge=0, lt=1), AfterValidator(_without_minus)]

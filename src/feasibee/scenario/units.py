@@ -64,6 +64,11 @@ def step_in_words(scenario: Scenario, step: int) -> str:
     return f"step {step}{_time(scenario, step)}"
 
 
+def when_in_words(scenario: Scenario, step: int | None) -> str:
+    """Return by which step something has happened, or "never"."""
+    return "never" if step is None else f"by {step_in_words(scenario, step)}"
+
+
 def _time(scenario: Scenario, steps: float) -> str:
     seconds = scenario.units.seconds
     return "" if seconds is None else f" ({duration(steps * seconds)})"
@@ -119,7 +124,10 @@ def axis_of(scenario: Scenario, path: str) -> tuple[str, float]:
     >>> axis_of(Scenario(units={"metres": 0.5}), "radio.range"), axis_of(Scenario(), "radio.range")
     (('radio.range (m)', 0.5), ('radio.range (units)', 1.0))
     """
-    sizes = {LENGTH: ("m", scenario.units.metres), TIME: ("s", scenario.units.seconds)}
+    sizes: dict[str, tuple[str, float | None]] = {
+        LENGTH: ("m", scenario.units.metres),
+        TIME: ("s", scenario.units.seconds),
+    }
     unit = unit_of(path)
     if unit not in sizes:
         return path, 1.0
