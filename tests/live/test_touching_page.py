@@ -30,6 +30,7 @@ def expect_swarm(page, step, events):
     assert Scenario.from_toml(page.locator("#toml").text_content()) == scenario
     expect(slider(page, "robots.count")).to_have_value(str(there))
     expect(slider(page, "tasks.count")).to_have_value(str(len(swarm.tasks)))
+    at(page, step)  # still, once all of it is shown
 
 
 def test_a_slider_changes_the_world_during_a_run_and_the_scenario_keeps_it(visit, port):
