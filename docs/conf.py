@@ -23,6 +23,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "numpydoc",
+    "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
     "check",
     "claimed",
@@ -45,6 +46,9 @@ nitpick_ignore_regex = [  # inventories of other projects are not fetched
 
 myst_enable_extensions = ["attrs_inline", "deflist"]
 myst_heading_anchors = 4
+
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
 
 autodoc_typehints = "none"  # the docstrings have dtype, shape, unit
 autodoc_member_order = "bysource"
@@ -73,6 +77,7 @@ sphinx_gallery_conf = {
 
 html_theme = "furo"
 html_title = f"feasibee {version}"
+html_logo = html_favicon = "../src/feasibee/live/static/icon.svg"
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sphinx = False
