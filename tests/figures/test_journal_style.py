@@ -7,6 +7,7 @@ import re
 import pytest
 from PIL import Image
 
+from feasibee.figures.style import name_of_axis
 from feasibee.figures.sweep import draw_lines, draw_map
 from feasibee.results.statistics import wilson
 from feasibee.scenario.fields import fields
@@ -58,7 +59,7 @@ def test_the_text_next_to_it_has_all_that_repeats_it(folder):
     assert len({row[2] for row in rows}) == 4
 
 
-def test_axes_have_symbols_with_units_and_by_default_the_names():
+def test_axes_have_symbols_with_units_and_by_default_words_too():
     share = wilson(1, 2)
     lines, cells = {0.1: {1: share, 2: share}}, {(1.0, 2): share, (2.0, 2): share}
     (ax,) = draw_lines(lines, "tasks.count", "radio.loss", "accuracy", (), 3.3).axes
@@ -66,7 +67,10 @@ def test_axes_have_symbols_with_units_and_by_default_the_names():
     assert "$p_\\mathrm{loss}$" in [each.get_text() for each in ax.texts]
     ax, _ = draw_map(cells, "sensing.range", "radio.id_bits", "accuracy", journal=3.3).axes
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (units)", "id bits")
-    assert draw_lines(lines, "tasks.count", None, "accuracy").axes[0].get_xlabel() == "tasks.count"
+    assert draw_lines(lines, "tasks.count", None, "accuracy").axes[0].get_xlabel() == "number of tasks $m$"
+    ax, _ = draw_map(cells, "robots.speed", "radio.id_bits", "accuracy").axes
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("robot speed $v$ (units per step)", "radio id bits")
+    assert name_of_axis("ratio") == "ratio"
 
 
 def test_symbols_are_those_of_fields_and_each_of_one():

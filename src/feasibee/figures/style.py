@@ -156,12 +156,15 @@ def small_multiples(
         drawn.supxlabel(xlabel, fontsize=9)
 
 
-def name_of_axis(path: str, journal: float) -> str:
-    """Return the label of a field: its name, or in a journal its symbol and unit."""
-    if not journal:
-        return path
+def name_of_axis(path: str, journal: float = 0.0) -> str:
+    """Return the label of a field: its symbol and unit, after its name in words unless for a journal."""
+    group, _, last = path.replace("_", " ").partition(".")
+    words = f"{group.removesuffix('s')} {last}" if last else group
+    words = f"number of {group}" if last == "count" else words
     base, _, index = symbol_of(path).partition("_")
     text = f"${base}_\\mathrm{{{index}}}$" if index else f"${base}$" if path in SYMBOLS else base
+    if not journal:
+        text = f"{words} {text}" if path in SYMBOLS else words
     return f"{text} ({unit})" if (unit := unit_of(path)) else text
 
 

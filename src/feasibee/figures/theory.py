@@ -15,6 +15,7 @@ from feasibee.figures.style import (
     draw_intervals,
     figure,
     fill_band,
+    name_of_axis,
     note,
     over_time,
     spaced_by_ratio,
@@ -124,7 +125,7 @@ def draw_field(path: str, points: Sequence[tuple[Any, Prediction, Agreement | No
         axes[1].set(ylabel="feasible opinions (%)", ylim=(-2, 102))
         axes[2].set(ylabel="step of the decision", ylim=(0, None))
         for ax, title in zip(axes, ("band: tested error", "", "line: median; band: quartiles"), strict=True):
-            ax.set(xlabel=path)
+            ax.set(xlabel=name_of_axis(path))
             ax.set_title(title, loc="left", color="0.3")
             if are_spaced_by_ratio(values):
                 spaced_by_ratio(ax)
