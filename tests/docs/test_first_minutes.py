@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+import feasibee
+
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 START = ["install", "first-hour", "how-tos", "results", "troubleshooting"]
@@ -97,6 +99,12 @@ def test_the_landing_page_leads_to_all_pages_for_newcomers():
     assert first.split("\n\n")[1].split() == START
     for reader in ("Researchers", "Engineers", "Students"):
         assert f"**{reader}**" in read("index")
+
+
+@pytest.mark.parametrize("name", feasibee.__all__)
+def test_the_groups_of_the_interface_have_each_name_of_the_package(name):
+    groups = read("api/index").partition("| to | names |")[2].partition("\n\n")[0]
+    assert f"`~feasibee.{name}`" in groups
 
 
 @pytest.mark.parametrize(("word", "page"), SEARCHED.items())

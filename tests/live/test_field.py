@@ -254,3 +254,8 @@ def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
             expect(page.locator("#field-state")).to_have_text("running")
             expect(page.locator("#last")).to_have_text(f"{LONG:,}")
             expect(page.locator("#now")).not_to_have_text("0", timeout=60_000)
+
+
+def test_watch_of_a_missing_path_names_scenario_and_folder(tmp_path):
+    told = invoke("watch", tmp_path / "none", "--no-open").stderr
+    assert told.endswith("none: not found; name a scenario in TOML, or the folder of a sweep or field\n")

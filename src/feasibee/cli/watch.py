@@ -81,6 +81,10 @@ def _catalogue(
     from feasibee.live.fieldsession import FieldCatalogue
     from feasibee.scenario.plugins import digest_of, is_own
 
+    if source is not None and not source.exists():
+        raise FeasibeeError(
+            f"{source}: not found; name a scenario in TOML, or the folder of a sweep or field"
+        )
     if source is not None and source.is_dir():
         if changes or (seed, run) != (None, None):
             raise FeasibeeError(f"{source}: what has run can't change; leave out --set, --seed and --run")
