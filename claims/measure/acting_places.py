@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from claims.measure.acting import taken
-from claims.measure.rooms import PLACES, scenario_in
+from claims.measure.rooms import PLACES, WORST, scenario_in
 from feasibee import Scenario, simulate
 from feasibee.results.statistics import wilson
 from feasibee.studies.flooding import flooded
@@ -31,12 +31,18 @@ COMMON: dict[str, Any] = {
 def main() -> None:
     """Print the measures of each place."""
     names = ["hall", *(each for each in PLACES if each.startswith(ROOMS) and not each.endswith("door 4"))]
-    print(json.dumps({"runs": RUNS, "rows": [measured(name) for name in names]}, indent=1))
+    wide = in_time(safe_in(WORST).replace({"acting.reach": 2.0}))
+    print(json.dumps({"runs": RUNS, "rows": [measured(name) for name in names], "wide": wide}, indent=1))
+
+
+def safe_in(name: str) -> Scenario:
+    """Return robots that deflect, and start when it is safe, in a place."""
+    return flooded(scenario_in(*PLACES[name]).replace(COMMON))
 
 
 def measured(name: str) -> dict[str, Any]:
     """Return how soon all tasks are taken in a place, and how often one of 21 is although that is in vain."""
-    safe = flooded(scenario_in(*PLACES[name]).replace(COMMON))
+    safe = safe_in(name)
     found = {way: in_time(safe.replace(changes)) for way, changes in WAYS.items()}
     few = safe.replace({"tasks.count": 21, "run.steps": safe.acts_from + 100, "run.stop_when_taken": False})
     began = simulate(few, RUNS, seed=SEED).starts_in_vain.values > 0
