@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feasibee.figures import arena, frames
+from feasibee.figures import arena
 from feasibee.scenario import geometry
 from feasibee.scenario.geometry import images, segments
-from feasibee.simulation import html
+from feasibee.simulation import frames
 
 SIDES = st.integers(1, 200).map(lambda number: number / 4)
 PARTS = st.integers(0, 64).map(lambda number: number / 64)
@@ -48,14 +48,14 @@ def test_within_walls_each_shows_once():
 
 
 def test_whole_numbers_stay_whole():
-    """A drawing for a notebook is short because its numbers are."""
+    """Numbers of pixels need no rounding."""
     spots, names = images(np.array([[1, 5]]), 2, (30, 12), walls=False)
     assert spots.dtype == np.int64
     assert spots.tolist() == [[1, 5], [31, 5]]
     assert names.tolist() == [0, 0]
 
 
-@pytest.mark.parametrize("painter", [html, frames, arena])
+@pytest.mark.parametrize("painter", [frames, arena])
 def test_every_painter_asks_the_one_rule(painter):
     assert painter.images is geometry.images
     assert painter.segments is geometry.segments

@@ -28,7 +28,7 @@ def with_numbers(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem
 
     A text with a problem stays, and so does one that is no quantity: validation reports it.
     """
-    tables, problems, texts = dict(given), list[Problem](), dict[str, str]()
+    tables, problems, texts = dict(given), dict[str, Problem](), dict[str, str]()
     sizes = given.get("units")
     known = sizes if isinstance(sizes, Mapping) else {}
 
@@ -41,7 +41,7 @@ def with_numbers(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem
         try:
             value = _converted(mark, float(found[1]), found[2], known)
         except _WrongError as error:
-            problems.append(Problem(path, text, *error.args))
+            problems.setdefault(path, Problem(path, text, *error.args))
             return text
         texts[path] = text
         return value
@@ -58,7 +58,7 @@ def with_numbers(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem
     tables |= {name: table(name, SECTIONS[name], each) for name, each in given.items() if name in SECTIONS}
     if isinstance(tables.get("events"), list | tuple):
         tables["events"] = [table(f"events.{i}", Event, each) for i, each in enumerate(tables["events"])]
-    return tables, problems, texts
+    return tables, list(problems.values()), texts
 
 
 @cache
