@@ -126,7 +126,7 @@ def new(
       feasibee new strategy mine.py --knowledge
     """
     from feasibee.cli import asking
-    from feasibee.files import atomic_write, check_output
+    from feasibee.files import check_output, write_text
     from feasibee.scenario.comments import commented_toml
     from feasibee.scenario.skeletons import skeleton
 
@@ -143,8 +143,7 @@ def new(
     asks = not (kind or yes) and asking.on_terminal()
     made = None if kind else asking.ask(changes) if asks else Given(None, changes).read()
     text = skeleton(out.name, knowledge=knowledge) if made is None else commented_toml(made)
-    with atomic_write(out) as path:
-        path.write_text(text, encoding="utf-8")
+    write_text(out, text)
     click.echo(f"Wrote {out}. Edit it, then: feasibee {'check' if kind else 'run'} {out}")
     if asks and made is not None:
         click.echo(asking.durations(made))

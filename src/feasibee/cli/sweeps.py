@@ -28,7 +28,7 @@ from feasibee.cli.options import (
     wrapped,
 )
 from feasibee.errors import FeasibeeError
-from feasibee.files import FIGURES, RESULTS, atomic_write, check_output, make_folder
+from feasibee.files import FIGURES, RESULTS, check_output, make_folder, write_text
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
@@ -341,8 +341,7 @@ def plot(
     over = view.over(points, varying)
     if journal:
         text = target.with_suffix(".txt")
-        with atomic_write(text) as path:
-            path.write_text(text_of(view, points, varying, about), encoding="utf-8")
+        write_text(text, text_of(view, points, varying, about))
         click.echo(f"Its caption and methods are {text}")
     view.save(points, over, target)
     click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))

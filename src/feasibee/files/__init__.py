@@ -118,6 +118,12 @@ def atomic_write(path: str | Path) -> Iterator[Path]:
         temporary.unlink(missing_ok=True)
 
 
+def write_text(path: str | Path, text: str) -> None:
+    """Write a text to a file; after an error, the previous file is unchanged."""
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """Write a table as CSV with `atomic_write`."""
     with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:

@@ -6,14 +6,14 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import ScenarioError
-from feasibee.files import atomic_write
+from feasibee.files import write_text
 from feasibee.live.page import filled, given_of, wasm_of
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import simulate_record
 
-MARKUP: Final = Path(__file__).with_name("lesson.html")
+TITLE: Final = "Can these robots do it? A lesson with swarms"
 SWARMS: Final = 100
 SEED: Final = 1
 DECISIONS: Final = [["feasible", 1], ["infeasible", 0], ["undecided", -1]]
@@ -59,14 +59,12 @@ def figures() -> dict[str, Figure]:
 def lesson() -> str:
     """Return the lesson as HTML; some swarms are simulated here, since a page can't."""
     asked = {name: _asked(figure) for name, figure in figures().items()}
-    return filled(MARKUP, "lesson.css", "lesson", {"wasm": wasm_of(Scenario()), "figures": asked})
+    return filled("lesson", TITLE, "lesson", {"wasm": wasm_of(Scenario()), "figures": asked})
 
 
 def write_lesson(out: Path) -> None:
     """Write the lesson to a file; after an error, the previous file is unchanged."""
-    text = lesson()
-    with atomic_write(out) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_text(out, lesson())
 
 
 def _asked(figure: Figure) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from string import Template
@@ -12,7 +13,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, Final
 from urllib.parse import quote
 
-from feasibee.files import atomic_write
+from feasibee.files import write_text
 from feasibee.live.prediction import prediction_of
 from feasibee.live.scene import scene_of
 from feasibee.live.world.build import WASM, compile_world
@@ -33,8 +34,8 @@ from feasibee.simulation.lowering import fixed, unit_of
 
 STATIC: Final = Path(__file__).parent / "static"
 IMPORTED: Final = re.compile(r'(?m)^import [^;]+ from "\./(\w+)\.js";\n')
-MARKUP: Final = Path(__file__).with_name("page.html")
-"""A template, so it doesn't stand among the files that the live server gives."""
+MARKUP: Final = Path(__file__).parent
+"""Folder of the templates, which don't stand among the files that the live server gives."""
 
 
 def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> str:
@@ -45,17 +46,21 @@ def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> 
     and a FeasibeeError if seed or run is out of range.
     """
     runs = Runs(1, seed, run)
-    given = given_of(scenario, runs, list(variants_of(scenario)))
+    given = given_of(scenario, runs, variants_of(scenario))
     own = {"name": name, "prediction": prediction_of(scenario), "wasm": wasm_of(scenario)}
-    return filled(MARKUP, "page.css", "simulator", {**given, **own})
+    return filled("page", "feasibee", "simulator", {**given, **own})
 
 
-def filled(markup: Path, style: str, script: str, given: dict[str, Any]) -> str:
-    """Return a page: its markup with a style sheet, a module and its imports, and what is given to it."""
-    return Template(markup.read_text("utf-8")).substitute(
-        {name: _part(name) for name in ("transport", "legend", "terms", "theory")},
-        icon="data:image/svg+xml," + quote(_text("icon.svg")),
-        style=_text("base.css") + _text(style),
+def filled(name: str, title: str, script: str, given: dict[str, Any]) -> str:
+    """Return a page: markup and style of a name, a module and its imports, and what is given to it."""
+    shell, body = (Template((MARKUP / f"{each}.html").read_text("utf-8")) for each in ("shell", name))
+    parts = {each: _part(each) for each in ("transport", "legend", "terms", "theory")}
+    icon = "data:image/svg+xml," + quote(_text("icon.svg"))
+    return shell.substitute(
+        title=title,
+        icon=icon,
+        body=body.substitute(parts, icon=icon),
+        style=_text("base.css") + _text(f"{name}.css"),
         given=json.dumps(given, separators=(",", ":")).replace("<", "\\u003c"),
         script=joined(script),
     )
@@ -74,18 +79,16 @@ def _part(name: str) -> str:
 
 def write_page(scenario: Scenario, out: Path, seed: int = 0, run: int = 0, name: str = "") -> None:
     """Write the page of `page_of` to a file; after an error, the previous file is unchanged."""
-    text = page_of(scenario, seed, run, name)
-    with atomic_write(out) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_text(out, page_of(scenario, seed, run, name))
 
 
-def given_of(scenario: Scenario, runs: Runs, variants: list[Scenario]) -> dict[str, Any]:
+def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> dict[str, Any]:
     """Return what world.js calls Given of a scenario and its variants by strategy, without the world.
 
     Raise a ScenarioError if a page can't simulate the scenario, with all reasons.
     """
     check_scenario(scenario)
-    threshold = exact(scenario.decision.threshold)
+    threshold, variants = exact(scenario.decision.threshold), list(variants)
     return {
         "version": version("feasibee"),
         "toml": scenario.to_toml(),
@@ -115,10 +118,10 @@ def given_of(scenario: Scenario, runs: Runs, variants: list[Scenario]) -> dict[s
 
 def wasm_of(scenario: Scenario) -> str:
     """Return the compiled world in base64: that of the package, or one with the user's own strategy."""
+    if not scenario.strategy.source:
+        return base64.b64encode(WASM.read_bytes()).decode()
     with TemporaryDirectory() as folder:
-        out = WASM
-        if scenario.strategy.source:
-            compile_world(out := Path(folder) / "world.wasm", strategies_of(scenario))
+        compile_world(out := Path(folder) / "world.wasm", strategies_of(scenario))
         return base64.b64encode(out.read_bytes()).decode()
 
 

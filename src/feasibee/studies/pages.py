@@ -17,7 +17,7 @@ from feasibee.figures.comparison import draw_against_bits, draw_against_time, dr
 from feasibee.figures.heat import RUNS, heat_of, plot_heat
 from feasibee.figures.sheets import Sheets, sheets
 from feasibee.figures.sizing import draw_sizing
-from feasibee.files import atomic_write
+from feasibee.files import write_text
 from feasibee.scenario.units import steps_in_words
 from feasibee.studies.comparison import Outcome, calibration_of, percent, tracking_figures
 from feasibee.studies.report import (
@@ -80,8 +80,7 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
     body += f"<details><summary>Scenario</summary><pre>{written}</pre></details>"
     foot = f"<code>{html.escape(command)}</code>; {datetime.now(UTC):%Y-%m-%d}"
     text = PAGE.replace("{body}", body).replace("{footer}", foot)
-    with atomic_write(path) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+    write_text(path, text)
 
 
 def _write_sheets(assessment: Assessment, path: Path, command: str) -> None:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from feasibee.figures.arena import plot_arena
 from feasibee.figures.decisions import Panel, draw_opinion_panels, draw_panels, plot_decisions
 from feasibee.figures.style import figure, save_both
-from feasibee.files import atomic_write, write_csv, write_table
+from feasibee.files import write_csv, write_table, write_text
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.record import Record
 from feasibee.results.measures import columns
@@ -299,8 +299,8 @@ def write_study(folder: Path, points: Sequence[RatioSummary], seed: int) -> list
         "model_version": MODEL_VERSION,
         "robots": swarm.scenario.robots.count,
     }
-    with atomic_write(folder / "claims.json") as path:
-        path.write_text(json.dumps({**about, "claims": [asdict(claim) for claim in claims]}, indent=2) + "\n")
+    listed = {**about, "claims": [asdict(claim) for claim in claims]}
+    write_text(folder / "claims.json", json.dumps(listed, indent=2) + "\n")
     return claims
 
 
