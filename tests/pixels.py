@@ -9,7 +9,8 @@ import re
 import numpy as np
 from PIL import Image, ImageColor
 
-from feasibee.simulation.frames import DRAWN, Painter
+from feasibee.figures.animation import draw_frame
+from feasibee.simulation.frames import DARK, DRAWN, LIGHT, Painter
 
 
 def seen_at(picture, scenario, place):
@@ -25,6 +26,14 @@ def shown_by(swarm):
     data = re.search(r'<img [^>]*src="data:image/png;base64,([^"]+)"', swarm._repr_html_())[1]
     with Image.open(io.BytesIO(base64.b64decode(data))) as picture:
         return picture.convert("RGB")
+
+
+DRAWINGS = [
+    (LIGHT, lambda swarm: draw_frame(swarm, size=1000)),
+    (DARK, lambda swarm: draw_frame(swarm, size=1000, dark=True)),
+    (LIGHT, shown_by),
+]
+"""Themes, and functions that draw a swarm with them."""
 
 
 def close(one, other, most=12):

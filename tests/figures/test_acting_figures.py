@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 from matplotlib.colors import same_color
-from pixels import close, seen_at, shown_by
+from pixels import DRAWINGS, close, seen_at, shown_by
 
 from feasibee import Scenario, Swarm, plot_arena
 from feasibee.figures.animation import AFTER_DECISION, _span, draw_frame
 from feasibee.figures.arena import DONE, STANDS, WALKS
 from feasibee.model.codes import TASK
 from feasibee.scenario.runs import Runs
-from feasibee.simulation.frames import DARK, LIGHT, Painter
+from feasibee.simulation.frames import LIGHT, Painter
 
 ROBOTS, TASKS = ((4.0, 8.0), (10.0, 4.0), (19.5, 15.0)), ((4.0, 8.9), (10.0, 5.8), (1.1, 15.0))
 """The first robot is at its task from the start on. The third one sees its own across the edge."""
@@ -38,14 +38,7 @@ def test_the_world_of_these_tests():
     assert (holders.tolist(), swarm.task_numbers.tolist()) == ([0, -1, -1], [0, 1, 2])
 
 
-@pytest.mark.parametrize(
-    ("theme", "draw"),
-    [
-        (LIGHT, lambda swarm: draw_frame(swarm, size=1000)),
-        (DARK, lambda swarm: draw_frame(swarm, size=1000, dark=True)),
-        (LIGHT, shown_by),
-    ],
-)
+@pytest.mark.parametrize(("theme", "draw"), DRAWINGS)
 def test_a_frame_has_free_and_taken_tasks_and_lines_to_them(theme, draw):
     picture = draw(at_step(2))
     for (x, y), fill in zip(TASKS, (TASK, theme.paper, theme.paper), strict=True):

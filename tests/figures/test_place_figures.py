@@ -5,26 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from pixels import close, seen_at, shown_by
+from pixels import DRAWINGS, close, seen_at
 from walled import DOCK, PLACE
 
 from feasibee import Scenario, Swarm, plot_arena
-from feasibee.figures.animation import draw_frame
 from feasibee.model.codes import ZONE
 from feasibee.scenario.picture import between
-from feasibee.simulation.frames import DARK, LIGHT
 
 WALL_AT, NO_GO_AT, DOCK_AT, OPEN_AT = (10.0, 3.0), (15.0, 2.0), (2.5, 7.0), (13.0, 8.0)
 
 
-@pytest.mark.parametrize(
-    ("theme", "draw"),
-    [
-        (LIGHT, lambda swarm: draw_frame(swarm, size=1000)),
-        (DARK, lambda swarm: draw_frame(swarm, size=1000, dark=True)),
-        (LIGHT, shown_by),
-    ],
-)
+@pytest.mark.parametrize(("theme", "draw"), DRAWINGS)
 def test_a_frame_has_the_place_below_the_robots(theme, draw):
     swarm = Swarm(PLACE, seed=1)
     picture = draw(swarm)
