@@ -98,14 +98,10 @@ class Figure {
   async start() {
     const { asked, arena } = this;
     if (asked.outcomes) return;
-    const { robots, tasks } = asked.settings,
-      [world, other] = await worldsOf(asked, 2);
+    const [world, other] = await worldsOf(asked, 2);
     this.recording = new Recording(world, asked.settings);
     this.swarms = new Swarms(other, () => this.showShare());
-    const { missing, taskX, taskY, last } = this.recording,
-      { declares } = asked.strategies[asked.settings.strategy];
-    arena.open({ ...asked.lengths, robots, numbers: robots, tasks, last, truth: !missing, declares });
-    arena.setTasks({ x: taskX, y: taskY });
+    this.recording.openIn(arena);
     if (asked.asks === "sight") arena.chosen = 0;
     this.restart();
     new ResizeObserver(() => this.repaint()).observe(/** @type {HTMLElement} */ (this.canvas.parentElement));

@@ -3,6 +3,7 @@
 import { formatted } from "./elements.js";
 import { DISSEMINATING, FEASIBLE, NEUTRAL } from "./frames.js";
 
+/** @import { Arena } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
 /** @import { Settings, World } from "./world.js" */
 
@@ -33,6 +34,19 @@ export class Recording {
     this.decision = -1;
     this.decisionStep = -1;
     this.record();
+  }
+
+  /**
+   * Let an arena show the world of this run.
+   * @param {Arena} arena
+   */
+  openIn(arena) {
+    const { last, missing, taskX, taskY, settings } = this,
+      { robots, tasks, strategy } = settings,
+      { lengths, strategies } = this.world.given,
+      { declares } = strategies[strategy];
+    arena.open({ ...lengths, robots, numbers: robots, tasks, last, truth: missing === 0, declares });
+    arena.setTasks({ x: taskX, y: taskY });
   }
 
   get known() {

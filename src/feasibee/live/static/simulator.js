@@ -67,14 +67,12 @@ class Page {
    * @param {Settings} settings
    */
   begin(settings) {
-    const { given, player, arena } = this,
+    const { given, player } = this,
       { robots, tasks, strategy } = settings,
       { declares } = given.strategies[strategy],
       playing = player.playing || player.ended;
     this.recording = new Recording(this.world, settings);
-    const { last, taskX, taskY, missing } = this.recording;
-    arena.open({ ...given.lengths, robots, numbers: robots, tasks, last, truth: missing === 0, declares });
-    arena.setTasks({ x: taskX, y: taskY });
+    this.recording.openIn(this.arena);
     $("legend-declared").hidden = !declares;
     this.restart();
     player.play(playing);
@@ -82,7 +80,7 @@ class Page {
       isFirst = robots === first.robots && tasks === first.tasks && strategy === first.strategy;
     this.prediction = isFirst ? given.prediction : null; // computed for the scenario that the page was made of
     sayPrediction($("theory"), this.prediction, $("tasks-marks"));
-    const { question, answer } = questionOf(settings, missing);
+    const { question, answer } = questionOf(settings, this.recording.missing);
     $("question").textContent = question;
     $("truth").textContent = answer;
     this.swarms?.begin(settings);
