@@ -150,7 +150,7 @@ def test_quantities_leave_numbers_in_the_complete_form_and_the_hash():
         ("run.steps", "0 s", "is 0 steps, and must be ≥ 1; the paper uses 1000"),
         ("radio.delay", "-1 s", "is -1 steps, and must be ≥ 0; the paper uses 0"),
         ("robots.diameter", "0 m", "is 0 units, and must be > 0; the paper uses 1.0"),
-        ("robots.diameter", "1e999 m", "is 1e+18 units, and must be ≤ 1000000; the paper uses 1.0"),
+        ("robots.diameter", "1e99 m", "is 3.33333e+99 units, and must be ≤ 1000000; the paper uses 1.0"),
         ("sensing.range", "6 m", "is 20 units, and must be at most half the side of the torus"),
         ("sensing.range", "6", "must be a number"),
         ("sensing.range", "٦ m", "must be a number"),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Final, Literal, get_args
+from functools import cache
+from typing import Annotated, Any, Final, Literal, get_args
 
 from pydantic import AfterValidator, Field, Strict, WithJsonSchema
-from pydantic.fields import FieldInfo
 from pydantic_core import PydanticCustomError
 
 from feasibee.scenario.bitmaps import ImageError, cells_of
@@ -578,15 +578,27 @@ def fields() -> list[str]:
     return [f"{name}.{key}" for name, section in SECTIONS.items() for key in section.model_fields]
 
 
+@cache
+def dimensions(section: type[Section]) -> dict[str, Dimension]:
+    """Return the dimensions of the fields of a section that have one."""
+    found = {key: _within(each.annotation, *each.metadata) for key, each in section.model_fields.items()}
+    return {key: each for key, each in found.items() if each}
+
+
+def _within(*types: Any) -> Dimension | None:
+    """Return the first dimension within types, if any."""
+    found = (each if isinstance(each, Dimension) else _within(*get_args(each)) for each in types)
+    return next(filter(None, found), None)
+
+
+def dimension_of(path: str) -> Dimension | None:
+    """Return the dimension of the field at a dotted path, such as `LENGTH`, if it has one."""
+    name, _, key = path.partition(".")
+    section = Event if name == "events" else SECTIONS.get(name)
+    return dimensions(section).get(key.partition(".")[2] if name == "events" else key) if section else None
+
+
 def unit_of(path: str) -> str:
-    """Return the unit of the field at a dotted path, such as `LENGTH`; empty for numbers without one."""
-    section, _, key = path.partition(".")
-    own = SECTIONS[section].model_fields if section in SECTIONS else {}
-    field = Event.model_fields.get(key.partition(".")[2]) if section == "events" else own.get(key)
-    return (dimension_of(field) if field else None) or ""
-
-
-def dimension_of(field: FieldInfo) -> Dimension | None:
-    """Return the dimension of a field, if it has one."""
-    optional = [mark for each in get_args(field.annotation) for mark in getattr(each, "__metadata__", ())]
-    return next((mark for mark in (*field.metadata, *optional) if isinstance(mark, Dimension)), None)
+    """Return the unit of the numbers of the field at a dotted path; empty if they have none."""
+    dimension = dimension_of(path)
+    return dimension.unit if dimension else ""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import re
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Annotated, Any, Final, Literal, LiteralString, Self
+from typing import Annotated, Any, Final, Literal, LiteralString
 from unicodedata import category
 
 from pydantic import (
@@ -121,27 +122,23 @@ def without_default(schema: dict[str, Any]) -> None:
     schema.pop("default", None)
 
 
-class Dimension(str):
-    """The unit of a field's numbers, and the units in which a text may give its value."""
+@dataclass(frozen=True, eq=False)
+class Dimension:
+    """What a field measures: in units and steps as a number, in metres and seconds as a text."""
 
+    unit: str
     name: str
-    """In an error, such as ``a length``."""
     such_as: str
-    """What a text says, in an error."""
     sizes: Mapping[str, Fraction]
-    """Each unit, in metres and seconds."""
-    needs: Mapping[str, int]
-    """The fields of `Units` that convert a value, and the powers by which the value is multiplied."""
-    whole: bool
-    """Whether values are whole numbers."""
+    """Each unit of a text, in metres and seconds."""
+    powers: Mapping[str, int]
+    """Of which fields of `Units` a number is multiplied by which powers to be in metres and seconds."""
+    whole: bool = False
 
-    def __new__(
-        cls, unit: str, name: str, such_as: str, sizes: Any, needs: Any, *, whole: bool = False
-    ) -> Self:
-        """Return the unit as text, with these attributes."""
-        made = super().__new__(cls, unit)
-        made.name, made.such_as, made.sizes, made.needs, made.whole = name, such_as, sizes, needs, whole
-        return made
+    def size(self, units: Mapping[str, Any]) -> Any:
+        """Return what 1 is in metres and seconds; None if ``units`` don't say it."""
+        is_known = units.keys() >= self.powers.keys()
+        return math.prod(units[each] ** power for each, power in self.powers.items()) if is_known else None
 
     def __get_pydantic_json_schema__(self, core: Any, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         """Return the schema of numbers, with texts in addition."""
@@ -152,19 +149,15 @@ class Dimension(str):
         return {**schema, "type": [schema["type"], "string"], "pattern": pattern}
 
 
-NUMBER: Final = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-QUANTITY: Final = re.compile(rf"{NUMBER} *([^\s0-9.]\S*)")
-"""A number and its unit. A space between them may be missing."""
-LONGEST: Final = 60
-"""Most characters of a quantity."""
+NUMBER: Final = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2})?)"
 LENGTHS: Final = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000), "km": Fraction(1000)}
 TIMES: Final = {"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "h": Fraction(3600)}
 SPEEDS: Final = {f"{a}/{b}": LENGTHS[a] / TIMES[b] for a in LENGTHS for b in TIMES}
-LENGTH: Final = Dimension("units", "a length", 'in m, cm, mm or km, such as "6 m"', LENGTHS, {"metres": -1})
-DURATION: Final = Dimension("steps", "a time", 'in s, ms, min or h, such as "10 min"', TIMES, {"seconds": -1})
-TIME: Final = Dimension("steps", DURATION.name, DURATION.such_as, TIMES, DURATION.needs, whole=True)
+LENGTH: Final = Dimension("units", "a length", 'in m, cm, mm or km, such as "6 m"', LENGTHS, {"metres": 1})
+DURATION: Final = Dimension("steps", "a time", 'in s, ms, min or h, such as "10 min"', TIMES, {"seconds": 1})
+TIME: Final = replace(DURATION, whole=True)
 SPEED: Final = Dimension(
-    "units per step", "a speed", 'such as "0.5 m/s" or "20 cm/s"', SPEEDS, {"metres": -1, "seconds": 1}
+    "units per step", "a speed", 'such as "0.5 m/s" or "20 cm/s"', SPEEDS, {"metres": 1, "seconds": -1}
 )
 DIMENSIONS: Final = (LENGTH, DURATION, SPEED)
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, Final
 
-from feasibee.scenario.fields import unit_of
+from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.types import LENGTH, SPEED, TIME
+from feasibee.scenario.types import LENGTH, TIME, Dimension
 
 HOUR, MINUTE = 3600, 60
 SYMBOLS: Final[Mapping[str, str]] = {
@@ -40,10 +41,7 @@ def length_in_words(scenario: Scenario, value: float) -> str:
     >>> length_in_words(Scenario(), 2.0), length_in_words(Scenario(units={"metres": 0.5}), 2.0)
     ('2 units', '2 units (1 m)')
     """
-    metres = scenario.units.metres
-    return f"{value:g} {'unit' if value == 1 else 'units'}" + (
-        "" if metres is None else f" ({value * metres:.4g} m)"
-    )
+    return _in_words(scenario, LENGTH, value)
 
 
 def steps_in_words(scenario: Scenario, steps: float) -> str:
@@ -56,12 +54,12 @@ def steps_in_words(scenario: Scenario, steps: float) -> str:
     >>> steps_in_words(Scenario(units={"seconds": 0.5}), 900)
     '900 steps (7 min 30 s)'
     """
-    return f"{steps:g} {'step' if steps == 1 else 'steps'}{_time(scenario, steps)}"
+    return _in_words(scenario, TIME, steps)
 
 
 def step_in_words(scenario: Scenario, step: int) -> str:
     """Return the number of a step, and the time at which it ends if the scenario says how long a step is."""
-    return f"step {step}{_time(scenario, step)}"
+    return f"step {step}{_outside(scenario, TIME, step)}"
 
 
 def when_in_words(scenario: Scenario, step: int | None) -> str:
@@ -69,9 +67,23 @@ def when_in_words(scenario: Scenario, step: int | None) -> str:
     return "never" if step is None else f"by {step_in_words(scenario, step)}"
 
 
-def _time(scenario: Scenario, steps: float) -> str:
-    seconds = scenario.units.seconds
-    return "" if seconds is None else f" ({duration(steps * seconds)})"
+def _in_words(scenario: Scenario, dimension: Dimension, value: float) -> str:
+    unit = re.sub(r"s\b", "", dimension.unit, count=1) if value == 1 else dimension.unit
+    return f"{value:g} {unit}{_outside(scenario, dimension, value)}"
+
+
+def _outside(scenario: Scenario, dimension: Dimension, value: float) -> str:
+    """Return a value in metres and seconds, in brackets, if the scenario says how long these are."""
+    name, size = outside(scenario, dimension)
+    if name == dimension.unit:
+        return ""
+    return f" ({duration(value * size) if name == 's' else f'{value * size:.4g} {name}'})"
+
+
+def outside(scenario: Scenario, dimension: Dimension) -> tuple[str, float]:
+    """Return the unit that readers get, of metres and seconds if the scenario has them, and its size."""
+    size = dimension.size(scenario.units.model_dump(exclude_none=True))
+    return (dimension.unit, 1.0) if size is None else (next(iter(dimension.sizes)), size)
 
 
 def duration(seconds: float) -> str:
@@ -102,16 +114,8 @@ def value_in_words(scenario: Scenario, path: str, value: Any) -> str:
     >>> value_in_words(Scenario(units={"metres": 0.5}), "radio.range", 3.0)
     'radio.range = 3 units (1.5 m)'
     """
-    units, unit = scenario.units, unit_of(path)
-    if unit == LENGTH:
-        return f"{path} = {length_in_words(scenario, value)}"
-    if unit == TIME:
-        return f"{path} = {steps_in_words(scenario, value)}"
-    if unit == SPEED:
-        known = units.metres is not None and units.seconds is not None
-        speed = f" ({value * units.metres / units.seconds:.4g} m/s)" if known else ""
-        return f"{path} = {value:g} {'unit' if value == 1 else 'units'} per step{speed}"
-    return f"{path} = {value}"
+    dimension = dimension_of(path)
+    return f"{path} = {_in_words(scenario, dimension, value) if dimension else value}"
 
 
 def axis_of(scenario: Scenario, path: str) -> tuple[str, float]:
@@ -124,15 +128,11 @@ def axis_of(scenario: Scenario, path: str) -> tuple[str, float]:
     >>> axis_of(Scenario(units={"metres": 0.5}), "radio.range"), axis_of(Scenario(), "radio.range")
     (('radio.range (m)', 0.5), ('radio.range (units)', 1.0))
     """
-    sizes: dict[str, tuple[str, float | None]] = {
-        LENGTH: ("m", scenario.units.metres),
-        TIME: ("s", scenario.units.seconds),
-    }
-    unit = unit_of(path)
-    if unit not in sizes:
+    dimension = dimension_of(path)
+    if dimension is None:
         return path, 1.0
-    name, size = sizes[unit]
-    return (f"{path} ({unit})", 1.0) if size is None else (f"{path} ({name})", size)
+    name, size = outside(scenario, dimension)
+    return f"{path} ({name})", size
 
 
 def symbol_of(path: str) -> str:
