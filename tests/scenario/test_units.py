@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from feasibee.scenario.quantities import with_numbers
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import takes_fast_path
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.space import Dimension, dimensions
 from feasibee.sweeps.plan import study_of
 
 HALL = Scenario(units={"metres": 0.5, "seconds": 2.0}, run={"steps": 50})
@@ -111,6 +113,9 @@ QUANTITIES = {
     "run.steps": ("10 min", 857),
     "acting.start": (".1 min", 9),
     "place.flooding": ("1 min", 86),
+    "tasks.arrival_rate": ("6 per min", 0.07),
+    "robots.failure_rate": ("3.6/h", 0.0007),
+    "sensing.false_tasks": ("1e-3 per ms", 0.7),
 }
 
 
@@ -139,6 +144,53 @@ def test_quantities_leave_numbers_in_the_complete_form_and_the_hash():
     assert study_of({"runs": 1, **swept}, Path()).points[0].values == {"sensing.range": 5.0}
 
 
+def test_positions_and_polygons_may_have_units():
+    hall = Scenario(
+        units=SIZES,
+        arena={"side": 20.0, "boundary": "walls"},
+        tasks={"placement": "points", "count": 2, "points": [["3 m", 2.5], [1, "60 cm"]]},
+        place={
+            "zones": {"dock": [["0 m", 0], ["3 m", 0], [10, 9]]},
+            "walls": [[[15, 1], ["4.8 m", 1], [16, 2]]],
+        },
+    )
+    assert hall.tasks.points == ((10.0, 2.5), (1.0, 2.0))
+    assert hall.place.zones == {"dock": (((0.0, 0.0), (10.0, 0.0), (10.0, 9.0)),)}
+    assert hall.place.walls == (((15.0, 1.0), (16.0, 1.0), (16.0, 2.0)),)
+    assert Scenario.from_toml(hall.to_toml()) == hall
+    assert Draft202012Validator(Scenario.model_json_schema()).is_valid({"tasks": {"points": [["3 m", 2.5]]}})
+    with pytest.raises(ScenarioError, match="'3 s': must be a length, not a time") as error:
+        hall.replace({"tasks.points": [["3 s", 1], ["3 h", 1]]})
+    assert [each.path for each in error.value.problems] == ["tasks.points"]
+    with pytest.raises(ScenarioError, match=r"'3\.csv': can't be read"):
+        hall.replace({"tasks.points": "3.csv"})
+
+
+def test_new_sizes_of_units_convert_the_texts_of_a_scenario_anew():
+    hall = HALL.replace({"arena.side": ["20 m", 30], "sensing.range": "1 m", "run.steps": "1 min"})
+    hall = hall.replace({"run.steps": 70, "events": [{"step": "20 s", "tasks": 1}]})
+    for each in (hall, pickle.loads(pickle.dumps(hall))):
+        scaled = each.replace({"units.metres": 1.0, "units.seconds": 1.0})
+        assert (scaled.arena.side, scaled.sensing.range, scaled.run.steps) == ((20.0, 30.0), 1.0, 70)
+        assert (hall.events[0].step, scaled.events[0].step) == (10, 20)
+    numbers = Scenario.from_toml(hall.to_toml()).replace({"units.metres": 1.0})
+    assert (numbers, numbers.sensing.range) == (
+        hall.replace({"sensing.range": 2.0, "arena.side": [40, 30]}).replace({"units.metres": 1.0}),
+        2.0,
+    )
+
+
+def test_options_that_mean_a_field_take_its_units(tmp_path):
+    (file := tmp_path / "hall.toml").write_text("units = {metres = 0.5, seconds = 2.0}")
+    sizes = ("--arena", "10 m", "--range", "2 m", "--steps", "1 min")
+    found = json_of("assess", file, *sizes, "--runs", 3, "--robots", 4, "--tasks", 4)["scenario"]
+    assert (found["arena"]["side"], found["sensing"]["range"], found["run"]["steps"]) == (20.0, 4.0, 30)
+    assert dimensions(HALL, ["radio.range=1 m:2 m"]) == [Dimension("radio.range", 2.0, 4.0)]
+    assert dimensions(HALL, ["run.steps=1 min|.5 h"]) == [Dimension("run.steps", choices=(30, 900))]
+    with pytest.raises(ScenarioError, match="must be a length, not a time"):
+        dimensions(HALL, ["radio.range=1 s:2 s"])
+
+
 @pytest.mark.parametrize(
     ("path", "text", "message"),
     [
@@ -157,6 +209,9 @@ def test_quantities_leave_numbers_in_the_complete_form_and_the_hash():
         ("sensing.range", "6 m" + " " * 90, "must be a number"),
         ("tasks.count", "6 m", "must be a whole number"),
         ("acting.start", "6 m", "must be a time, not a length"),
+        ("tasks.arrival_rate", "6 s", "must be a rate, not a time; write a rate such as"),
+        ("tasks.arrival_rate", "6 per day", "has the unknown unit /day; write a rate such as"),
+        ("robots.failure_rate", "99 per ms", "is 69300 per step, and must be ≤ 10"),
         ("acting.start", "soon", "must be a step, or 'declared', 'search' or 'safe'"),
     ],
 )
@@ -184,7 +239,12 @@ def test_the_schema_accepts_quantities_of_the_dimension():
     checker = Draft202012Validator(schema)
     for path, (text, _) in QUANTITIES.items():
         assert checker.is_valid(given(path, text)), path
-    for path, text in (("run.steps", "6 m"), ("robots.speed", "6"), ("sensing.range", "6 feet")):
+    for path, text in (
+        ("run.steps", "6 m"),
+        ("robots.speed", "6"),
+        ("sensing.range", "6 feet"),
+        ("tasks.arrival_rate", "6"),
+    ):
         assert not checker.is_valid(given(path, text)), path
 
 

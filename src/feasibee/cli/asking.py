@@ -14,6 +14,7 @@ import click
 from feasibee.cli.options import Given
 from feasibee.errors import FeasibeeError, Problem, ScenarioError
 from feasibee.scenario.paths import read_value
+from feasibee.scenario.types import LENGTHS, TIMES
 from feasibee.scenario.units import duration
 
 if TYPE_CHECKING:
@@ -96,7 +97,8 @@ def _kept(scenario: Scenario, field: str) -> str:
 
 def _values(fields: Sequence[str], answer: str) -> dict[str, Any]:
     """Return the fields that an answer gives, from the first on, with their values."""
-    values = [None if word == "none" else read_value(word) for word in re.findall(r"[^\s,\[\]]+", answer)]
+    words = re.findall(rf"[^\s,\[\]]+(?: (?:{'|'.join(LENGTHS | TIMES)})\b)?", answer)
+    values = [None if word == "none" else read_value(word) for word in words]
     if len(fields) == 1 < len(values):
         return {fields[0]: values}
     if len(values) > len(fields):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -27,6 +27,7 @@ from feasibee.cli.options import (
     wrapped,
 )
 from feasibee.files import FIGURES
+from feasibee.scenario.paths import read_value
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
@@ -39,8 +40,8 @@ def assess(
     given: Given,
     robots: int | None = option("Short for --set robots.count=...", int),
     tasks: int | None = option("Short for --set tasks.count=...", int),
-    arena: float | None = option("Side of the arena, in units: short for --set arena.side=...", float),
-    reach: float | None = option("Short for --set sensing.range=...", float, name="--range"),
+    arena: Any = option("Side of the arena: short for --set arena.side=...", read_value, metavar="LENGTH"),
+    reach: Any = option("Short for --set sensing.range=...", read_value, name="--range", metavar="LENGTH"),
     steps: int | None,
     runs: int = option("Number of runs of each variant.", count_type, 400),
     right: float,

@@ -26,7 +26,6 @@ from feasibee.scenario.types import (
     Listen,
     ManyTasks,
     Million,
-    Point,
     Points,
     Polygons,
     Quorum,
@@ -117,7 +116,7 @@ class Bitmap(Section):
     """A map of square cells, as an image (model.md 6.20)."""
 
     cell: Length = Field(description="Side of a cell, in units.")
-    origin: Annotated[Point, Strict(False)] = Field(
+    origin: Annotated[tuple[float, float], Strict(False)] = Field(
         (0.0, 0.0), description="Lower left corner in metres, as in files of polygons for this map."
     )
     image: Annotated[str, AfterValidator(_image)] = Field(

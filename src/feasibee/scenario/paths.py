@@ -6,6 +6,7 @@ import json
 import re
 import tomllib
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 import tomli_w
@@ -51,11 +52,11 @@ def _check_depth(tables: dict[str, Any]) -> None:
 
 
 def read_value(text: str) -> Any:
-    """Parse a value that a user typed: TOML, or else plain text."""
-    try:
-        return toml_value(text)
-    except ValueError:
-        return text.strip()
+    """Parse a value that a user typed: TOML, another number such as .5, or else plain text."""
+    for parse in (toml_value, float):
+        with suppress(ValueError):
+            return parse(text)
+    return text.strip()
 
 
 def toml_value(text: str) -> Any:

@@ -11,39 +11,48 @@ from typing import Any, Final
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
 from feasibee.scenario.fields import SECTIONS, Event, dimensions, unit_of
+from feasibee.scenario.tables import FILES
 from feasibee.scenario.types import DIMENSIONS, NUMBER, Dimension, Section
 
 QUANTITY: Final = re.compile(rf"(?=.{{,60}}$){NUMBER} *([^\s0-9.]\S*)")
 """A number and its unit. A space between them may be missing."""
 
 
-def with_numbers(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem], dict[str, str]]:
-    """Replace quantities in the tables of a scenario by numbers; return the problems and all texts by path.
+def with_numbers(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem], dict[str, Any]]:
+    """Replace quantities in tables by numbers; return the problems, and the given values by path.
 
     A text with a problem stays, and so does one that is no quantity: validation reports it.
     """
-    tables, problems, texts = dict(given), dict[str, Problem](), dict[str, str]()
+    tables, problems, texts = dict(given), dict[str, Problem](), dict[str, Any]()
     sizes = given["units"] if isinstance(given.get("units"), Mapping) else {}
     valid = {name for name, size in sizes.items() if type(size) in (int, float) and 1e-9 <= size <= 1e9}
     known = {name: exact(float(sizes[name])) for name in valid}
 
-    def number(path: str, mark: Dimension, text: Any) -> Any:
+    def number(path: str, mark: Dimension, text: Any, is_name: bool = False) -> Any:
+        if isinstance(text, Mapping):
+            return {key: number(path, mark, each, is_name) for key, each in text.items()}
         if isinstance(text, list | tuple):
-            return [number(path, mark, each) for each in text]
-        found = QUANTITY.fullmatch(text) if isinstance(text, str) else None
+            return type(text)(number(path, mark, each) for each in text)
+        is_text = isinstance(text, str) and not is_name
+        found = QUANTITY.fullmatch(text.replace(" per ", "/")) if is_text else None
         if found is None:
             return text
         value = _converted(mark, found[1], found[2], known)
         if isinstance(value, tuple):
             problems.setdefault(path, Problem(path, text, *value))
             return text
-        texts[path] = text
         return value
 
     def table(path: str, section: type[Section], fields: Any) -> Any:
-        marks = dimensions(section).items() if isinstance(fields, Mapping) else ()
-        new = {key: number(f"{path}.{key}", mark, fields[key]) for key, mark in marks if key in fields}
-        return {**fields, **new} if new else fields
+        if not isinstance(fields, Mapping):
+            return fields
+        new = dict(fields)
+        for key in filter(fields.__contains__, dimensions(section)):
+            at = f"{path}.{key}"
+            new[key] = number(at, dimensions(section)[key], fields[key], at in FILES)
+            if new[key] != fields[key]:
+                texts[at] = fields[key]
+        return new
 
     tables |= {name: table(name, SECTIONS[name], each) for name, each in given.items() if name in SECTIONS}
     if isinstance(tables.get("events"), list | tuple):
@@ -69,7 +78,7 @@ def _converted(mark: Dimension, amount: str, unit: str, known: Mapping[str, Any]
     return shorter if value > 0 and not steps else steps
 
 
-def in_the_text(problem: Problem, texts: Mapping[str, str]) -> Problem:
+def in_the_text(problem: Problem, texts: Mapping[str, Any]) -> Problem:
     """Return a problem of a number with the text that it was converted from, if any."""
     text, value = texts.get(problem.path), problem.value
     if text is None or not isinstance(value, int | float):

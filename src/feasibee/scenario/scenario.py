@@ -213,6 +213,7 @@ class Scenario(Sections):
             problems += map(problem_of, islice(new, PROBLEMS_LIMIT))
             wrong |= {details["loc"][:2] for details in found}
             scenario = handler(without(given, wrong))
+        scenario.__dict__["_texts"] = texts
         scenario.resolve(wrong, partial(manifest_of, **(info.context or {})))
         problems += islice(conflicts(scenario, given, partly=bool(wrong)), PROBLEMS_LIMIT)
         if problems:
@@ -224,8 +225,12 @@ class Scenario(Sections):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle with the text of the strategy's file, which may differ on another machine."""
-        tables = self.model_dump(exclude_unset=True)
-        return type(self).from_tables, (tables, None, self.manifest.source or None, self.manifest.trusted)
+        return type(self).from_tables, (
+            self._given(),
+            None,
+            self.manifest.source or None,
+            self.manifest.trusted,
+        )
 
     @property
     def strategy(self) -> Strategy:
@@ -332,6 +337,10 @@ class Scenario(Sections):
             rule = "isn't the path of a field"
             raise UnknownFieldError(f"{quoted(path)}: {rule}; {suggestion(str(path))}") from None
 
+    def _given(self) -> dict[str, Any]:
+        """Return the fields that were set, with their texts, which new sizes of units convert anew."""
+        return with_changes(self.model_dump(exclude_unset=True), self.__dict__["_texts"])[0]
+
     def replace(self, changes: Mapping[str, Any]) -> Self:
         """Return a scenario with some values replaced.
 
@@ -347,7 +356,7 @@ class Scenario(Sections):
             raise ScenarioError([Problem("changes", changes, rule, 'such as {"tasks.count": 50}')])
         keeps = "decision.strategy" not in changes and self.manifest.source
         kept = {"source": self.manifest.source, "trusted": self.manifest.trusted} if keeps else None
-        tables, problems = with_changes(self.model_dump(exclude_unset=True), changes)
+        tables, problems = with_changes(self._given(), changes)
         try:
             changed = type(self).model_validate(tables, context=kept)
         except ScenarioError as error:
@@ -380,6 +389,7 @@ class Scenario(Sections):
         copied = super().model_copy(update=update, deep=deep)
         if update:
             copied.__dict__.pop("_hash", None)
+            copied.__dict__["_texts"] = {}
         return copied
 
     def _repr_html_(self) -> str:

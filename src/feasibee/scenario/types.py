@@ -145,7 +145,7 @@ class Dimension:
         schema = handler(core)
         if not isinstance(schema.get("type"), str):
             return schema
-        pattern = f"^{NUMBER} *({'|'.join(self.sizes)})$"
+        pattern = f"^{NUMBER} *({'|'.join(self.sizes)})$".replace("/", "( per |/)")
         return {**schema, "type": [schema["type"], "string"], "pattern": pattern}
 
 
@@ -159,7 +159,14 @@ TIME: Final = replace(DURATION, whole=True)
 SPEED: Final = Dimension(
     "units per step", "a speed", 'such as "0.5 m/s" or "20 cm/s"', SPEEDS, {"metres": 1, "seconds": -1}
 )
-DIMENSIONS: Final = (LENGTH, DURATION, SPEED)
+RATE: Final = Dimension(
+    "per step",
+    "a rate",
+    'such as "0.2/min" or "3 per h"',
+    {f"/{b}": 1 / TIMES[b] for b in TIMES},
+    {"seconds": -1},
+)
+DIMENSIONS: Final = (LENGTH, DURATION, SPEED, RATE)
 
 Million = Annotated[int, Field(ge=0, le=1_000_000)]
 Some = Annotated[int, Field(ge=1, le=1_000_000)]
@@ -172,8 +179,8 @@ Length = Annotated[float, Field(gt=0, le=1e6), LENGTH]
 Wait = Annotated[int, Field(ge=0, le=1_000_000), TIME]
 Duration = Annotated[float, Field(gt=0, le=1e6), DURATION]
 Share = Annotated[float, Field(ge=0, le=1), AfterValidator(_without_minus)]
-Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus)]
-Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny)]
+Sightings = Annotated[float, Field(ge=0, le=50), AfterValidator(_without_minus), RATE]
+Rate = Annotated[float, Field(ge=0, le=10), AfterValidator(_not_tiny), RATE]
 Lifetime = Annotated[float, Field(gt=0, le=1e9), DURATION]
 Speed = Annotated[float, Field(ge=0, le=1e6), AfterValidator(_without_minus), SPEED]
 Angle = Annotated[float, Field(gt=0, le=360)]
@@ -182,7 +189,7 @@ Word = Annotated[str, Field(min_length=1, max_length=40), AfterValidator(_printa
 Quorum = Annotated[Share, AfterValidator(_few_decimals)]
 Lie = Literal["opposite", "feasible", "infeasible", "random", "colluding"]
 StrategyName = Annotated[str, AfterValidator(_known_strategy)]
-Point = tuple[float, float]
+Point = tuple[Annotated[float, LENGTH], Annotated[float, LENGTH]]
 Side = Annotated[
     Length | Annotated[tuple[Length, Length], Strict(False)],
     _one_rule("side", "must be > 0 and ≤ 1000000, or two such numbers [width, height]"),

@@ -74,7 +74,7 @@ def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
     except (AttributeError, LookupError):
         raise FeasibeeError(f"{path}: isn't a field; such as decision.gain") from None
     if given:
-        return _checked(scenario, _read(path, given, now))
+        return _checked(scenario, _read(scenario, path, given, now))
     if isinstance(now, bool):
         return Dimension(path, choices=(False, True))
     if isinstance(now, int | float) and now > 0:
@@ -89,17 +89,23 @@ def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
     return Dimension(path, choices=choices)
 
 
-def _read(path: str, given: str, now: Any) -> Dimension:
+def _read(scenario: Scenario, path: str, given: str, now: Any) -> Dimension:
     low, colon, high = given.partition(":")
     if colon:
         try:
-            first, last = float(low), float(high)
+            first, last = (float(_typed(scenario, path, each)) for each in (low, high))
         except ValueError:
             first = last = math.nan
         if not first < last:
             raise FeasibeeError(f"{path}={given}: must be LOW:HIGH; such as {path}=2:50")
         return Dimension(path, first, last, isinstance(now, int) and not isinstance(now, bool))
-    return Dimension(path, choices=tuple(read_value(text) for text in given.split("|")))
+    return Dimension(path, choices=tuple(_typed(scenario, path, text) for text in given.split("|")))
+
+
+def _typed(scenario: Scenario, path: str, text: str) -> Any:
+    """Return a value that a user typed; texts such as "6 m" as numbers."""
+    value = read_value(text)
+    return scenario.replace({path: value}).get(path) if isinstance(value, str) else value
 
 
 def _checked(scenario: Scenario, dimension: Dimension) -> Dimension:

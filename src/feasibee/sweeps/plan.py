@@ -29,7 +29,6 @@ import numpy as np
 from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
 from feasibee.model.codes import RUN_LIMIT
-from feasibee.scenario.fields import unit_of
 from feasibee.scenario.paths import toml_tables, toml_value
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -324,8 +323,8 @@ def _points(base: Scenario, designs: Iterable[Mapping[str, Any]]) -> list[Design
             if failed == PROBLEMS_LIMIT:
                 break
             continue
-        texts = {path for path, each in values.items() if isinstance(each, str) and unit_of(path)}
-        numbers = {path: scenario.get(path) for path in texts}  # of texts such as "6 m"
+        texts = {path: scenario.get(path) for path, each in values.items() if isinstance(each, str)}
+        numbers = {path: each for path, each in texts.items() if isinstance(each, int | float)}  # of "6 m"
         points.setdefault(scenario.hash, DesignPoint({**values, **numbers}, scenario))
     if problems:
         raise ScenarioError(problems.values())
