@@ -14,6 +14,5 @@ tasks = (10, 13, 16, 18, 20, 21, 22, 25, 40)
 names = ("dmmd", "dmvd", "dc", "tally", "estimate", "census")
 outcomes = compare(contenders_of(feasibee.Scenario(), names), tasks, runs=100, seed=1)
 
-ratios = [f"{20 / number:.2g}" for number in tasks]
 shares = {name: [each.accuracy for each in outcomes if each.contender == name] for name in names}
-figure = draw_against_ratio(ratios, tasks, shares)
+figure = draw_against_ratio(20, tasks, shares)

@@ -50,12 +50,12 @@ def test_runs_that_never_declared_are_flat_lines(results):
 def test_contenders_that_cant_declare_are_left_out_and_wrong_ones_marked():
     shares = {"dmmd": None, "sure": [wilson(10, 10), wilson(7, 10)]}
     wrong = {"sure": [wilson(0, 10), wilson(3, 10)]}
-    (ax,) = draw_against_ratio(["2", "1"], [10, 20], shares, "right (%)", wrong).axes
+    (ax,) = draw_against_ratio(20, [10, 20], shares, "right (%)", wrong).axes
     assert [text.get_text().strip() for text in ax.texts] == ["sure"]
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
         "with a robot that declared wrongly (%)"
     ]
     (crosses,) = (line for line in ax.lines if line.get_marker() == "x" and line.get_xdata().size)
     assert (crosses.get_xdata().tolist(), crosses.get_ydata().tolist()) == ([1], [30])
-    (plain,) = draw_against_ratio(["2", "1"], [10, 20], {"dmmd": shares["sure"]}).axes
+    (plain,) = draw_against_ratio(20, [10, 20], {"dmmd": shares["sure"]}).axes
     assert plain.get_legend() is None

@@ -25,7 +25,9 @@ from feasibee import (
     plot_opinions,
     wilson,
 )
-from feasibee.figures.decisions import plot_declare_steps, plot_right_steps
+from feasibee.figures.comparison import draw_against_ratio
+from feasibee.figures.decisions import Panel, draw_panels, plot_declare_steps, plot_right_steps
+from feasibee.figures.paying import draw_diagram
 from feasibee.figures.style import figure, save_figure
 from feasibee.model.codes import COLOURS
 from feasibee.model.record import Record
@@ -295,17 +297,46 @@ def test_decisions_are_the_rates_with_their_intervals():
     assert [len(set(each)) for each in zip(*looks, strict=True)] == [3, 3]
 
 
-def test_the_ratio_is_on_a_logarithmic_axis_with_plain_numbers():
+def test_decisions_are_named_at_the_ends_of_their_lines():
     ax = plot_decisions(RATIOS, RATES)
-    assert ax.get_xscale() == "log"
-    ax.figure.canvas.draw()
-    shown = [text.get_text() for text in ax.get_xticklabels()]
-    assert shown == ["0.1", "0.2", "0.5", "1", "2", "5", "10"]
-    assert not any(text.get_text() for text in ax.get_xticklabels(minor=True))
-    assert "n/m" in ax.get_xlabel()
     assert "%" in ax.get_ylabel()
     assert texts(ax) == {"feasible", "infeasible", "undecided"}
     assert ax.get_legend() is None
+
+
+CELLS = {"": [[("a", 3.0, True), ("b", 2.0, False), ("b", 1.0, True)]]}
+OVER_RATIOS = {
+    "decisions": lambda: plot_decisions(RATIOS, RATES).figure,
+    "panels": lambda: draw_panels([Panel("one", RATIOS, RATES, 1.0)]),
+    "contenders": lambda: draw_against_ratio(20, [100, 2, 200], {"a": RATES["feasible"][:3]}),
+    "costs": lambda: draw_diagram(CELLS, [0.1, 0.5, 10.0], [3.0], ["a", "b"]),
+}
+
+
+@pytest.mark.parametrize("name", OVER_RATIOS)
+def test_the_axis_of_ratios_is_the_same_in_all_figures(name):
+    drawn = OVER_RATIOS[name]()
+    drawn.canvas.draw()
+    ax = drawn.axes[0]
+    label = ax.get_xlabel() or drawn._supxlabel.get_text()
+    assert label.partition(";")[0] == "robots per task $n/m$"
+    assert ax.get_xscale() == "log"
+    assert ax.get_xlim()[0] < ax.get_xlim()[1]
+    shown = [text.get_text() for text in ax.get_xticklabels()]
+    assert {"0.1", "0.5", "10"} <= set(shown)
+    assert [float(text) for text in shown] == sorted(map(float, shown))
+    assert not any(text.get_text() for text in ax.get_xticklabels(minor=True))
+
+
+def test_contenders_stand_at_their_ratios_in_any_order_of_tasks():
+    tasks, shares = [40, 0, 10, 20], [wilson(number, 10) for number in (1, 2, 3, 4)]
+    ax = draw_against_ratio(20, tasks, {"a": shares}).axes[0]
+    line = ax.lines[0]
+    assert line.get_xdata().tolist() == [0.5, 1, 2, 40]  # no task: as if half a task
+    np.testing.assert_allclose(line.get_ydata(), [10, 40, 30, 20])
+    (above,) = ax.child_axes
+    assert [text.get_text() for text in above.get_xticklabels()] == ["40", "20", "10", "0"]
+    assert above.get_xlabel() == "number of tasks $m$"
 
 
 # --- Decisions over time ---

@@ -81,7 +81,7 @@ def test_labels_are_readable_on_white():
 @pytest.mark.parametrize(
     "draw",
     [
-        lambda: draw_against_ratio(["2", "1"], [10, 20], RATES),
+        lambda: draw_against_ratio(20, [10, 20], RATES),
         lambda: draw_against_time(CURVES),
         lambda: draw_against_bits(TOTALS),
         lambda: draw_lines(
@@ -98,7 +98,7 @@ def test_sixteen_contenders_have_five_colours_and_names(draw):
 
 
 def test_lines_that_are_grey_are_named_below_the_figure():
-    note = draw_against_ratio(["2", "1"], [10, 20], RATES)._supxlabel.get_text()
+    note = draw_against_ratio(20, [10, 20], RATES)._supxlabel.get_text()
     assert note.split("grey: ")[1].replace("\n", " ").split(", ") == NAMES[1:12]
     assert draw_against_time({"only": CURVES["rule-3"]})._supxlabel is None
 

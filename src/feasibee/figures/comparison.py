@@ -24,20 +24,24 @@ from feasibee.figures.style import (
     draw_intervals,
     figure,
     looks,
+    name_of_axis,
     note,
     over_time,
+    robots_per_task,
     spaced_by_ratio,
 )
 from feasibee.results.calibration import Calibration
 from feasibee.results.responding import Judgement, Service
 from feasibee.results.statistics import Interval, Quartiles, pareto
 
-BESIDE = 0.06
-"""Distance of two highlighted lines along the axis of ratios, so that their bars do not overlap."""
+BESIDE = 0.006
+"""Distance of two highlighted lines, as a share of the axis of ratios, so that their bars do not overlap."""
+APART = 0.03
+"""Least distance of two numbers of tasks above the axes, as a share of the axis of ratios."""
 
 
 def draw_against_ratio(
-    ratios: Sequence[str],
+    robots: int,
     tasks: Sequence[int],
     shares: Mapping[str, Sequence[Interval] | None],
     label: str = "swarms that are right at the end (%)",
@@ -45,16 +49,18 @@ def draw_against_ratio(
     *,
     before: Mapping[str, Look] | None = None,
 ) -> Figure:
-    """Draw each contender's share of swarms at each ratio, evenly spaced, with intervals.
+    """Draw each contender's share of swarms at each ratio of robots to tasks, with intervals.
 
     The contenders with the largest mean share are highlighted; see ``feasibee.figures.style.looks``.
 
     Parameters
     ----------
-    ratios, tasks : sequence
-        Ratio of robots to tasks, as text, and number of tasks, of each place on the x axis.
+    robots : int
+        Number of robots.
+    tasks : sequence of int
+        Numbers of tasks. None at all is drawn as if it were half a task.
     shares : mapping of str to sequence of Interval
-        A share per ratio by contender. A contender with None isn't drawn.
+        A share per number of tasks by contender. A contender with None isn't drawn.
     label : str
         What the share is of.
     wrong : mapping of str to sequence of Interval
@@ -65,13 +71,13 @@ def draw_against_ratio(
     known = {name: np.array(share) for name, share in shares.items() if share is not None}
     means = {name: float(share[:, 0].mean()) for name, share in known.items()}
     found = looks(means, before=before)
-    beside = _beside(found)
-    with figure(7.2, 3.6) as (drawn, ax):
-        ends = {}
+    ratios = robots / np.maximum(tasks, 0.5)
+    order, beside, ends = np.argsort(ratios), _beside(found, ratios), {}
+    with figure(7.2, 3.8) as (drawn, ax):
         for name, share in known.items():
-            look, places = found[name], np.arange(float(len(ratios))) + beside.get(name, 0.0)
-            ax.plot(places, 100 * share[:, 0], **look.line)
-            ends[name] = (float(places[-1]), 100 * float(share[-1, 0]))
+            look, places = found[name], beside.get(name, ratios)
+            ax.plot(places[order], 100 * share[order, 0], **look.line)
+            ends[name] = (float(places[order[-1]]), 100 * float(share[order[-1], 0]))
             if look.highlighted:
                 draw_intervals(ax, places, share, **look.bars)
             _draw_crosses(ax, places, wrong.get(name, ()), look)
@@ -240,18 +246,30 @@ def _leave_room(ax: Axes, bits: Sequence[float], left: float, right: float, line
         ax.set_xlim(-0.2 * (most or 1), linear * (most or 1))
 
 
-def _finish_ratios(ax: Axes, ratios: Sequence[str], tasks: Sequence[int]) -> None:
-    """Write the ratio and the number of tasks at each place of the x axis."""
-    labels = [f"{ratio}\n{number}" for ratio, number in zip(ratios, tasks, strict=True)]
-    ax.set_xticks(range(len(ratios)), labels)
-    ax.set_xlabel("robot-to-task ratio n/m, and below it the number of tasks m")
-    ax.set_xlim(-0.4, len(ratios) - 0.6)
+def _finish_ratios(ax: Axes, ratios: NDArray[np.float64], tasks: Sequence[int]) -> None:
+    """Make the axis of ratios, and above it write the numbers of tasks that have room."""
+    robots_per_task(ax)
+    shown: dict[float, int] = {}
+    for ratio, number in sorted(zip(ratios.tolist(), tasks, strict=True)):
+        if not shown or ratio >= max(shown) * _factor(ratios, APART):
+            shown[ratio] = number
+    above = ax.secondary_xaxis("top")
+    above.set_xticks(list(shown), [str(number) for number in shown.values()])
+    above.set_xticks([], minor=True)
+    above.tick_params(labelsize="small")
+    above.set_xlabel(name_of_axis("tasks.count"), fontsize="medium")
 
 
-def _beside(found: Mapping[str, Look]) -> dict[str, float]:
-    """Return how far each highlighted line is moved along the axis of ratios."""
+def _beside(found: Mapping[str, Look], ratios: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    """Return the places of each highlighted line along the axis of ratios."""
     names = [name for name, look in found.items() if look.highlighted]
-    return {name: BESIDE * (number - (len(names) - 1) / 2) for number, name in enumerate(names)}
+    shifts = BESIDE * (np.arange(len(names)) - (len(names) - 1) / 2)
+    return {name: ratios * _factor(ratios, shift) for name, shift in zip(names, shifts, strict=True)}
+
+
+def _factor(ratios: NDArray[np.float64], share: float) -> float:
+    """Return the factor between two ratios that are a share of their axis apart."""
+    return float(max(ratios.max() / ratios.min(), 1.2) ** share)
 
 
 def _draw_crosses(ax: Axes, places: NDArray[np.float64], wrong: Sequence[Interval], look: Look) -> None:

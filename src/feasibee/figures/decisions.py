@@ -19,6 +19,7 @@ from feasibee.figures.style import (
     MARKERS,
     PALETTE,
     PERCENT,
+    RATIO,
     Look,
     also_in_seconds,
     axes_for,
@@ -28,8 +29,8 @@ from feasibee.figures.style import (
     looks,
     note,
     over_time,
+    robots_per_task,
     small_multiples,
-    spaced_by_ratio,
 )
 from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.model.outcomes import DECLARES, OUTCOMES
@@ -169,9 +170,8 @@ def plot_decisions(
     with axes_for(ax, 3.8, 2.8) as axes:
         axes.axvline(1, color="0.8", linewidth=0.8, zorder=0)
         _draw_rates(axes, ratios, rates, markersize=3.5, linewidth=1.0, elinewidth=0.8)
-        axes.set(xlabel="robot-to-task ratio n/m", ylabel="runs (%)", ylim=PERCENT)
-        ticks = [tick for tick in (0.1, 0.2, 0.5, 1, 2, 5, 10) if min(ratios) <= tick <= max(ratios)]
-        spaced_by_ratio(axes, ticks if len(ticks) >= 2 else ())
+        axes.set(ylabel="runs (%)", ylim=PERCENT)
+        robots_per_task(axes)
         last = int(np.argmax(ratios))
         ends = {name: (ratios[last], 100 * intervals[last][0]) for name, intervals in rates.items()}
         label_ends(axes, ends, {name: Look(COLOURS[name], MARKERS[name]) for name in rates})
@@ -267,8 +267,7 @@ def draw_panels(panels: Sequence[Panel]) -> Figure:
     panels : sequence of Panel
         The first is what the others are compared with.
     """
-    xlabel = "robots per task"
-    with small_multiples(len(panels), 4, (7.2, 0.5, 1.75), xlabel, "runs (%)") as (drawn, grid):
+    with small_multiples(len(panels), 4, (7.2, 0.5, 1.75), RATIO, "runs (%)") as (drawn, grid):
         for ax, panel in zip(grid, panels, strict=True):
             if panel is not panels[0]:
                 for name in ("feasible", "infeasible"):
@@ -278,7 +277,7 @@ def draw_panels(panels: Sequence[Panel]) -> Figure:
             ax.axvline(panel.tip, label="infeasible to its left", **tip)
             _draw_rates(ax, panel.ratios, panel.rates, markersize=2.4, linewidth=0.9, elinewidth=0.7)
             ax.set(ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
-            spaced_by_ratio(ax, (0.1, 0.5, 1, 2, 10))
+            robots_per_task(ax, (0.1, 0.5, 1, 2, 10), label="")
             ax.set_title(panel.title, fontsize=8.5)
             ax.tick_params(labelsize=8)
         handles, labels = grid[0].get_legend_handles_labels()

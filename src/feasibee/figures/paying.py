@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from feasibee.figures.style import PALETTE, figure
+from feasibee.figures.style import PALETTE, RATIO, figure, robots_per_task
 
 Cell = tuple[str, float, bool]
 """The cheapest policy, its mean cost, and whether it is surely cheaper than each other."""
@@ -37,24 +37,25 @@ def draw_diagram(
     size = 1.0 + 0.46 * len(ratios), 1.1 + (0.5 + 0.28 * len(penalties)) * len(panels)
     with figure(*size, rows=len(panels), sharex=True, squeeze=False) as (drawn, axes):
         for ax, (title, rows) in zip(axes[:, 0], panels.items(), strict=True):
-            _draw(ax, rows, policies)
+            _draw(ax, rows, ratios, policies)
+            robots_per_task(ax, ratios, "")
             ax.set_yticks(range(len(penalties)), [f"{each:g}" for each in penalties])
             ax.set_title(title, loc="left")
             ax.set(ylabel="cost of a start in vain")
-        axes[-1, 0].set_xticks(range(len(ratios)), [f"{each:g}" for each in ratios])
-        axes[-1, 0].set(xlabel="robots per task; in a cell: mean cost, in brackets if another is as cheap")
+        axes[-1, 0].set(xlabel=f"{RATIO}; in a cell: mean cost, in brackets if another is as cheap")
         handles = [axes[0, 0].scatter([], [], marker="s", color=each) for each in PALETTE[: len(policies)]]
         drawn.legend(handles, policies, loc="outside upper center", ncols=3)
     return drawn
 
 
-def _draw(ax: Any, rows: Sequence[Sequence[Cell]], policies: Sequence[str]) -> None:
+def _draw(ax: Any, rows: Sequence[Sequence[Cell]], ratios: Sequence[float], policies: Sequence[str]) -> None:
     chosen = np.array([[policies.index(policy) for policy, _, _ in row] for row in rows])
-    colours, edges = ListedColormap(PALETTE[: len(policies)]), np.arange(len(policies) + 1) - 0.5
-    norm = BoundaryNorm(list(edges), len(policies))
-    ax.imshow(chosen, origin="lower", aspect="auto", cmap=colours, norm=norm, alpha=0.55)
+    middles = np.sqrt(np.multiply(ratios[1:], ratios[:-1]))
+    columns = [ratios[0] ** 2 / middles[0], *middles, ratios[-1] ** 2 / middles[-1]]
+    look: dict[str, Any] = {"cmap": ListedColormap(PALETTE[: len(policies)]), "alpha": 0.55}
+    ax.pcolormesh(columns, np.arange(len(rows) + 1) - 0.5, chosen, vmin=0, vmax=len(policies) - 1, **look)
     for place, row in enumerate(rows):
-        for column, (_, cost, sure) in enumerate(row):
+        for ratio, (_, cost, sure) in zip(ratios, row, strict=True):
             text = f"{cost:.0f}" if sure else f"({cost:.0f})"
-            ax.text(column, place, text, ha="center", va="center", fontsize=6.5)
+            ax.text(ratio, place, text, ha="center", va="center", fontsize=6.5)
     ax.spines[:].set_visible(False)

@@ -8,15 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from feasibee.figures.style import (
-    PALETTE,
-    are_spaced_by_ratio,
-    draw_intervals,
-    figure,
-    note,
-    spaced_by_ratio,
-    text_colour,
-)
+from feasibee.figures.style import PALETTE, along, draw_intervals, figure, note, text_colour
 from feasibee.results.statistics import Interval
 
 BLUE, ORANGE, GREY = *PALETTE[:2], "0.45"
@@ -58,13 +50,11 @@ def draw_sizing(panels: Sequence[Panel], target: float) -> Figure:
 
 
 def _draw(ax: Any, panel: Panel, target: float) -> None:
-    values = np.array([value for value, _ in panel.points])
+    values = [value for value, _ in panel.points]
     ax.axhline(100 * target, color=GREY, linewidth=0.8, linestyle="--", zorder=0)
     look = {"color": BLUE, "marker": "o", "markersize": 3.5, "linewidth": 1.2, "elinewidth": 0.7}
     draw_intervals(ax, values, [share for _, share in panel.points], **look)
-    if are_spaced_by_ratio(values):
-        spaced_by_ratio(ax)
-    ax.set(xlabel=panel.label)
+    along(ax, panel.label, values)
     above: dict[str, Any] = {"where": ax.get_xaxis_transform(), "va": "bottom"}
     if panel.least is not None:
         ax.axvline(panel.least, color=BLUE, linewidth=0.8, linestyle=":")

@@ -48,6 +48,8 @@ PALETTE: Final = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00")
 """Colours of highlighted lines, as many as a figure may have; of Okabe and Ito, for any colour vision."""
 PERCENT: Final = (-2, 102)
 """Limits of an axis of percentages."""
+RATIO: Final = "robots per task $n/m$"
+"""Label of the axis that `robots_per_task` makes."""
 FLATTEST: Final = 0.62
 """Least height of a figure in a journal's column, as a share of its width."""
 GREY: Final = "0.72"
@@ -215,7 +217,7 @@ def save_both(drawn: Figure, stem: Path) -> None:
 
 
 def are_spaced_by_ratio(values: Iterable[float]) -> bool:
-    """Return whether values belong on a logarithmic axis: they span a decade, or were spaced by ratio."""
+    """Return whether numbers belong on a logarithmic axis: they span a decade, or were spaced by ratio."""
     once = sorted(set(values))
     if not once or once[0] <= 0:
         return False
@@ -228,14 +230,30 @@ def are_spaced_by_ratio(values: Iterable[float]) -> bool:
 
 
 def spaced_by_ratio(ax: Axes, ticks: Sequence[float] = ()) -> None:
-    """Make an x axis logarithmic, with plain numbers at given ones or 1, 2, 5, ...; call it after drawing."""
+    """Make an x axis logarithmic, with plain numbers at given ones or round ones; call it after drawing."""
     ax.set_xscale("log")
     low, high = ax.get_xlim()
-    steps = (1, 2, 5) if high / low < 2000 else (1,)
+    steps = (1, 1.5, 2, 3, 5, 7) if high / low < 8 else (1, 2, 5) if high / low < 2000 else (1,)
     ticks = ticks or [step * 10.0**power for power in range(-9, 12) for step in steps]
     ax.xaxis.set_major_locator(FixedLocator([tick for tick in ticks if low <= tick <= high]))
     ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     ax.xaxis.set_minor_formatter(NullFormatter())
+
+
+def along(ax: Axes, label: str, values: Sequence[Any]) -> None:
+    """Label an x axis; make it logarithmic if its values are numbers that belong on one; call it last."""
+    ax.set_xlabel(label)
+    if all(isinstance(value, int | float) for value in values) and are_spaced_by_ratio(values):
+        spaced_by_ratio(ax)
+
+
+def robots_per_task(ax: Axes, ticks: Sequence[float] = (), label: str = RATIO) -> None:
+    """Make an x axis that of every figure over the ratio: spaced by it, with more robots to the right.
+
+    Call it after drawing. A figure whose panels share one label passes an empty one.
+    """
+    spaced_by_ratio(ax, ticks)
+    ax.set_xlabel(label)
 
 
 def fill_band(ax: Axes, x: Any, low: Any, high: Any, colour: str) -> None:

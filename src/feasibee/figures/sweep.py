@@ -12,12 +12,11 @@ from matplotlib.figure import Figure
 from feasibee.figures.labels import label_ends
 from feasibee.figures.style import (
     PERCENT,
-    are_spaced_by_ratio,
+    along,
     figure,
     fill_band,
     looks,
     name_of_axis,
-    spaced_by_ratio,
 )
 from feasibee.results.measures import MEASURES
 from feasibee.results.statistics import Interval
@@ -63,9 +62,8 @@ def draw_lines(
                 fill_band(ax, values, low, high, look.colour)
             if (known := np.flatnonzero(np.isfinite(middle))).size:
                 ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(middle[known[-1]]))
-        if numeric and are_spaced_by_ratio(positions):
-            spaced_by_ratio(ax)
-        ax.set(xlabel=name_of_axis(x, journal), ylabel=_label(show), ylim=PERCENT if scale > 1 else (0, None))
+        along(ax, name_of_axis(x, journal), positions)
+        ax.set(ylabel=_label(show), ylim=PERCENT if scale > 1 else (0, None))
         ax.set_title(f"averaged over {', '.join(over)}" if over else "", loc="left", color="0.3")
         _say_never(ax, lines, show)
         if hue:

@@ -11,21 +11,20 @@ from matplotlib.figure import Figure
 
 from feasibee.figures.style import (
     PALETTE,
-    are_spaced_by_ratio,
+    PERCENT,
+    along,
     draw_intervals,
     figure,
     fill_band,
     name_of_axis,
     note,
     over_time,
-    spaced_by_ratio,
     text_colour,
 )
+from feasibee.model.codes import COLOURS
 from feasibee.theory.against import Agreement
 from feasibee.theory.predict import Prediction
 
-COLOURS = {"feasible": PALETTE[0], "infeasible": PALETTE[1]}
-"""Colours of the two decisions."""
 ENGINE = {"fmt": "o", "markersize": 4, "elinewidth": 0.8, "markerfacecolor": "white", "zorder": 3}
 """How runs of the engine are drawn."""
 LATE = 0.99
@@ -53,7 +52,8 @@ def _draw_times(ax: Axes, prediction: Prediction, agreement: Agreement | None) -
     decided = prediction.by_step.sum(1)
     last = min(int(np.searchsorted(decided, LATE * decided[-1])) + 1, len(decided) - 1)
     steps, error = np.arange(last + 1), 100 * prediction.error
-    for column, (name, colour) in enumerate(COLOURS.items()):
+    for column, name in enumerate(("feasible", "infeasible")):
+        colour = COLOURS[name]
         share = 100 * prediction.by_step[: last + 1, column]
         ax.plot(steps, share, color=colour, linewidth=1.5)
         fill_band(ax, steps, np.maximum(share - error, 0), np.minimum(share + error, 100), colour)
@@ -121,14 +121,12 @@ def draw_field(path: str, points: Sequence[tuple[Any, Prediction, Agreement | No
             draw_intervals(axes[0], at, [each.rates["feasible"] for _, each in runs], color="0.2", **ENGINE)
             medians = [np.nan if each.steps.median is None else each.steps.median for _, each in runs]
             axes[2].plot(at, medians, "o", color="0.2", markersize=4, markerfacecolor="white")
-        axes[0].set(ylabel="decide feasible (%)", ylim=(-2, 102))
-        axes[1].set(ylabel="feasible opinions (%)", ylim=(-2, 102))
+        axes[0].set(ylabel="decide feasible (%)", ylim=PERCENT)
+        axes[1].set(ylabel="feasible opinions (%)", ylim=PERCENT)
         axes[2].set(ylabel="step of the decision", ylim=(0, None))
         for ax, title in zip(axes, ("band: tested error", "", "line: median; band: quartiles"), strict=True):
-            ax.set(xlabel=name_of_axis(path))
             ax.set_title(title, loc="left", color="0.3")
-            if are_spaced_by_ratio(values):
-                spaced_by_ratio(ax)
+            along(ax, name_of_axis(path), values)
     return drawn
 
 

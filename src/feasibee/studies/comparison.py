@@ -571,14 +571,13 @@ def tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
 def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
     """Return the figures of a world that doesn't change, with those of calibration and declarations."""
     some = next(iter(groups.values()))
-    labels = [f"{each.robots / each.tasks:.3g}" if each.tasks else "no task" for each in some]
-    numbers = [each.tasks for each in some]
+    swarm = some[0].robots, [each.tasks for each in some]
     accuracies = {name: [each.accuracy for each in group] for name, group in groups.items()}
     shares = {name: np.array([each.right_at / each.runs for each in group]) for name, group in groups.items()}
     totals = {name: (mean_bits(group), overall(group)) for name, group in groups.items()}
     before = looks({name: share.estimate for name, (_, share) in totals.items()})
     figures = {
-        "compare_ratio": draw_against_ratio(labels, numbers, accuracies, before=before),
+        "compare_ratio": draw_against_ratio(*swarm, accuracies, before=before),
         "compare_time": draw_against_time(shares, before=before),
         "compare_bits": draw_against_bits(
             totals, "swarms that are right at the end,\nover all ratios (%)", before=before
@@ -591,8 +590,7 @@ def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
     }
     if any(declared.values()):
         figures["compare_declared"] = draw_against_ratio(
-            labels,
-            numbers,
+            *swarm,
             {name: [each.ok for each in group] or None for name, group in declared.items()},
             "swarms that declared rightly (%)",
             {name: [each.wrong for each in group] for name, group in declared.items()},

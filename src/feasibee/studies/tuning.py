@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.figures.style import GREY, PALETTE, are_spaced_by_ratio, figure, spaced_by_ratio, text_colour
+from feasibee.figures.style import GREY, PALETTE, along, figure, name_of_axis, note, text_colour
 from feasibee.results.measures import MEASURES, Measure, tracking
 from feasibee.results.statistics import (
     Interval,
@@ -355,9 +355,7 @@ def draw_search(tuned: Tuned) -> Figure:
             shown = [str(value) for value in values] if isinstance(values[0], str | bool) else values
             ax.plot(shown, shares, "o", color=GREY, markersize=3)
             _mark_chosen(ax, tuned, shown, shares)
-            ax.set(xlabel=name)
-            if not isinstance(values[0], str | bool) and are_spaced_by_ratio(values):
-                spaced_by_ratio(ax)
+            along(ax, name_of_axis(name), values)
     return drawn
 
 
@@ -365,10 +363,7 @@ def _mark_chosen(ax: Axes, tuned: Tuned, shown: Sequence[Any], shares: NDArray[n
     """Highlight the first trial with the parameters that were chosen."""
     place = next(place for place, (values, _) in enumerate(tuned.trials) if values == tuned.values)
     ax.plot(shown[place], shares[place], "o", color=PALETTE[0], markersize=5)
-    look: dict[str, Any] = {"color": text_colour(PALETTE[0]), "fontsize": 8}
-    ax.annotate(
-        "chosen", (shown[place], shares[place]), (0, 5), textcoords="offset points", ha="center", **look
-    )
+    note(ax, "chosen", (shown[place], shares[place]), (0, 9), ha="center", color=text_colour(PALETTE[0]))
 
 
 RESAMPLES = 2000
