@@ -208,5 +208,5 @@ def test_a_figure_says_over_what_it_averages():
         draw_lines(lines, "tasks.count", None, "accuracy", ["radio.loss"]),
         draw_map(cells, "tasks.count", "sensing.range", "accuracy", ["radio.loss"]),
     ):
-        assert drawn.axes[0].get_title(loc="left") == "averaged over radio.loss"
+        assert drawn.axes[0].get_title(loc="left") == "averaged over radio loss $p_\\mathrm{loss}$"
     assert draw_lines(lines, "tasks.count", None, "accuracy").axes[0].get_title(loc="left") == ""

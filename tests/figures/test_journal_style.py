@@ -5,13 +5,18 @@ from __future__ import annotations
 import re
 
 import pytest
+from matplotlib.text import Text
 from PIL import Image
 
+from feasibee import Scenario
+from feasibee.figures.sizing import draw_sizing
 from feasibee.figures.style import name_of_axis
 from feasibee.figures.sweep import draw_lines, draw_map
 from feasibee.results.statistics import wilson
 from feasibee.scenario.fields import fields
 from feasibee.scenario.units import SYMBOLS
+from feasibee.studies.size import Band, Edge, Finding, Rule, Sizing, panels_of
+from feasibee.studies.tuning import Objective, Sensitivity, Tuned, draw_search, draw_sensitivities
 from tests.commands import output_of, refused_in_a_line
 
 
@@ -71,6 +76,32 @@ def test_axes_have_symbols_with_units_and_by_default_words_too():
     ax, _ = draw_map(cells, "robots.speed", "radio.id_bits", "accuracy").axes
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("robot speed $v$ (units per step)", "radio id bits")
     assert name_of_axis("ratio") == "ratio"
+
+
+SHARE = wilson(1, 2)
+ASKED = Scenario(units={"metres": 0.5})
+FOUND = [Finding(place, 50, 100, SHARE, "enough") for place in (0, 1)]
+EDGES = [Edge(path, [1, 2], FOUND, 1, 0) for path in ("radio.range", "tasks.count", "tasks.count")]
+TRIAL = ({"radio.range": 3.0, "decision.gain": 9}, 0.5)
+LABELLED = {
+    "sizing": lambda: draw_sizing(
+        panels_of(Sizing(ASKED, Rule(0.9), EDGES[0], Band(*EDGES[1:]), 0, False)), 0.9
+    ),
+    "search": lambda: draw_search(Tuned(TRIAL[0], SHARE, SHARE, SHARE, [TRIAL], Objective())),
+    "sensitivities": lambda: draw_sensitivities([Sensitivity("radio.range", SHARE)]),
+    "map": lambda: draw_map({(1, 2): SHARE}, "radio.range", "radio.loss", "accuracy", ["tasks.count"]),
+}
+
+
+@pytest.mark.parametrize("name", LABELLED)
+def test_no_figure_names_fields_by_their_keys(name):
+    drawn = LABELLED[name]()
+    drawn.draw_without_rendering()
+    shown = {text.get_text() for text in drawn.findobj(Text)}
+    assert not [text for text in shown if re.search(r"[a-z]\.[a-z]", text)]
+    assert any(text.startswith("radio range $d_\\mathrm{radio}$") for text in shown)
+    assert "number of tasks $m$" in shown or name != "sizing"
+    assert "radio range $d_\\mathrm{radio}$ (m)" in shown or name != "sizing"
 
 
 def test_symbols_are_those_of_fields_and_each_of_one():

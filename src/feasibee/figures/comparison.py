@@ -126,12 +126,8 @@ def draw_against_time(
             last = max(line.size for line in lines.values()) - 1
             for name, line in lines.items():
                 ax.plot(np.arange(line.size)[1:], line[1:], **found[name].line)
-            ax.set(
-                xlabel="time (steps)",
-                title=title,
-                xlim=(10 if last > 10 else 1, max(last, 2)),
-                ylim=PERCENT,
-            )
+            limits = 10 if last > 10 else 1, max(last, 2)
+            ax.set(xlabel="time (steps)", title=title, xlim=limits, ylim=PERCENT)
             spaced_by_ratio(ax)
             also_in_seconds(ax, seconds)
         axes[0][0].set(ylabel=label)
@@ -161,11 +157,8 @@ def draw_calibration(
             if look.highlighted:
                 draw_intervals(ax, said, shares, **look.bars)
             ends[name] = (float(said[-1]), 100 * shares[-1].estimate)
-        ax.set(
-            xlabel="probability that swarms give to feasible (%)",
-            ylabel="swarms whose tasks are feasible (%)",
-        )
-        ax.set(xlim=PERCENT, ylim=PERCENT)
+        ax.set_xlabel("probability that swarms give to feasible (%)")
+        ax.set(ylabel="swarms whose tasks are feasible (%)", xlim=PERCENT, ylim=PERCENT)
         label_ends(ax, ends, chosen, scores)
     return drawn
 

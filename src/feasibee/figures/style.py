@@ -158,8 +158,9 @@ def small_multiples(
         drawn.supxlabel(xlabel, fontsize=9)
 
 
-def name_of_axis(path: str, journal: float = 0.0) -> str:
+def name_of_axis(path: str, journal: float = 0.0, unit: str | None = None) -> str:
     """Return the label of a field: its symbol and unit, after its name in words unless for a journal."""
+    unit = unit_of(path) if unit is None else unit
     group, _, last = path.replace("_", " ").partition(".")
     words = f"{group.removesuffix('s')} {last}" if last else group
     words = f"number of {group}" if last == "count" else words
@@ -167,7 +168,7 @@ def name_of_axis(path: str, journal: float = 0.0) -> str:
     text = f"${base}_\\mathrm{{{index}}}$" if index else f"${base}$" if path in SYMBOLS else base
     if not journal:
         text = f"{words} {text}" if path in SYMBOLS else words
-    return f"{text} ({unit})" if (unit := unit_of(path)) else text
+    return f"{text} ({unit})" if unit else text
 
 
 def draw_intervals(ax: Axes, places: Any, shares: Any, **look: Any) -> None:
@@ -241,7 +242,7 @@ def spaced_by_ratio(ax: Axes, ticks: Sequence[float] = ()) -> None:
 
 
 def along(ax: Axes, label: str, values: Sequence[Any]) -> None:
-    """Label an x axis; make it logarithmic if its values are numbers that belong on one; call it last."""
+    """Label an x axis, and make it logarithmic if its values are numbers that belong on such an axis."""
     ax.set_xlabel(label)
     if all(isinstance(value, int | float) for value in values) and are_spaced_by_ratio(values):
         spaced_by_ratio(ax)

@@ -64,7 +64,7 @@ def draw_lines(
                 ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(middle[known[-1]]))
         along(ax, name_of_axis(x, journal), positions)
         ax.set(ylabel=_label(show), ylim=PERCENT if scale > 1 else (0, None))
-        ax.set_title(f"averaged over {', '.join(over)}" if over else "", loc="left", color="0.3")
+        _say_over(ax, over)
         _say_never(ax, lines, show)
         if hue:
             label_ends(ax, ends, found, means, title=name_of_axis(hue, journal))
@@ -77,6 +77,12 @@ def _mean(line: Mapping[Any, Interval], show: str) -> float:
     if np.isnan(mean):
         return -np.inf
     return -mean if MEASURES[show].less else mean
+
+
+def _say_over(ax: Axes, over: Sequence[str]) -> None:
+    """Write above the axes over which fields a measure is averaged, if any."""
+    names = ", ".join(name_of_axis(path, unit="") for path in over)
+    ax.set_title(f"averaged over {names}" if over else "", loc="left", color="0.3")
 
 
 def _label(show: str) -> str:
@@ -134,7 +140,7 @@ def draw_map(
         ax.set_xticks(range(len(columns)), [_text(value) for value in columns])
         ax.set_yticks(range(len(rows)), [_text(value) for value in rows])
         ax.spines[:].set_visible(False)
-        ax.set_title(f"averaged over {', '.join(over)}" if over else "", loc="left", color="0.3")
+        _say_over(ax, over)
         drawn.colorbar(image, ax=ax, label=_label(show))
     return drawn
 

@@ -118,23 +118,6 @@ def value_in_words(scenario: Scenario, path: str, value: Any) -> str:
     return f"{path} = {_in_words(scenario, dimension, value) if dimension else value}"
 
 
-def axis_of(scenario: Scenario, path: str) -> tuple[str, float]:
-    """Return the label of a field's axis, and by what to multiply its values.
-
-    Examples
-    --------
-    >>> from feasibee import Scenario
-    >>> from feasibee.scenario.units import axis_of
-    >>> axis_of(Scenario(units={"metres": 0.5}), "radio.range"), axis_of(Scenario(), "radio.range")
-    (('radio.range (m)', 0.5), ('radio.range (units)', 1.0))
-    """
-    dimension = dimension_of(path)
-    if dimension is None:
-        return path, 1.0
-    name, size = outside(scenario, dimension)
-    return f"{path} ({name})", size
-
-
 def symbol_of(path: str) -> str:
     """Return the symbol of a field, or its key as words."""
     return SYMBOLS.get(path) or path.rpartition(".")[2].replace("_", " ")

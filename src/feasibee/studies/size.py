@@ -15,11 +15,13 @@ from typing import Any, Final, Literal, NamedTuple
 
 from feasibee.errors import FeasibeeError, ScenarioError
 from feasibee.figures.sizing import Panel
+from feasibee.figures.style import name_of_axis
 from feasibee.results.measures import ended_right
 from feasibee.results.statistics import CONFIDENCE, Interval, confidence_sequence
 from feasibee.scenario.feasibility import truth
+from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.units import axis_of, step_in_words, value_in_words
+from feasibee.scenario.units import outside, step_in_words, value_in_words
 from feasibee.studies.comparison import check_stays, ending_early, origin, rounds_of
 from feasibee.studies.flooding import flooded
 from feasibee.studies.space import ladder, valid_values
@@ -415,18 +417,17 @@ def panels_of(sizing: Sizing) -> list[Panel]:
     def points(*edges: Edge) -> list[tuple[float, Interval]]:
         return sorted((value, each.interval) for edge in edges for value, each in edge.tested)
 
-    label, factor = axis_of(sizing.scenario, sizing.edge.path)
+    dimension = dimension_of(sizing.edge.path)
+    unit, factor = outside(sizing.scenario, dimension) if dimension else ("", 1.0)
+    label = name_of_axis(sizing.edge.path, unit=unit)
     least = None if sizing.edge.enough is None else factor * sizing.edge.enough
     tested = [(factor * value, share) for value, share in points(sizing.edge)]
     panels = [Panel(label, tested, least=least)]
     band = sizing.band
     if band is not None:
         ends = None if band.empty else (band.first, band.last)
-        panels.append(
-            Panel(
-                "tasks.count", points(band.below, band.above), band=ends, truth=sizing.scenario.robots.count
-            )
-        )
+        tested, most = points(band.below, band.above), sizing.scenario.robots.count
+        panels.append(Panel(name_of_axis(TASKS), tested, band=ends, truth=most))
     return panels
 
 

@@ -468,9 +468,8 @@ def draw_sensitivities(found: Sequence[Sensitivity]) -> Figure:
         for row, each in zip(rows, found, strict=True):
             middle, low, high = each.correlation
             colour = PALETTE[0] if each.matters else GREY
-            ax.errorbar(
-                middle, row, xerr=[[middle - low], [high - middle]], fmt="o", color=colour, markersize=4
-            )
-        ax.set_yticks(rows, [each.path for each in found])
+            look: dict[str, Any] = {"fmt": "o", "color": colour, "markersize": 4}
+            ax.errorbar(middle, row, xerr=[[middle - low], [high - middle]], **look)
+        ax.set_yticks(rows, [name_of_axis(each.path, unit="") for each in found])
         ax.set(xlim=(-1, 1), ylim=(-0.6, len(found) - 0.4), xlabel="rank correlation with right decisions")
     return drawn
