@@ -28,6 +28,9 @@ def test_the_form_has_every_field_once():
     assert kinds["sensing.count_self"]["kind"] == "boolean"
     assert kinds["robots.placement"]["choices"] == ["uniform", "clusters", "points"]
     assert (kinds["radio.id_bits"]["kind"], kinds["radio.id_bits"]["nullable"]) == ("integer", True)
+    assert {kinds[path]["kind"] for path in ("radio.range", "run.steps", "tasks.arrival_rate")} == {
+        "quantity"
+    }
     assert (kinds["radio.loss"]["min"], kinds["radio.loss"]["max"]) == (0, 1)
     assert all(field["note"] for field in kinds.values())
     assert {path for path, field in kinds.items() if field["kind"] == "value"} >= VALUES.keys()
@@ -45,4 +48,5 @@ def test_text_that_is_no_toml_stays_text():
     assert typed("decision.listen", "{last = ") == "{last ="
     assert typed("tasks.count", "3") == "3"
     assert typed("arena.side", " 30 ") == 30
+    assert [typed("run.steps", each) for each in ("30", "10 min", 30)] == [30, "10 min", 30]
     assert Scenario().replace({"arena.side": typed("arena.side", "[30, 18.5]")}).arena.size == (30.0, 18.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from playing import swarm_at
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.reasons import OPINIONS, opinion_of, reasons_of, sentence_of
 from feasibee.live.timeline import BACK, History, Timeline
+from feasibee.scenario.units import duration
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.strategies import STRATEGIES, census
 
@@ -41,6 +43,32 @@ def test_the_words_are_those_of_the_state():
         names = ", ".join(str(sender) for sender, heard, _ in state.heard if heard == opinion)
         assert f"{votes} {OPINIONS[opinion]} (robots {names})" in words["Heard"]
     assert f"at step {57 + state.phase_left} it begins to disseminate" in words["Next"]
+
+
+def test_the_words_have_seconds_and_metres_if_the_scenario_has_them():
+    hall = Scenario(
+        units={"metres": 0.5, "seconds": 2.0}, decision={"strategy": "census"}, acting={"start": 5}
+    )
+    plain, swarm = (
+        swarm_at(9, hall.replace({"units.metres": None, "units.seconds": None}), 1),
+        swarm_at(9, hall, 1),
+    )
+    timeline = Timeline(Swarm(hall, 1))
+    timeline.advance(9)
+    history = History(timeline)
+    told = " ".join(sentence_of(swarm, each, history) for each in range(20))
+    assert re.search(r"Holds \w+ since step (\d) \(\d+ s\)\. Knows: ", told)
+    walks = 0
+    for robot in range(20):
+        words, left = said(swarm, robot), swarm.robot(robot).phase_left
+        assert f"{left} step{'s' * (left > 1)} ({duration(2.0 * left)}) left" in words["Phase"]
+        assert f"at step {9 + left} ({duration(2.0 * (9 + left))}) it" in words["Next"]
+        away = re.search(r" ([\d.]+) units \(([\d.]+) m\) away: ", words["Acts"])
+        walks += bool(away)
+        assert not away or float(away[2]) == pytest.approx(float(away[1]) / 2, abs=0.03)
+        bare = re.sub(r" \([\d.]+ (?:m|s|min|min \d+ s)\)", "", " ".join(words.values()))
+        assert bare == " ".join(said(plain, robot).values())
+    assert walks
 
 
 ALONE = {"radio.range": 0.01, "robots.know_count": True, "tasks.count": 16}

@@ -6,7 +6,7 @@ import pytest
 from declaring import declaring
 from playing import swarm_at
 from serving import serving_at
-from visiting import at, control_of, focus_nothing, press, seek
+from visiting import at, change, control_of, focus_nothing, press, seek
 
 from feasibee import Scenario
 from feasibee.live.catalogue import Catalogue
@@ -104,6 +104,26 @@ def test_ranges_and_speed_have_sliders(visit, port):
     expect(page.locator("#toml")).to_contain_text("speed = 0.5")
     scenario = Scenario.from_toml(page.locator("#toml").text_content())
     assert (scenario.sensing.range, scenario.radio.range, scenario.robots.speed) == (3.5, 4.0, 0.5)
+
+
+def test_fields_take_and_show_units(visit):
+    with serving_at(Catalogue(Scenario(units={"metres": 0.5, "seconds": 2.0}), 1)) as port:
+        page = visit(port)
+        for path, text, number, shown in (
+            ("sensing.range", "1.5 m", "3", "units (1.5 m)"),
+            ("run.steps", "10 min", "300", "steps (10 min)"),
+            ("tasks.arrival_rate", "6 per min", "0.2", "per step (0.1 per s)"),
+            ("sensing.gate", "1 m", "2", "units (1 m)"),  # in "More"
+            ("robots.speed", "0.75", "0.75", "units per step (0.1875 m/s)"),
+        ):
+            expect(change(page, path, text)).to_have_value(number)
+            expect(page.locator("label", has=page.locator(f"[data-path='{path}']"))).to_have_attribute(
+                "data-unit", shown
+            )
+        change(page, "radio.range", "6 s")
+        expect(page.locator("#note-radio-range")).to_contain_text("must be a length, not a time")
+        found = Scenario.from_toml(page.locator("#toml").text_content())
+        assert (found.sensing.range, found.run.steps, found.robots.speed) == (3.0, 300, 0.75)
 
 
 def test_a_touched_run_is_copied_as_a_scenario(visit, port):

@@ -24,9 +24,9 @@ BOUNDS: Final = {
 def form() -> list[dict[str, Any]]:
     """Return the sections of a scenario with their fields, in the order of its complete form.
 
-    Each field has ``path``, ``name``, ``note`` and ``kind``: ``"number"``, ``"integer"``, ``"boolean"``,
-    ``"choice"`` (with ``choices``), or ``"value"``, which is typed as TOML. ``nullable`` says whether the
-    field may be unset.
+    Each field has ``path``, ``name``, ``note`` and ``kind``: ``"number"``, ``"integer"``, ``"quantity"``
+    (also with a unit), ``"boolean"``, ``"choice"`` (with ``choices``), or ``"value"``, which is typed as
+    TOML. ``nullable`` says whether the field may be unset.
     """
     schema = Scenario.model_json_schema()
     alone = {"controller": "preset", EVENTS: EVENTS}
@@ -41,7 +41,7 @@ def form() -> list[dict[str, Any]]:
 def typed(path: str, value: Any) -> Any:
     """Return the value of a field that somebody typed on the page: text of some fields is TOML."""
     kinds = {field["path"]: field["kind"] for section in form() for field in section["fields"]}
-    return read_value(value) if isinstance(value, str) and kinds.get(path) == "value" else value
+    return read_value(value) if isinstance(value, str) and kinds.get(path) in ("quantity", "value") else value
 
 
 def shown(value: Any) -> Any:
@@ -64,7 +64,8 @@ def _field(path: str, part: Mapping[str, Any]) -> dict[str, Any]:
     if "enum" in only:
         return found | {"kind": "choice", "choices": only["enum"]}
     kind = only.get("type")
-    kind = kind[0] if isinstance(kind, list) else kind  # texts with units are not typed on the page
+    if isinstance(kind, list):
+        return found | {"kind": "quantity"}
     if kind in ("number", "integer", "boolean"):
         bounds = {html: only[bound] for bound, html in BOUNDS.items() if bound in only}
         return found | {"kind": kind} | bounds

@@ -11,7 +11,9 @@ from feasibee.live.reasons import reasons_of
 from feasibee.live.scene import scene_of
 from feasibee.live.timeline import History, Outlook, Timeline
 from feasibee.scenario.feasibility import explain
+from feasibee.scenario.fields import dimension_of, fields
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.units import in_brackets
 from feasibee.simulation.swarm import Swarm
 
 STEPS_LIMIT: Final = 200_000
@@ -83,6 +85,7 @@ def opening(scenario: Scenario, seed: int, run: int, kinds: list[int], last: int
         "seed": str(seed),
         "run": str(run),
         "fields": _fields(scenario),
+        "units": _units(scenario),
         "toml": scenario.to_toml(),
         "drawn": scenario.place.walls,
         "cell": scenario.place.map.cell if scenario.place.map else scenario.place.cell,
@@ -104,6 +107,12 @@ def _fields(scenario: Scenario) -> dict[str, Any]:
     counts = {"robots.count": scenario.robots.count, "tasks.count": scenario.tasks.count}
     found = {path: shown(value) for path, value in (fields | counts | events).items()}
     return {path: value for path, value in found.items() if len(str(value)) <= LONGEST}
+
+
+def _units(scenario: Scenario) -> dict[str, str]:
+    """Return the unit of each field that has one, and its value in metres and seconds, if they are known."""
+    found = {path: dimension for path in fields() if (dimension := dimension_of(path))}
+    return {path: each.unit + in_brackets(scenario, each, scenario.get(path)) for path, each in found.items()}
 
 
 def _fixed(scenario: Scenario) -> str:

@@ -19,6 +19,8 @@ from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.acting import ranks_of
 from feasibee.scenario.geometry import segments
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.types import LENGTH, TIME
+from feasibee.scenario.units import in_brackets
 from feasibee.simulation.snapshot import FLAGS, RobotState
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies.certified import NEVER
@@ -61,8 +63,11 @@ def sentence_of(swarm: Swarm, number: int, history: History) -> str:
         return ""
     history.follow()
     steps = (int(each[number]) for each in (history.held, history.decided))
-    names = (f"step {each:,}{'' if each > history.first else ' or before'}" if each else "" for each in steps)
-    state, (held, decided) = swarm.robot(number), names
+    ends = (
+        each and f"{_at(swarm.scenario, each)}{'' if each > history.first else ' or before'}"
+        for each in steps
+    )
+    state, (held, decided) = swarm.robot(number), ends
     since = f"Holds {OPINIONS[opinion_of(state)]} since {held or 'the start'}."
     if swarm.scenario.manifest.knowledge:
         return (
@@ -104,11 +109,12 @@ def _lines(swarm: Swarm, state: RobotState, number: int) -> Iterator[tuple[str, 
 
 def _phase(scenario: Scenario, state: RobotState) -> str:
     """Return the phase, how long it lasts, and what is broadcast."""
+    left = _numbered(state.phase_left, "step") + in_brackets(scenario, TIME, state.phase_left)
     if not _has(state, "disseminating"):
-        return f"exploring, {_numbered(state.phase_left, 'step')} left"
+        return f"exploring, {left} left"
     said = "nothing" if state.broadcasts < 0 else OPINIONS[state.broadcasts]
     said = "what it knows" if scenario.manifest.knowledge else said
-    return f"disseminating, {_numbered(state.phase_left, 'step')} left; broadcasts {said}"
+    return f"disseminating, {left} left; broadcasts {said}"
 
 
 def _deed(swarm: Swarm, state: RobotState, number: int) -> str:
@@ -137,7 +143,7 @@ def _deed(swarm: Swarm, state: RobotState, number: int) -> str:
         why = "it has marked it"
     elif holder != FREE and known[task] == 0:
         why += ", but it is done" if holder < 0 else f", but robot {holder} has it"
-    return f"walks to task {task}, {away:.1f} units away: {why}; {knows}"
+    return f"walks to task {task}, {away:.1f} units{in_brackets(scenario, LENGTH, away)} away: {why}; {knows}"
 
 
 def _idle(swarm: Swarm, state: RobotState, number: int, known: int) -> str:
@@ -150,9 +156,13 @@ def _idle(swarm: Swarm, state: RobotState, number: int, known: int) -> str:
         return "doesn't act: it knows more tasks than there are robots"
     if swarm.step >= start or (scenario.acting.start == "declared" and declared):
         return "knows no free task that it can do"
-    begins = "once it declares feasible" if start == NEVER else f"from step {start:,} on"
+    begins = "once it declares feasible" if start == NEVER else f"from {_at(scenario, start)} on"
     marked = [f"has marked task {each}, and " for each in swarm.task_numbers[holders == number].tolist()]
     return f"{''.join(marked)}acts {begins}"
+
+
+def _at(scenario: Scenario, step: int) -> str:
+    return f"step {step:,}{in_brackets(scenario, TIME, step)}"
 
 
 def _numbered(count: int, word: str) -> str:
@@ -305,7 +315,7 @@ def _prospects(swarm: Swarm, state: RobotState, number: int) -> list[Prospect]:
 
 
 def _next(scenario: Scenario, state: RobotState, prospects: list[Prospect], step: int) -> str:
-    when = f"at step {step + state.phase_left:,}"
+    when = f"at {_at(scenario, step + state.phase_left)}"
     first = prospects[0]
     if scenario.manifest.declares and first.declared >= 0 and not _has(state, "declared"):
         return f"it is sure, and declares {OPINIONS[first.declared]}"
@@ -313,7 +323,8 @@ def _next(scenario: Scenario, state: RobotState, prospects: list[Prospect], step
         quality = {1: first.quality, 0: 1.0 - first.quality}.get(first.opinion, 0.5)
         rated = f"with what it has seen by now, {OPINIONS[first.opinion]} has quality {quality:.2f}, and "
         rated = rated if first.opinion >= 0 else "it has no opinion; "
-        return f"{when} it begins to disseminate; {rated}it broadcasts for {first.mean:.1f} steps on average"
+        lasting = f"{first.mean:.1f} steps{in_brackets(scenario, TIME, first.mean)}"
+        return f"{when} it begins to disseminate; {rated}it broadcasts for {lasting} on average"
     if scenario.manifest.judges:
         return f"{when} it explores again; its opinion follows what it knows in any step"
     opinions = list(dict.fromkeys(OPINIONS[each.opinion] for each in prospects))

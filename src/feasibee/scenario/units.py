@@ -59,7 +59,7 @@ def steps_in_words(scenario: Scenario, steps: float) -> str:
 
 def step_in_words(scenario: Scenario, step: int) -> str:
     """Return the number of a step, and the time at which it ends if the scenario says how long a step is."""
-    return f"step {step}{_outside(scenario, TIME, step)}"
+    return f"step {step}{in_brackets(scenario, TIME, step)}"
 
 
 def when_in_words(scenario: Scenario, step: int | None) -> str:
@@ -69,13 +69,13 @@ def when_in_words(scenario: Scenario, step: int | None) -> str:
 
 def _in_words(scenario: Scenario, dimension: Dimension, value: float) -> str:
     unit = re.sub(r"s\b", "", dimension.unit, count=1) if value == 1 else dimension.unit
-    return f"{value:g} {unit}{_outside(scenario, dimension, value)}"
+    return f"{value:g} {unit}{in_brackets(scenario, dimension, value)}"
 
 
-def _outside(scenario: Scenario, dimension: Dimension, value: float) -> str:
+def in_brackets(scenario: Scenario, dimension: Dimension, value: float) -> str:
     """Return a value in metres and seconds, in brackets, if the scenario says how long these are."""
     name, size = outside(scenario, dimension)
-    if name == dimension.unit:
+    if name == dimension.unit or not isinstance(value, int | float):
         return ""
     return f" ({duration(value * size) if name == 's' else f'{value * size:.4g} {name}'})"
 
@@ -83,7 +83,9 @@ def _outside(scenario: Scenario, dimension: Dimension, value: float) -> str:
 def outside(scenario: Scenario, dimension: Dimension) -> tuple[str, float]:
     """Return the unit that readers get, of metres and seconds if the scenario has them, and its size."""
     size = dimension.size(scenario.units.model_dump(exclude_none=True))
-    return (dimension.unit, 1.0) if size is None else (next(iter(dimension.sizes)), size)
+    return (
+        (dimension.unit, 1.0) if size is None else (re.sub("^/", "per ", next(iter(dimension.sizes))), size)
+    )
 
 
 def duration(seconds: float) -> str:

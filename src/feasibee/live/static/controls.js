@@ -96,9 +96,11 @@ export class Controls {
   /** @param {Input} input */
   valueOf(input) {
     if (!(input instanceof HTMLInputElement)) return input.value;
-    if (input.type === "checkbox") return input.checked;
-    if (input.type !== "number") return input.value;
-    return Number.isNaN(input.valueAsNumber) ? input.value : input.valueAsNumber;
+    const { type, inputMode, value } = input;
+    if (type === "checkbox") return input.checked;
+    const isNumber =
+      (type === "number" || inputMode === "decimal") && value.trim() && !Number.isNaN(Number(value));
+    return isNumber ? Number(value) : value; // a quantity may be "6 m"
   }
 
   /** @param {string[]} names */
@@ -112,9 +114,9 @@ export class Controls {
 
   /**
    * Show the values of a run that has begun.
-   * @param {{fields: Record<string, string | number | boolean>, seed: string, run: string}} swarm
+   * @param {{fields: Record<string, string | number | boolean>, units?: Record<string, string>, seed: string, run: string}} swarm
    */
-  show({ fields, seed, run }) {
+  show({ fields, units = {}, seed, run }) {
     this.clearProblems();
     /** @type {Record<string, string | number | boolean | undefined>} */
     const values = { seed, run, ...fields, preset: String(this.changes.preset ?? "") };
@@ -123,6 +125,7 @@ export class Controls {
       if (value === undefined || input === this.edited) continue;
       if (input instanceof HTMLInputElement && input.type === "checkbox") input.checked = Boolean(value);
       else input.value = String(value);
+      if (units[path]) input.closest("label")?.setAttribute("data-unit", units[path]);
     }
     for (const slider of this.sliders) {
       const { value } = this.input(slider.dataset.slides ?? "");

@@ -7,7 +7,7 @@ import { $, capital, make } from "./elements.js";
  * @property {string} path
  * @property {string} name
  * @property {string} note
- * @property {"number" | "integer" | "boolean" | "choice" | "value"} kind
+ * @property {"number" | "integer" | "boolean" | "choice" | "quantity" | "value"} kind
  * @property {boolean} nullable
  * @property {string[]} [choices]
  * @property {number} [min]
@@ -41,7 +41,9 @@ function boxOf({ path, name, note, kind, nullable, choices = [], min, max }) {
   if (input instanceof HTMLSelectElement)
     input.append(...[...(nullable ? [""] : []), ...choices].map((each) => new Option(each, each)));
   else {
-    input.type = isBox ? "checkbox" : kind === "value" ? "text" : "number";
+    const isText = kind === "value" || kind === "quantity";
+    input.type = isBox ? "checkbox" : isText ? "text" : "number";
+    if (kind === "quantity") input.inputMode = "decimal";
     if (kind === "number") input.step = "any";
     if (min !== undefined) input.min = String(min);
     if (max !== undefined) input.max = String(max);
