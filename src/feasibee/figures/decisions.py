@@ -195,28 +195,34 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     taken = {name: steps[spoken == code] for code, name in DECISIONS.items() if code != UNDECIDED}
     found = {name: Look(COLOURS[name], dashes="-" if name == "feasible" else "--") for name in taken}
     with axes_for(ax, 3.6, 2.7) as axes:
-        _draw_shares(axes, taken, steps.size, scenario.run.steps, "runs that had decided (%)", found)
+        draw_shares(axes, taken, steps.size, scenario.run.steps, "runs that had decided (%)", found)
         also_in_seconds(axes, scenario.units.seconds)
         _mark_median(axes, decision_times(steps).median)
         return axes
 
 
-def _draw_shares(
-    ax: Axes, taken: Mapping[str, NDArray[Any]], runs: int, steps: int, label: str, found: Mapping[str, Look]
+def draw_shares(
+    ax: Axes,
+    taken: Mapping[str, NDArray[Any]],
+    runs: int,
+    steps: int,
+    label: str,
+    found: Mapping[str, Look],
+    last: float | None = None,
 ) -> None:
-    """Draw lines of `draw_share_by_step` with their names at the ends."""
+    """Draw the percentage of runs whose step in ``taken`` had passed by each step, up to a last one.
+
+    Names stand at the ends of the lines. Of lines that end in one place, that of the earliest is on top.
+    """
+    last, ends, early = float(steps) if last is None else last, {}, {}
     for name, at in taken.items():
+        share = 100 * np.arange(at.size + 1) / runs
         look = {"color": found[name].colour, "linestyle": found[name].dashes, "label": name}
-        draw_share_by_step(ax, at, runs, steps, **look)
-    over_time(ax, label, steps)
-    ends = {name: (float(steps), 100 * at.size / runs) for name, at in taken.items()}
-    label_ends(ax, ends, found, markers=False)
-
-
-def draw_share_by_step(ax: Axes, taken: NDArray[Any], runs: int, steps: int, **look: Any) -> None:
-    """Draw the percentage of runs whose step in ``taken`` had passed by each step."""
-    share = 100 * np.arange(taken.size + 1) / runs
-    ax.step(np.r_[0, np.sort(taken), steps], np.r_[share, share[-1]], where="post", **look)
+        ax.step(np.r_[0, np.sort(at), steps], np.r_[share, share[-1]], where="post", **look)
+        ends[name] = last, 100 * float((at <= last).sum()) / runs
+        early[name] = -float(np.sum(at))
+    over_time(ax, label, last)
+    label_ends(ax, ends, found, early, markers=False)
 
 
 def _mark_median(ax: Axes, median: int | None) -> None:
@@ -385,6 +391,6 @@ def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     spoken = {"rightly": ~wrong, "a robot wrongly": wrong}
     taken = {name: declare_step[chosen & (declare_step >= 0)] for name, chosen in spoken.items()}
     with axes_for(ax, 3.6, 2.7) as axes:
-        _draw_shares(axes, taken, declare_step.size, steps, "runs that had declared (%)", shown)
+        draw_shares(axes, taken, declare_step.size, steps, "runs that had declared (%)", shown)
         _mark_median(axes, declare_times(declare_step).median)
         return axes

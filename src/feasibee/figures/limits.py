@@ -10,30 +10,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from feasibee.figures.decisions import draw_share_by_step
-from feasibee.figures.style import figure, note, over_time, spaced_by_ratio, text_colour
-
-
-class Look(NamedTuple):
-    """How a limit is drawn, here and behind strategies."""
-
-    label: str
-    colour: str
-    dashes: Any
-    height: float
-    """Where its curve is labelled, as a share of the runs."""
-    side: str = "left"
-    """Which end of the label is at the curve."""
-
+from feasibee.figures.decisions import draw_shares
+from feasibee.figures.style import Look, figure, note, spaced_by_ratio, text_colour
 
 LOOKS: Final[Mapping[str, Look]] = {
-    "pooled": Look("pooled", "#0072B2", "-", 0.62),
-    "area": Look("area", "#009E73", (0, (1, 1.2)), 0.4, "right"),
-    "flooding": Look("flooding", "#D55E00", "-", 0.20),
-    "complete_map": Look("complete map", "#CC79A7", "--", 0.62),
-    "least_sum": Look("least sum", "#56B4E9", "--", 0.85),
-    "least_maximum": Look("least maximum", "#56B4E9", "-", 0.35),
-    "mapped_maximum": Look("mapped, least maximum", "#E69F00", "-", 0.35),
+    "pooled": Look("#0072B2"),
+    "area": Look("#009E73", dashes=(0, (1, 1.2))),
+    "flooding": Look("#D55E00"),
+    "complete_map": Look("#CC79A7", dashes="--"),
+    "least_sum": Look("#56B4E9", dashes="--"),
+    "least_maximum": Look("#56B4E9"),
+    "mapped_maximum": Look("#E69F00"),
 }
 """The limits that may be there, in the order in which they are drawn."""
 SHOWN: Final = 0.995
@@ -50,34 +37,26 @@ def draw_limits(steps: Mapping[str, NDArray[np.int64]], most: int) -> Figure:
     most : int
         Number of steps of a run.
     """
+    taken, looks = {}, {}
+    for name in (name for name in LOOKS if name in steps):
+        reached = steps[name][steps[name] >= 0]
+        label = words(name) if reached.size else f"{words(name)}: never"
+        taken[label], looks[label] = reached, LOOKS[name]
+    end, runs = max(_end(each, most) for each in steps.values()), max(each.size for each in steps.values())
     with figure(5.6, 3.0) as (drawn, ax):
-        looks = {name: look for name, look in LOOKS.items() if name in steps}
-        end = max(_end(steps[name], most) for name in looks)
-        never = 0
-        for name, look in looks.items():
-            reached, runs = np.sort(steps[name][steps[name] >= 0]), steps[name].size
-            curve = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.6}
-            draw_share_by_step(ax, reached, runs, most, **curve)
-            if reached.size:
-                rank = min(max(1, round(look.height * runs)), reached.size)
-                _write(ax, look.label, (reached[rank - 1], 100 * rank / runs), look)
-            else:
-                never += 1
-                _write(ax, f"{look.label}: never", (end, 7.0 * never - 4), look._replace(side="right"))
-        over_time(ax, "runs that got there (%)", end)
+        draw_shares(ax, taken, runs, most, "runs that got there (%)", looks, end)
     return drawn
+
+
+def words(name: str) -> str:
+    """Return the name of a limit in words."""
+    return name.replace("_", " ")
 
 
 def _end(steps: NDArray[np.int64], most: int) -> float:
     """Return the last step to show: nearly all runs have reached the limit, if they ever do."""
     ordered = np.sort(np.where(steps < 0, most, steps))
     return float(min(most, 1.08 * ordered[int(SHOWN * (ordered.size - 1))] + 1))
-
-
-def _write(ax: Axes, text: str, place: tuple[float, float], look: Look) -> None:
-    """Write a label below a point of a curve to its right, or above it to its left."""
-    offset, above = ((5, -3), "top") if look.side == "left" else ((-5, 3), "bottom")
-    note(ax, text, place, offset, ha=look.side, va=above, color=text_colour(look.colour))
 
 
 WORD = "#0072B2"
@@ -187,4 +166,4 @@ def _label_bands(ax: Axes, panel: Panel, rows: int) -> None:
         if middle is not None:
             place = float(np.sqrt(max(1, middle) * (late or middle))), rows - 0.5 + STRIP
             look: dict[str, Any] = {"rotation": 90, "ha": "center", "va": "top", "fontsize": 6.5}
-            note(ax, LOOKS[name].label, place, color=text_colour(LOOKS[name].colour), **look)
+            note(ax, words(name), place, color=text_colour(LOOKS[name].colour), **look)

@@ -9,9 +9,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feasibee.figures.labels import label_ends
 from feasibee.figures.style import (
     PALETTE,
     PERCENT,
+    Look,
     along,
     draw_intervals,
     figure,
@@ -51,18 +53,17 @@ def draw_prediction(prediction: Prediction, agreement: Agreement | None = None) 
 def _draw_times(ax: Axes, prediction: Prediction, agreement: Agreement | None) -> None:
     decided = prediction.by_step.sum(1)
     last = min(int(np.searchsorted(decided, LATE * decided[-1])) + 1, len(decided) - 1)
-    steps, error = np.arange(last + 1), 100 * prediction.error
+    steps, error, ends = np.arange(last + 1), 100 * prediction.error, {}
     for column, name in enumerate(("feasible", "infeasible")):
         colour = COLOURS[name]
         share = 100 * prediction.by_step[: last + 1, column]
         ax.plot(steps, share, color=colour, linewidth=1.5)
         fill_band(ax, steps, np.maximum(share - error, 0), np.minimum(share + error, 100), colour)
-        above = column == (prediction.feasible < prediction.infeasible)
-        place, offset = (0.45 * last, share[int(0.45 * last)]), (-4, 8) if above else (0, -9)
-        note(ax, name, place, offset, ha="right" if above else "left", color=text_colour(colour))
+        ends[name] = (last, share[-1])
         if agreement is not None:
             draw_intervals(ax, [last], [agreement.rates[name]], color=colour, clip_on=False, **ENGINE)
     over_time(ax, "swarms that have decided (%)", last)
+    label_ends(ax, ends, {name: Look(COLOURS[name]) for name in ends}, markers=False)
     ax.set_title("dots: engine, at the end" if agreement else "", loc="left", color="0.3")
 
 
