@@ -32,6 +32,15 @@ STREAMS = {
     "decision.gain": 3.0,
 }
 """A world in which robots and tasks come and go."""
+PUT = [
+    {"step": 3, "tasks": 1, "at": [1.0, 4.0]},
+    {"step": 4, "task": 1, "at": [2.0, 2.0]},
+    {"step": 5, "robot": 2, "at": [3.0, 3.0]},
+    {"step": 6, "robots": 1, "at": [6.0, 3.0]},
+    {"step": 7, "task": 2},
+    {"step": 9, "robot": 0},
+]
+"""Events that say where, and which robot or task."""
 
 
 def small(robots=4, steps=40, **changes):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from commands import refused_in_a_line
-from fields import MINE, NEEDS_FORK, STREAMS, a_plan, opinions, run, simulated, small, steps_of
+from fields import MINE, NEEDS_FORK, PUT, STREAMS, a_plan, opinions, run, simulated, small, steps_of
 from nets import play as play_in_memory
 
 from feasibee import Scenario
@@ -149,6 +149,7 @@ WORLDS = {
         "robots.know_count": True,
         "events": [{"step": 10, "tasks": 4}, {"step": 25, "tasks": -5}],
     },
+    "robots and tasks that are put at points": {"decision.strategy": "roster", "events": PUT},
     "senses and radio that get worse": {
         "robots.know_count": True,
         "decision.strategy": "fading-votes",
@@ -311,6 +312,7 @@ def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
     ("changes", "faults", "told"),
     [
         ({"acting.drift": 0.1}, (), "robots of a field have one frame"),
+        ({"events": PUT[:1]}, (), "robots of a field that act know only the tasks of the start"),
         ({}, (Fault(5, "restart-world"),), "doesn't know who has which task"),
     ],
 )

@@ -6,7 +6,7 @@ import json
 
 import pytest
 from commands import invoke, refused_in_a_line
-from fields import MINE, NEEDS_FORK, STREAMS, a_plan, change_line, run, small
+from fields import MINE, NEEDS_FORK, PUT, STREAMS, a_plan, change_line, run, small
 from nets import play
 from PIL import ImageColor
 from pixels import frames_of
@@ -37,6 +37,7 @@ WORLDS = {
     ),
     "declarations": small(**{"decision.strategy": "quiet-census", "robots.know_count": True}),
     "robots and tasks that come and go": small(**STREAMS),
+    "robots and tasks that are put at points": small(events=PUT),
 }
 FAULTS = (Fault(10, "kill", 2, (4, 5)), Fault(20, "partition", lasts=5.0))
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from feasibee import Scenario
+from feasibee import Scenario, ScenarioError
 from feasibee.scenario.comments import commented_toml
 from feasibee.scenario.feasibility import explain_kinds
 from feasibee.scenario.sections import surely_above
@@ -76,3 +76,8 @@ def test_truth_follows_from_the_numbers_of_each_class():
     assert explain_kinds(scenario, [0] * 3, [0] * 2).violator == (("lift",), 4, 3)
     assert explain_kinds(Scenario(), [], []).feasible
     assert not explain_kinds(Scenario(), [], [0]).feasible
+
+
+def test_the_last_robot_may_not_be_named_to_leave():
+    with pytest.raises(ScenarioError, match=r"events\.0\.robot = 0: takes away more than there are"):
+        Scenario(events=[{"step": 5, "robot": 0}], robots={"count": 1})

@@ -46,6 +46,10 @@ def events(*pairs):
     return [{"step": step, "robots": robots} for step, robots in pairs]
 
 
+ONE_OF = "says where or which one, so it must have one of tasks > 0, robots > 0, task and robot"
+WALLED, LONELY = {"arena.boundary": "walls"}, {"robots.count": 1}
+OFF_WALLS = "must be inside the arena, 0.5 units from its walls"
+EVENT_TASKS, EVENT_ROBOT = {"events": [{"step": 5, "tasks": 1}]}, {"events": [{"step": 5, "robot": 1}]}
 TASK_POINT = {**TASKS_AT_POINTS, "tasks.points": [[1, 2]]}
 MANY = {**by("map"), "robots.count": 2000, "robots.know_count": True}
 CENSUS_OF_4000 = {**by("census"), "robots.count": 4000, "tasks.count": 4000}
@@ -256,7 +260,40 @@ EDGES = {
     "events.0.robots": [
         (EVENT, -19, -20, f"{TAKES} 5: 20 robots"),
         ({"events": events((4, -1), (3, 5))}, -24, -25, f"{TAKES} 4: 25 robots"),
+        ({**LONELY, "events": [{"step": 5, "robots": 1}]}, 1, -1, f"{TAKES} 5: 1 robots"),
         (CROWDED, 5, 6, "lets 26 robots be there at step 5, above robots.most = 25"),
+    ],
+    "events.0.task": [
+        ({"events": [{"step": 5, "task": 0}]}, 19, 20, "must be below 20: no more tasks than that ever come"),
+        (EVENT_TASKS, None, 3, f"events.0 = 'step = 5': {ONE_OF}"),
+    ],
+    "events.0.robot": [
+        (
+            {"events": [{"step": 5, "robot": 0}]},
+            19,
+            20,
+            "must be below 20: no more robots than that ever come",
+        ),
+        ({"events": [{"step": 5, "task": 1}]}, None, 0, f"events.0 = 'step = 5': {ONE_OF}"),
+        (
+            {**LONELY, "events": [{"step": 5, "robot": 0, "at": [1, 1]}]},
+            0,
+            1,
+            "must be below 1: no more robots",
+        ),
+    ],
+    "events.0.at": [
+        (EVENT_TASKS, [0, 19.9], [0, 20], "events.0.at = (0.0, 20.0): must be inside the arena"),
+        ({"events": [{"step": 5, "tasks": -1}]}, None, [3, 3], f"events.0 = 'step = 5': {ONE_OF}"),
+        ({"events": [{"step": 5, "radio": {"loss": 0.1}}]}, None, [3, 3], f"events.0 = 'step = 5': {ONE_OF}"),
+        (
+            {**EVENT_TASKS, **WALLED},
+            [0, 20],
+            [0, 20.1],
+            "events.0.at = (0.0, 20.1): must be inside the arena",
+        ),
+        ({**EVENT_ROBOT, **WALLED}, [0.5, 19.5], [0.5, 19.6], f"events.0.at = (0.5, 19.6): {OFF_WALLS}"),
+        ({**ACTS, **EVENT_ROBOT}, None, [3, 3], "events.0.at = (3.0, 3.0): puts a robot elsewhere, but"),
     ],
     "events.1.step": [
         ({"events": events((4, -24), (4, 5))}, 3, 4, f"events.0.robots = -24: {TAKES} 4: 20 robots")

@@ -110,6 +110,7 @@ def test_unreachable_task():
 
 HALL = {"arena": {"boundary": "walls", "side": 10.0}}
 WALL = [rectangle(4.9, 0, 5.1, 10)]
+CORNER = [rectangle(0, 0, 2, 2)]
 
 
 @pytest.mark.parametrize(
@@ -156,6 +157,14 @@ WALL = [rectangle(4.9, 0, 5.1, 10)]
             {"place": {"walls": WALL}, "events": [{"step": 5, "tasks": 1}]},
             "place",
             "world of this scenario changes",
+        ),
+        *(
+            (
+                {"place": {"walls": CORNER}, "events": [{"step": 5, kind: 1, "at": at}]},
+                "events.0.at",
+                "is in a wall",
+            )
+            for kind, at in (("tasks", [1.0, 1.0]), ("task", [0.5, 0.5]), ("robot", [2.1, 1.0]))
         ),
     ],
 )

@@ -12,6 +12,7 @@ from feasibee.scenario.fields import Declare, Event, Response, RobotClass, TaskC
 ROBOTS = {"name": "lift", "count": 12, "skills": ["arm"]}
 TASKS = {"name": "crate", "count": 9, "needs": {"arm": 1}}
 EVENT = {"step": 50, "tasks": 3, "robots": 2, "sensing": {"miss": 0.1}, "radio": {"loss": 0.1}}
+NAMED = {"step": 50, "task": 1, "at": [1.0, 2.0]}
 RULE = {"quorum": 0.8, "rounds": 2, "heard": 1}
 RESPONSE = {"patience": 5, "delay": 10, "margin": 1}
 
@@ -27,13 +28,20 @@ def classes(robots, tasks):
 
 HALVES = [{**ROBOTS, "count": 6}, {**ROBOTS, "name": "haul", "count": 6}]
 EVENTS = varied(EVENT, step=51, tasks=-3, robots=1, sensing={"miss": 0.2}, radio={"loss": 0.2})
+NAMING = [
+    *varied(NAMED, task=2, at=[1.0, 3.0]),
+    {"step": 50, "robot": 1, "at": [1.0, 2.0]},
+    {"step": 50, "robot": 1},
+]
 OTHERS = {
     "classes": [
         *(classes([each], [TASKS]) for each in varied(ROBOTS, name="haul", count=13, skills=["arm", "eye"])),
         *(classes([ROBOTS], [each]) for each in varied(TASKS, name="box", count=8, needs={"arm": 2})[1:]),
         classes(HALVES, [TASKS]),
     ],
-    "events": [{"events": each} for each in (*([event] for event in EVENTS), EVENTS[:1] * 2, EVENTS[:2])],
+    "events": [
+        {"events": each} for each in (*([event] for event in EVENTS + NAMING), EVENTS[:1] * 2, EVENTS[:2])
+    ],
     "declaring by votes": [
         {"decision": {"declare": each}} for each in varied(RULE, quorum=0.7, rounds=1, heard=2)
     ],
@@ -61,5 +69,11 @@ def test_scenarios_that_differ_have_different_hashes(what):
 
 def test_all_fields_of_these_tables_are_tried():
     """A new field needs another value above."""
-    tables = {RobotClass: ROBOTS, TaskClass: TASKS, Event: EVENT, Declare: RULE, Response: RESPONSE}
+    tables = {
+        RobotClass: ROBOTS,
+        TaskClass: TASKS,
+        Event: {**EVENT, **NAMED, "robot": 1},
+        Declare: RULE,
+        Response: RESPONSE,
+    }
     assert all(set(section.model_fields) == set(table) for section, table in tables.items())

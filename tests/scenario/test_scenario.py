@@ -511,7 +511,7 @@ BEYOND_WRONG = [
     ),
     ({"events": [{"step": -1, "tasks": 1}]}, ["events.0.step = -1: must be ≥ 0"]),
     ({"events": [{"tasks": 1}]}, ["events.0.step = {'tasks': 1}: is missing"]),
-    ({"events": [{"step": 5, "task": 3}]}, ["events.0.task = 3: unknown key; the fields of an event are "]),
+    ({"events": [{"step": 5, "job": 3}]}, ["events.0.job = 3: unknown key; the fields of an event are "]),
     ({"events": [{"step": 5, "radio": {"miss": 0.1}}]}, ["events.0.radio.miss = 0.1: unknown key"]),
     ({"events": [{"step": 5, "radio": {"loss": 1.5}}]}, ["events.0.radio.loss = 1.5: must be ≤ 1"]),
     ({"events": 3}, ["events = 3: "]),

@@ -93,3 +93,58 @@ def test_a_world_that_stays_has_constant_curves():
     assert swarm.robot_counts.tolist() == swarm.task_counts.tolist() == [20] * 6
     assert swarm.present.all()
     assert swarm.task_numbers.tolist() == list(range(20))
+
+
+def at_step_6(*events, **others):
+    """Return a swarm at step 5, and the same one step later, at which these events happen."""
+    scenario = Scenario(events=[{"step": 6, **each} for each in events]).replace(others)
+    before, after = (Swarm(scenario, seed=3) for _ in range(2))
+    before.advance(5)
+    after.advance(6)
+    return before, after
+
+
+def test_tasks_appear_where_an_event_says():
+    before, after = at_step_6({"tasks": 2, "at": [3.0, 4.0]})
+    assert len(before.tasks) == 20
+    np.testing.assert_allclose(after.tasks[20:], [[3.0, 4.0]] * 2, atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", ["robot", "task"])
+def test_the_one_that_an_event_names_goes(kind):
+    _, after = at_step_6({kind: 7})
+    there = np.flatnonzero(after.present) if kind == "robot" else after.task_numbers
+    assert set(range(20)) - set(there.tolist()) == {7}
+    assert after.truth == (kind == "task")
+
+
+def test_a_task_that_is_put_elsewhere_keeps_its_number():
+    before, after = at_step_6({"task": 7, "at": [3.0, 4.0]})
+    np.testing.assert_allclose(after.tasks[7], [3.0, 4.0], atol=1e-8)
+    np.testing.assert_array_equal(np.delete(after.tasks, 7, 0), np.delete(before.tasks, 7, 0))
+
+
+def test_a_robot_that_is_put_elsewhere_goes_on_from_there():
+    before, after = at_step_6({"robot": 7, "at": [3.0, 4.0]})
+    heading = before.headings[7]
+    there = [3.0 + np.cos(heading), 4.0 + np.sin(heading)]
+    np.testing.assert_allclose(after.positions[7], there, atol=1e-6)
+    assert after.opinions[7] == before.opinions[7]
+
+
+def test_a_robot_that_would_overlap_another_there_stays_or_does_not_come():
+    apart = {"robots.avoid_collisions": True, "robots.speed": 0.0}
+    clear, _ = at_step_6({"robots": 1}, **apart)
+    place = clear.positions[3].tolist()
+    before, after = at_step_6({"robot": 7, "at": place}, {"robots": 1, "at": place}, **apart)
+    np.testing.assert_array_equal(after.positions[:20], before.positions[:20])
+    assert after.present.sum() == 20
+    other = [place[0], (place[1] + 1.1) % 20]
+    gap = np.abs(clear.positions[:20] - other)
+    assert np.hypot(*np.minimum(gap, 20 - gap).T).min() > 1.0, "nobody is there"
+    _, after = at_step_6({"robot": 3, "at": [place[0], place[1] - 0.2]}, **apart)
+    np.testing.assert_allclose(
+        after.positions[3], [place[0], place[1] - 0.2], atol=1e-8
+    )  # not in its own way
+    _, after = at_step_6({"robots": 1, "at": other}, **apart)
+    np.testing.assert_allclose(after.positions[20], other, atol=1e-8)

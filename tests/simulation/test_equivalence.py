@@ -285,11 +285,18 @@ def test_engine_equals_reference_beyond_the_paper(scenario, seed, first_run):
 
 
 @st.composite
-def events(draw, steps):
+def events(draw, scenario):
     """Draw what happens at a step; it may change nothing of the world that robots notice."""
+    steps, sides = scenario.run.steps, scenario.arena.size
     loss, miss = (draw(st.one_of(st.none(), st.sampled_from([0.0, 0.3, 1.0]))) for _ in range(2))
     tasks, robots = draw(st.integers(-30, 30)), draw(st.one_of(st.just(0), st.integers(-20, 20)))
     event = {"step": draw(st.integers(0, steps)), "tasks": tasks or 1, "robots": robots}
+    if draw(st.booleans()):  # says where, or which one
+        kind = draw(st.sampled_from(["tasks", "robots", "task", "robot"]))
+        least, most = (1, 5) if kind in ("tasks", "robots") else (0, 20)
+        event = {"step": event["step"], kind: draw(st.integers(least, most))}
+        if least or draw(st.booleans()):
+            event["at"] = [draw(st.floats(0.05, 0.95)) * side for side in sides]
     return {**event, "radio": {"loss": loss}, "sensing": {"miss": miss}}
 
 
@@ -304,7 +311,7 @@ def changing(draw):
         "decision.declare": None,
         "run.stop_at_decision": False,
         "run.stop_at_declarations": False,
-        "events": draw(st.lists(events(scenario.run.steps), max_size=4)),
+        "events": draw(st.lists(events(scenario), max_size=4)),
         "sensing.position_error": 0.0,
         "tasks.lifetime": draw(st.one_of(st.none(), st.floats(0.5, 60))),
         "tasks.arrival_rate": draw(rates),
@@ -772,6 +779,18 @@ CHANGING_WORLDS = {
         "response.patience": 3,
         "response.delay": 4,
         "robots.most": 50,
+    },
+    "named and placed": {
+        "robots.avoid_collisions": True,
+        "events": [
+            {"step": 0, "tasks": 3, "at": [1.0, 2.0]},
+            *({"step": 5, kind: 3, "at": [5.0, 5.0]} for kind in ("robots", "robot", "task")),
+            *({"step": 6, kind: 4} for kind in ("robot", "task")),
+            {"step": 7, "robots": 2, "at": [8.0, 1.5]},
+            *({"step": k, "robot": k, "at": [0.5 * k, 5.0]} for k in range(8, 19)),
+            *({"step": 20, "robot": k, "at": [1.2 * k, y]} for k in range(9) for y in (3.0, 3.3)),
+            {"step": 19, "task": 22},
+        ],
     },
     "all go": {"events": [{"step": 3, "tasks": -900, "robots": -900}, {"step": 20, "tasks": 2, "robots": 1}]},
 }

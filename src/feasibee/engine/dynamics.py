@@ -31,9 +31,11 @@ from feasibee.engine.motion import head
 from feasibee.engine.params import Action
 from feasibee.engine.sensing import label_of
 from feasibee.engine.starting import (
+    is_clear,
     place_robot,
     place_task,
     prepare_robot,
+    put,
     set_inventions,
     set_quorum,
     sort_tasks,
@@ -118,6 +120,8 @@ def lower_median(state, held, asked):
     return low
 
 
+ANYWHERE = int64(-1)
+"""In place of a coordinate: it is drawn."""
 OF_A_STEP = (Set.BLOCKED, Set.LISTENING, Set.TURNING_LEFT, Set.CLEARED)
 OWN_SETS = tuple(int(each) for each in Set if each not in OF_A_STEP)
 """Sets that a robot leaves when it leaves the arena."""
@@ -167,7 +171,7 @@ def change_world(params, state, update, now):
         arrive(params, state, now)
         if now == state.clock[Clock.ARRIVES_AT]:
             for _ in range(state.clock[Clock.AWAITED]):
-                join(params, state, now)
+                join(params, state, now, ANYWHERE, ANYWHERE)
     if state.clock[Clock.CHANGED] or now == params.faults.stop_step:
         settle(params, state)
 
@@ -212,23 +216,60 @@ def is_feasible(params, state):
 @called
 def happen(params, state, event, now):
     """Let an event happen: tasks, robots, then probabilities."""
+    x, y = event[Event.X], event[Event.Y]
     for _ in range(event[Event.TASKS]):
-        appear(params, state, now)
+        appear(params, state, now, x, y)
     for _ in range(min(-event[Event.TASKS], state.clock[Clock.TASKS])):
         word = draw(params, state.clock[Clock.RUN], state.clock[Clock.VANISHED], now, purposes.VANISH)
         task = member_of(state.tasks_there, choose(word, state.clock[Clock.TASKS]))
         vanish(state, task)
         state.clock[Clock.VANISHED] += 1
     for _ in range(event[Event.ROBOTS]):
-        join(params, state, now)
+        join(params, state, now, x, y)
     for _ in range(min(-event[Event.ROBOTS], state.clock[Clock.ROBOTS])):
         word = draw(params, state.clock[Clock.RUN], state.clock[Clock.LEFT], now, purposes.LEAVE)
         leave(params, state, member_of(state.sets[Set.PRESENT], choose(word, state.clock[Clock.ROBOTS])))
         state.clock[Clock.LEFT] += 1
+    if event[Event.TASK] >= 0 and contains(state.tasks_there, event[Event.TASK]):
+        take_or_put_task(state, event[Event.TASK], x, y)
+    if event[Event.ROBOT] >= 0:
+        take_or_put_robot(params, state, event[Event.ROBOT], x, y)
     if event[Event.MISS] >= 0:
         state.clock[Clock.MISS] = event[Event.MISS]
     if event[Event.LOSS] >= 0:
         state.clock[Clock.LOSS] = event[Event.LOSS]
+
+
+@called
+def take_or_put_task(state, task, x, y):
+    """Remove a task that is there, or put it at a point (model.md 6.17.12)."""
+    if x < 0:
+        vanish(state, task)
+        return
+    put(state.tasks, task, x, y)
+    state.clock[Clock.CHANGED] = 1
+
+
+@called
+def take_or_put_robot(params, state, i, x, y):
+    """Remove a robot that is present, or put it at a point if it is in the arena and the point is clear."""
+    if x < 0 and contains(state.sets[Set.PRESENT], i):
+        leave(params, state, i)
+    if x < 0 or not contains(state.sets[Set.THERE], i):
+        return
+    old_x, old_y = int64(state.robots[Robot.X, i]), int64(state.robots[Robot.Y, i])
+    set_member(state.sets, Set.THERE, i, False)  # it isn't in its own way
+    if not put_clear(params, state, i, x, y):
+        put(state.robots, i, old_x, old_y)
+    set_member(state.sets, Set.THERE, i, True)
+    state.clock[Clock.CHANGED] = 1
+
+
+@called
+def put_clear(params, state, i, x, y):
+    """Put a robot at a point; return whether it is clear of those there, or need not be."""
+    put(state.robots, i, x, y)
+    return not params.robots.avoid_collisions or is_clear(params, state, i, True)
 
 
 @called
@@ -260,17 +301,20 @@ def arrive(params, state, now):
         return
     words = draw_words(params, state.clock[Clock.RUN], 0, now, purposes.ARRIVAL)
     for _ in range(poisson(words[0], params.tasks.arrival_rate)):
-        appear(params, state, now)
+        appear(params, state, now, ANYWHERE, ANYWHERE)
     for _ in range(poisson(words[1], params.robots.arrival_rate)):
-        join(params, state, now)
+        join(params, state, now, ANYWHERE, ANYWHERE)
 
 
 @called
-def appear(params, state, now):
+def appear(params, state, now, x, y):
     """Let the next task appear, unless all numbers have been used (model.md 6.17.4)."""
     task = state.clock[Clock.APPEARED]
     if task < params.tasks.count:
-        place_task(params, state, task)
+        if x < 0:
+            place_task(params, state, task)
+        else:
+            put(state.tasks, task, x, y)
         begin_lifetime(params, state, task, now)
         state.tasks_there[task // WORD] |= bit(task)
         state.clock[Clock.CHANGED] = 1
@@ -379,13 +423,15 @@ def begin_to_walk(params, state, i):
 
 
 @called
-def join(params, state, now):
+def join(params, state, now, x, y):
     """Let a robot join, if a number and a place are free (model.md 6.17.6, 6.17.7)."""
     there, away, w = state.sets[Set.THERE], state.sets[Set.AWAY], int64(0)
     while w < there.size and (there[w] | away[w]) == uint32(0xFFFFFFFF):
         w += 1
     i = WORD * w + (lowest(~(there[w] | away[w])) if w < there.size else int64(0))
-    if i >= params.robots.count or not place_robot(params, state, i, True):
+    if i >= params.robots.count:
+        return
+    if not (place_robot(params, state, i, True) if x < 0 else put_clear(params, state, i, x, y)):
         return
     for kind in (Set.THERE, Set.WORKING, Set.COUNTED, Set.JOINING, Set.PRESENT):
         set_member(state.sets, kind, i, True)

@@ -267,6 +267,10 @@ class Event(IntEnum):
     ROBOTS = 2  # that join, or leave
     MISS = 3  # new probability times 2**32, or -1
     LOSS = 4
+    TASK = 5  # number of the one that vanishes or is put elsewhere, or -1
+    ROBOT = 6
+    X = 7  # where, or -1
+    Y = 8
 
 
 class Lack(IntEnum):

@@ -55,6 +55,8 @@ class _Step(NamedTuple):
     """The task to which each robot goes, that at which it stands, and that which it has marked, or -1."""
     done: list[int]
     """Numbers of the tasks at which the work is done."""
+    placed: dict[int, tuple[int, int]]
+    """Where each task is, if events put some."""
 
 
 class _OfRobots:
@@ -159,6 +161,7 @@ class Recording:
             "decision": _decision(now),
             **({"goes": many(row(goal, goal, goal), there, there)} if scenario.acts else {}),
             **({"done": many(whole(0, most.tasks - 1))} if scenario.acts else {}),
+            **({"placed": many(row(goal, _COORDINATE, _COORDINATE))} if scenario.puts else {}),
         }
 
     def _step(self, line: dict[str, Any]) -> _Step:
@@ -168,8 +171,9 @@ class Recording:
             raise damaged(self._path, self._lines, f"has no valid step {now}")
         forms = self._forms(len(robots) if isinstance(robots, list) else 0)
         check_line(self._path, self._lines, line, forms)
-        robots, processes, tasks, truth, bodies, minds, lost, decision, *acts = (line[name] for name in forms)
-        goes, done = acts or ([[-1] * 3] * len(robots), [])
+        robots, processes, tasks, truth, bodies, minds, lost, decision, *_ = (line[name] for name in forms)
+        goes, done = line.get("goes", [[-1] * 3] * len(robots)), line.get("done", [])
+        placed = {i: (x, y) for i, x, y in line["placed"]} if "placed" in forms else {}
         first = self._first_faults
         faults = np.array([first[each] if each < len(first) else HONEST for each in processes], np.str_)
         works = ~np.isin(robots, lost) & ((now < self.scenario.faults.stop_step) | (faults != STOPPED))
@@ -178,7 +182,7 @@ class Recording:
         counted = works & (faults != BYZANTINE)
         there = robots, processes, tasks, truth, places, shown
         goals = np.array(goes, np.int32).reshape(-1, 3)
-        return _Step(*there, lost, (decision[0], decision[1]), faults, works, counted, goals, done)
+        return _Step(*there, lost, (decision[0], decision[1]), faults, works, counted, goals, done, placed)
 
     def _fault(self, line: dict[str, Any]) -> Fault:
         """Return the fault of a line, if it can be one."""
@@ -239,7 +243,8 @@ class Recording:
         return self._coarse(self._task_places())
 
     def _task_places(self) -> NDArray[np.int64]:
-        places = [self._bodies.world.task_place(number) for number in self._now.tasks]
+        placed, world = self._now.placed, self._bodies.world
+        places = [placed.get(number) or world.task_place(number) for number in self._now.tasks]
         return np.array(places, np.int64).reshape(-1, 2)
 
     def _coarse(self, places: NDArray[np.int64]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:

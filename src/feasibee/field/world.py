@@ -295,6 +295,7 @@ class World:
         counts = {"feasible": self.bodies.feasible_count, "infeasible": self.bodies.infeasible_count}
         self.report({"event": "step", "step": step, **counts})
         there, work = self.bodies.bodies, self.bodies.work
+        puts = self.plan.scenario.puts
         has = [(each.errand.target, each.errand.task, each.errand.mark) for each in there]
         self.log.write(
             {
@@ -309,6 +310,7 @@ class World:
                 "tasks": list(self.bodies.tasks),
                 "truth": self.bodies.truth,
                 **({"goes": has, "done": sorted(work.done)} if work else {}),
+                **({"placed": [[i, *place] for i, place in self.bodies.tasks.items()]} if puts else {}),
             }
         )
 

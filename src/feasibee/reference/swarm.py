@@ -16,9 +16,10 @@ from feasibee.reference.robot import SILENCE, STAND, Robot, Said, steps_of
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot.acting import NONE
 from feasibee.scenario.feasibility import explain_kinds, kinds_of
-from feasibee.scenario.fields import Robots, Tasks
+from feasibee.scenario.fields import Event, Robots, Tasks
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.types import Point
 from feasibee.strategies.contract import Thing
 
 WORKED = [each.name for each in OUTCOMES if each.needs in (ACTS, WORKS)]
@@ -387,26 +388,44 @@ class Dynamics:
             if event.step != self._swarm.time:
                 continue
             for _ in range(event.tasks):
-                self._appear()
+                self._appear(event.at)
             for _ in range(min(-event.tasks, len(self._swarm.tasks))):
                 there = list(self._swarm.tasks)
                 self._take_tasks([there[self._chosen(vanished, purposes.VANISH, len(there))]])
                 vanished += 1
             for _ in range(event.robots):
-                self._join()
+                self._join(event.at)
             for _ in range(min(-event.robots, len(self._swarm.present))):
                 robots = self._swarm.present
                 self._take_robots([robots[self._chosen(left, purposes.LEAVE, len(robots))]])
                 left += 1
+            self._name(event)
             if event.sensing.miss is not None:
                 self._swarm.miss = event.sensing.miss
             if event.radio.loss is not None:
                 self._swarm.loss = event.radio.loss
 
-    def _appear(self) -> None:
+    def _name(self, event: Event) -> None:
+        """Take away the robot or task that an event names, or put it at a point (model.md 6.17.12)."""
+        swarm = self._swarm
+        if event.task in swarm.tasks:
+            if event.at is None:
+                self._take_tasks([event.task])
+            else:
+                swarm.tasks[event.task] = swarm.world.place_at(event.at)
+        if event.at is None:
+            self._take_robots(robot for robot in swarm.present if robot.number == event.robot)
+            return
+        for robot in swarm.robots:
+            if robot.number == event.robot:
+                others = [other.place for other in swarm.robots if other is not robot]
+                robot.move_to(swarm.world.free_place_at(event.at, others) or robot.place)
+
+    def _appear(self, at: Point | None = None) -> None:
         """Let the next task appear, unless all numbers have been used (model.md 6.17.4)."""
-        if self._appeared < self._swarm.scenario.most.tasks:
-            self._swarm.tasks[self._appeared] = self._swarm.world.task_place(self._appeared)
+        number, world = self._appeared, self._swarm.world
+        if number < self._swarm.scenario.most.tasks:
+            self._swarm.tasks[number] = world.place_at(at) if at else world.task_place(number)
             self._begin_lifetime()
 
     def _begin_lifetime(self) -> None:
@@ -421,20 +440,20 @@ class Dynamics:
             del self._swarm.tasks[number]
             self._vanishes_at.pop(number, None)
 
-    def _join(self) -> None:
+    def _join(self, at: Point | None = None) -> None:
         """Let a robot join, if a number and a place are free (model.md 6.17.6, 6.17.7)."""
         taken = {robot.number for robot in [*self._swarm.robots, *self._swarm.away]}
         number = next(i for i in range(len(taken) + 1) if i not in taken)
         if number >= self._swarm.scenario.most.robots:
             return
         before = self._gone.get(number)
-        place = self._free_place(number, before.joined + 1 if before else 0)
+        place = self._free_place(number, before.joined + 1 if before else 0, at)
         if place is not None:
             self._enter(self._swarm.new_robot(number, place, before=before))
 
-    def _free_place(self, number: int, joined: int) -> Place | None:
-        others = [robot.place for robot in self._swarm.robots]
-        return self._swarm.world.joining_place(number, joined, others)
+    def _free_place(self, number: int, joined: int, at: Point | None = None) -> Place | None:
+        others, world = [robot.place for robot in self._swarm.robots], self._swarm.world
+        return world.free_place_at(at, others) if at else world.joining_place(number, joined, others)
 
     def _enter(self, robot: Robot) -> None:
         self._swarm.robots.append(robot)

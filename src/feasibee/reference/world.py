@@ -100,6 +100,14 @@ class World:
         """Return the place of a task (model.md 1.3, 6.4, 6.17.4)."""
         return next(iter(self._candidates(self.scenario.tasks, i, 0, TASK_PURPOSES)))
 
+    def place_at(self, point: tuple[float, float], margin: int = 0) -> Place:
+        """Return the place at a point, within a margin of walls."""
+        return self._held(self._given(point), margin)
+
+    def free_place_at(self, point: tuple[float, float], others: Iterable[Place]) -> Place | None:
+        """Return the place at a point for a robot (model.md 6.17.12); None if it isn't free."""
+        return self._free([self.place_at(point, self.radius)], others)
+
     def chains(self, tasks: Mapping[int, Place]) -> dict[int, int]:
         """Return for each task the lowest number in its chain of tasks under one name (model.md 6.24)."""
         merged = exact(self.scenario.sensing.merged)
@@ -138,13 +146,13 @@ class World:
         """Yield the places drawn for a robot or task; places outside are moved to the wall."""
         uniform, centre, cluster, scatter = purposes
         if section.placement == "points" and not joins and i < len(section.points):
-            yield self._held(self._given(section.points[i]), margin)
+            yield self.place_at(section.points[i], margin)
             return
         first = ATTEMPTS * joined
         for attempt in range(ATTEMPTS):
             if section.placement == "points":
                 word = self.draw(i, first + attempt, uniform)[0]
-                yield self._held(self._given(section.points[choose(word, len(section.points))]), margin)
+                yield self.place_at(section.points[choose(word, len(section.points))], margin)
                 continue
             if self.ground:
                 yield self._on_ground(section, i, first + attempt, uniform)

@@ -13,6 +13,7 @@ from typing import Any, Final
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
 from feasibee.scenario.acting import ACTING
+from feasibee.scenario.fields import Event
 from feasibee.scenario.paths import value_at
 from feasibee.scenario.placing import PLACES
 from feasibee.scenario.rules import AS_GIVEN, BOTH, Conflict, Rule, both, default_unless, never
@@ -20,8 +21,11 @@ from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
 from feasibee.scenario.standing import standing
 from feasibee.scenario.tables import FilePoints
+from feasibee.scenario.types import Point
 from feasibee.strategies.contract import Strategy, is_there
 
+WHO: Final = (*BOTH, "task", "robot")
+"""What an event brings, or names."""
 TASKS_LIMIT = 10_000_000
 """Tasks that may appear in one run."""
 SKILLS = 8
@@ -164,7 +168,7 @@ def _most(scenario: Sections) -> Iterator[Conflict]:
 
 
 def _robots_leave(scenario: Sections) -> bool:
-    if scenario.robots.failure_rate or any(each.robots < 0 for each in scenario.events):
+    if scenario.robots.failure_rate or any(each.more("robots") < 0 for each in scenario.events):
         return True
     return scenario.responds and scenario.manifest.knows_gap
 
@@ -209,9 +213,32 @@ def _late(scenario: Sections) -> Iterator[Conflict]:
 
 def _idle(scenario: Sections) -> Iterator[Conflict]:
     for number, event in enumerate(scenario.events):
-        if (event.tasks, event.robots, event.sensing.miss, event.radio.loss) == (0, 0, None, None):
-            remedy = "set tasks, robots, sensing.miss or radio.loss, or leave it out"
+        if event.model_dump(exclude_defaults=True).keys() <= {"step", "at"}:
+            remedy = "set tasks, robots, task, robot, sensing.miss or radio.loss, or leave it out"
             yield Conflict(f"events.{number}", "changes nothing", remedy, f"step = {event.step}")
+
+
+def _named(scenario: Sections) -> Iterator[Conflict]:
+    """Find an event that says where, or which one, and leaves open of what."""
+    for number, event in enumerate(scenario.events):
+        if (event.at, event.task, event.robot) == (None, None, None):
+            continue
+        path = f"events.{number}"
+        said = [key for key in WHO if getattr(event, key) != Event.model_fields[key].default]
+        if len(said) != 1 or (said[0] in BOTH and getattr(event, said[0]) < 0):
+            rule = "says where or which one, so it must have one of tasks > 0, robots > 0, task and robot"
+            yield Conflict(path, rule, "split it into events of the same step", f"step = {event.step}")
+            continue
+        key, name = said[0], f"{said[0].removesuffix('s')}s"
+        most = getattr(scenario.most, name)
+        if key != name and getattr(event, key) >= most:
+            rule = f"must be below {most}: no more {name} than that ever come"
+            yield Conflict(f"{path}.{key}", rule, "name another, or leave the event out")
+        if event.at and (rule := _must_be(scenario, name, event.at)):
+            yield Conflict(f"{path}.at", rule, "move the point, or enlarge arena.side")
+        if event.at and key != name and scenario.acts:
+            rule = f"puts a {key} elsewhere, but robots that act know where it is"
+            yield Conflict(f"{path}.at", rule, "leave it out, or leave out acting.start")
 
 
 def _numbers(scenario: Sections, name: str) -> Iterator[Conflict]:
@@ -221,12 +248,13 @@ def _numbers(scenario: Sections, name: str) -> Iterator[Conflict]:
     there, least = getattr(scenario, name).count, int(name == "robots")
     most = scenario.robots.most if name == "robots" else None
     for number, event in sorted(enumerate(scenario.events), key=lambda numbered: numbered[1].step):
-        before, change = there, getattr(event, name)
+        before, change = there, event.more(name)
         there += change
         if there < least:
             rule = f"takes away more than there are at step {event.step}: {before} {name}"
             remedy = f"take away {before - least} at most" + (", so that a robot is left" if least else "")
-            yield Conflict(f"events.{number}.{name}", rule, remedy)
+            key = name if getattr(event, name) else name[:-1]
+            yield Conflict(f"events.{number}.{key}", rule, remedy)
             return  # one error is enough
         if most is not None and change > 0 and there > most:
             rule = f"lets {there} robots be there at step {event.step}, above robots.most = {most}"
@@ -305,21 +333,28 @@ def _spread(scenario: Sections, name: str) -> Iterator[Conflict]:
         yield Conflict(f"{name}.spread", rule, f'lower it, or set {name}.placement = "uniform"')
 
 
+def _must_be(scenario: Sections, name: str, point: Point) -> str:
+    """Return where a point for robots or tasks must be, if it isn't there."""
+    (x, y), (width, height), walled = point, scenario.arena.size, scenario.arena.boundary == "walls"
+    margin = scenario.robots.diameter / 2 if walled and name == "robots" else 0.0
+    inside = margin <= x <= width - margin and margin <= y <= height - margin
+    if inside and (walled or (x != width and y != height)):
+        return ""
+    return "must be inside the arena" + (f", {margin:g} units from its walls" if margin else "")
+
+
 def _points(scenario: Sections, name: str, given: Mapping[str, Any]) -> Iterator[Conflict]:
     placed, arena, diameter = getattr(scenario, name), scenario.arena, scenario.robots.diameter
     if placed.placement != "points" or not placed.points:
         return
     (width, height), walled = arena.size, arena.boundary == "walls"
-    margin = diameter / 2 if walled and name == "robots" else 0.0
     points: Any = _value(f"{name}.points", given, scenario)
     for number, (x, y) in enumerate(points, start=1):
-        inside = margin <= x <= width - margin and margin <= y <= height - margin
-        if not inside or (not walled and (x == width or y == height)):
-            place = f"inside the arena, {margin:g} units from its walls" if margin else "inside the arena"
+        if place := _must_be(scenario, name, (x, y)):
             in_file = isinstance(points, FilePoints)
             where = f"{points.path}, line {points.lines[number - 1]}" if in_file else f"point {number}"
-            remedy = "move the point, or enlarge arena.side"
-            yield Conflict(f"{name}.points", f"{where}: must be {place}", remedy, (x, y))
+            rule, remedy = f"{where}: {place}", "move the point, or enlarge arena.side"
+            yield Conflict(f"{name}.points", rule, remedy, (x, y))
     if name == "robots" and scenario.robots.avoid_collisions:
         for first, second in _overlaps(points, diameter, None if walled else (width, height)):
             rule = f"robots {first + 1} and {second + 1} must be more than {diameter:g} units apart"
@@ -498,6 +533,7 @@ RULES: Final[tuple[Rule, ...]] = (
     _patience,
     _late,
     _idle,
+    _named,
     *both(_numbers, _appearing),
     never(
         "decision.declare",

@@ -26,6 +26,7 @@ from feasibee.scenario.types import (
     Listen,
     ManyTasks,
     Million,
+    Point,
     Points,
     Polygons,
     Quorum,
@@ -82,8 +83,29 @@ class Event(Section):
         le=1_000_000,
         description="Number of robots that join; negative: that leave for good, drawn at random.",
     )
+    task: int | None = Field(
+        None, ge=0, description="Number of the task that vanishes, or with at is put there."
+    )
+    robot: int | None = Field(
+        None, ge=0, description="Number of the robot that leaves for good, or with at is put there."
+    )
+    at: Annotated[Point, Strict(False)] | None = Field(
+        None,
+        description="[x, y] in units: where the tasks appear, the robots join, or the one of that number "
+        "is put; by default at random.",
+    )
     sensing: NewSensing = Field(NewSensing(), description="New values of sensing.")
     radio: NewRadio = Field(NewRadio(), description="New values of radio.")
+
+    @property
+    def of_tasks(self) -> bool:
+        """Whether a point is for tasks."""
+        return self.tasks > 0 or self.task is not None
+
+    def more(self, name: str) -> int:
+        """Return by how many it changes the number of ``robots`` or ``tasks``."""
+        named: int | None = getattr(self, name.removesuffix("s"))
+        return int(getattr(self, name)) - (self.at is None and named is not None)
 
 
 class Arena(Section):

@@ -182,6 +182,11 @@ class Sections(BaseModel):
         return self.dynamic or self.robots.work is not None
 
     @property
+    def puts(self) -> bool:
+        """Whether an event says where robots or tasks are (model.md 6.17.12)."""
+        return any(each.at for each in self.events)
+
+    @property
     def most(self) -> Most:
         """How many robots there may be at a time, and how many tasks may appear in a run."""
         robots, tasks = self.robots, self.tasks

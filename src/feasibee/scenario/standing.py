@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from feasibee.scenario.ground import Ground, cells_at, ground_of
+from feasibee.scenario.ground import Ground, cells_at, ground_of, nearest
 from feasibee.scenario.placing import PLACES
 from feasibee.scenario.rules import Conflict
 from feasibee.scenario.sections import Sections
@@ -69,3 +69,12 @@ def _changing(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
         rule = "has parts that no robot leaves, but the world of this scenario changes"
         remedy = "open a way between them, set robots.zone, or leave out events, rates and missing robots"
         yield Conflict("place", rule, remedy, f"{int(ground.pieces.max())} pieces")
+        return
+    for number, event in enumerate(scenario.events):
+        if event.at is None:
+            continue
+        (cell,) = cells_at(ground.plan, [event.at])
+        pieces = ground.pieces
+        piece = nearest(pieces, cell, ground.near) if event.of_tasks else int(pieces.flat[cell])
+        if ground.plan.walls.flat[cell] or piece != ground.robots.piece[0]:
+            yield Conflict(f"events.{number}.at", "is in a wall, or where no robot gets", "move the point")

@@ -100,7 +100,7 @@ class Painter:
         drawn = Image.new("RGB", self.size, self.theme.paper)
         acting = swarm.acting if self.scenario.acts else None
         looks = [1] * len(swarm.task_numbers) if acting is None else acting.looks.tolist()
-        if self.drawn_tasks != (drawn_tasks := (swarm.task_numbers.tolist(), looks)):
+        if self.drawn_tasks != (drawn_tasks := (swarm.tasks.tolist(), looks)):
             self.ground, self.drawn_tasks = self._ground(swarm.tasks, looks), drawn_tasks
         arena = self.ground.copy()
         if acting is not None:

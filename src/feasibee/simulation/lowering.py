@@ -20,6 +20,7 @@ from feasibee.scenario.messages import bare_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
 from feasibee.scenario.supported import takes_fast_path
+from feasibee.scenario.types import Point
 from feasibee.simulation import place
 from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting
@@ -355,13 +356,18 @@ def tables_of(scenario: Scenario, params: numbers.Params) -> Tables:
         parameters=np.array(list(scenario.decision.parameters.values()), np.float64),
         ranks=np.array(ranks_of(robots), np.int64),
         able=np.array(can_do(robots, tasks), np.int64),
-        events=_events(scenario),
+        events=_events(scenario, params),
         ground=place.tables_of(scenario),
     )
 
 
-def _events(scenario: Scenario) -> Int64s:
+def _events(scenario: Scenario, params: numbers.Params) -> Int64s:
     """Return the events in the order in which they happen: by step, then as in the file."""
+
+    def place(at: Point | None, of_tasks: bool) -> list[int]:
+        margin = 0 if of_tasks else params.robots.placement.margin
+        return _place_at(scenario, at, margin, params.arena) if at else [-1, -1]
+
     rows = [
         [
             event.step,
@@ -369,6 +375,9 @@ def _events(scenario: Scenario) -> Int64s:
             event.robots,
             -1 if event.sensing.miss is None else int(probability(event.sensing.miss)),
             -1 if event.radio.loss is None else int(probability(event.radio.loss)),
+            -1 if event.task is None else event.task,
+            -1 if event.robot is None else event.robot,
+            *place(event.at, event.of_tasks),
         ]
         for event in sorted(scenario.events, key=lambda event: event.step)
     ]
@@ -411,15 +420,18 @@ def _given_points(
     """Return given points in fixed point, off the walls by a margin."""
     if section.placement != "points":
         return np.zeros((section.count, 2), np.int32)
-    sides, unit = (arena.width, arena.height), unit_of(scenario)
-    places = [
-        [
-            min(max(math.floor(exact(p) / unit), margin), side - max(margin, int(arena.place.exists)))
-            for p, side in zip(point, sides, strict=True)
-        ]
-        for point in section.points
-    ]
+    places = [_place_at(scenario, point, margin, arena) for point in section.points]
     return np.array(places, np.int64).astype(np.uint32).view(np.int32).reshape(-1, 2)
+
+
+def _place_at(scenario: Scenario, point: Point, margin: int, arena: numbers.ArenaParams) -> list[int]:
+    """Return a point in fixed point, off the walls by a margin."""
+    sides, unit = (arena.width, arena.height), unit_of(scenario)
+    edge = max(margin, int(arena.place.exists))
+    return [
+        min(max(math.floor(exact(p) / unit), margin), side - edge)
+        for p, side in zip(point, sides, strict=True)
+    ]
 
 
 def unit_of(scenario: Scenario) -> Fraction:
