@@ -258,7 +258,7 @@ def test_commands_print_times_and_distances_in_units_but_not_in_json(call, tmp_p
     Path("hall.toml").write_text(f"units = {{metres = 0.5, seconds = 2.0}}\n{swarm}")
     name, *options = call
     plain, hall = (output_of(name, file, "--runs", "20", *options) for file in ("plain.toml", "hall.toml"))
-    for shown in (r"units \([0-9.]+ m\)", r"[0-9]+ \([0-9]+ min( [0-9]+ s)?\)"):
+    for shown in (r"units \([0-9.]+ m\)", r"[ (][0-9]+ min( [0-9]+ s)?(\)| to )"):
         assert re.search(shown, hall)
         assert not re.search(shown, plain)
     objects = [json_of(name, file, "--runs", "20", *options) for file in ("plain.toml", "hall.toml")]

@@ -441,9 +441,8 @@ def _print_limits(bounds: Sequence[Limits]) -> None:
     for found in bounds:
         scenario, rows = found.scenario, []
         for name, times in found.times.items():
-            steps = ((times.median, times.median_interval), (times.p95, times.p95_interval))
-            cells = [(_step(at, scenario), " to ".join(map(_step, ends))) for at, ends in steps]
-            rows.append([name.replace("_", " "), *cells[0], *cells[1]])
+            ends = ([times.median], times.median_interval, [times.p95], times.p95_interval)
+            rows.append([name.replace("_", " "), *(_steps(each, scenario.units.seconds) for each in ends)])
         robots, tasks = scenario.robots.count, scenario.tasks.count
         title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
         print_numbers(title, ["limit", "median", "interval", "95 %", "interval"], rows)
@@ -458,13 +457,16 @@ def _print_limits(bounds: Sequence[Limits]) -> None:
         out.print(line, soft_wrap=True)
 
 
-def _step(step: int | None, scenario: Scenario | None = None) -> str:
-    """Return a step, and its time if the scenario says how long a step is."""
-    from feasibee.scenario.units import step_in_words
+def _step(step: int | None) -> str:
+    return "never" if step is None else str(step)
 
-    if step is None:
-        return "never"
-    return str(step) if scenario is None else step_in_words(scenario, step).removeprefix("step ")
+
+def _steps(steps: Sequence[int | None], seconds: float | None) -> str:
+    """Return the ends of a range of steps, and below in time if a step has one."""
+    from feasibee.scenario.units import duration
+
+    times = ["never" if step is None else duration(step * (seconds or 0)) for step in steps]
+    return " to ".join(map(_step, steps)) + (f"\n{' to '.join(times)}" if seconds else "")
 
 
 def _print_frontier(found: list[Outcome], scenario: Scenario) -> None:

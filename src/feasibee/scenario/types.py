@@ -152,6 +152,7 @@ class Dimension:
 NUMBER: Final = r"([+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2})?)"
 LENGTHS: Final = {"m": Fraction(1), "cm": Fraction(1, 100), "mm": Fraction(1, 1000), "km": Fraction(1000)}
 TIMES: Final = {"s": Fraction(1), "ms": Fraction(1, 1000), "min": Fraction(60), "h": Fraction(3600)}
+RATES: Final = {f"/{b}": 1 / TIMES[b] for b in TIMES}
 SPEEDS: Final = {f"{a}/{b}": LENGTHS[a] / TIMES[b] for a in LENGTHS for b in TIMES}
 LENGTH: Final = Dimension("units", "a length", 'in m, cm, mm or km, such as "6 m"', LENGTHS, {"metres": 1})
 DURATION: Final = Dimension("steps", "a time", 'in s, ms, min or h, such as "10 min"', TIMES, {"seconds": 1})
@@ -159,13 +160,7 @@ TIME: Final = replace(DURATION, whole=True)
 SPEED: Final = Dimension(
     "units per step", "a speed", 'such as "0.5 m/s" or "20 cm/s"', SPEEDS, {"metres": 1, "seconds": -1}
 )
-RATE: Final = Dimension(
-    "per step",
-    "a rate",
-    'such as "0.2/min" or "3 per h"',
-    {f"/{b}": 1 / TIMES[b] for b in TIMES},
-    {"seconds": -1},
-)
+RATE: Final = Dimension("per step", "a rate", 'such as "0.2/min" or "3 per h"', RATES, {"seconds": -1})
 DIMENSIONS: Final = (LENGTH, DURATION, SPEED, RATE)
 
 Million = Annotated[int, Field(ge=0, le=1_000_000)]

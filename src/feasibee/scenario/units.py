@@ -32,28 +32,12 @@ SYMBOLS: Final[Mapping[str, str]] = {
 
 
 def length_in_words(scenario: Scenario, value: float) -> str:
-    """Return a length in units, and in metres if the scenario says how long a unit is.
-
-    Examples
-    --------
-    >>> from feasibee import Scenario
-    >>> from feasibee.scenario.units import length_in_words
-    >>> length_in_words(Scenario(), 2.0), length_in_words(Scenario(units={"metres": 0.5}), 2.0)
-    ('2 units', '2 units (1 m)')
-    """
+    """Return a length in units, and in metres if the scenario says how long a unit is."""
     return _in_words(scenario, LENGTH, value)
 
 
 def steps_in_words(scenario: Scenario, steps: float) -> str:
-    """Return a number of steps, and the time if the scenario says how long a step is.
-
-    Examples
-    --------
-    >>> from feasibee import Scenario
-    >>> from feasibee.scenario.units import steps_in_words
-    >>> steps_in_words(Scenario(units={"seconds": 0.5}), 900)
-    '900 steps (7 min 30 s)'
-    """
+    """Return a number of steps, and the time if the scenario says how long a step is."""
     return _in_words(scenario, TIME, steps)
 
 
@@ -83,9 +67,8 @@ def in_brackets(scenario: Scenario, dimension: Dimension, value: float) -> str:
 def outside(scenario: Scenario, dimension: Dimension) -> tuple[str, float]:
     """Return the unit that readers get, of metres and seconds if the scenario has them, and its size."""
     size = dimension.size(scenario.units.model_dump(exclude_none=True))
-    return (
-        (dimension.unit, 1.0) if size is None else (re.sub("^/", "per ", next(iter(dimension.sizes))), size)
-    )
+    name = dimension.unit if size is None else re.sub("^/", "per ", next(iter(dimension.sizes)))
+    return name, size or 1.0
 
 
 def duration(seconds: float) -> str:

@@ -16,7 +16,7 @@ from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.feasibility import who_counts
 from feasibee.scenario.html import folded, framed
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words
+from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words, when_in_words
 from feasibee.studies.comparison import (
     Outcome,
     calibration_of,
@@ -444,7 +444,7 @@ def acted_in_words(outcome: Outcome, scenario: Scenario) -> list[str]:
     if found is None:
         return []
     steps = found.all_taken_step.median, found.all_taken_step.p95
-    half, most = ("never" if each is None else f"by {step_in_words(scenario, each)}" for each in steps)
+    half, most = (when_in_words(scenario, each) for each in steps)
     done = f"In {percent(found.done)} of the swarms, robots stand at all tasks that they can do"
     lines = [f"{done}: in half of the swarms {half}, in 95 % {most}."]
     if not outcome.feasible:
