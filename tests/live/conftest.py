@@ -19,7 +19,7 @@ from feasibee.engine.compile import on_compile
 from feasibee.live import server
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.world.build import WASM
-from feasibee.live.world.lowering import numbers_of, place_of
+from feasibee.live.world.lowering import events_of, numbers_of, place_of
 from feasibee.simulation import loading
 from feasibee.simulation.loading import load_engine
 
@@ -129,6 +129,7 @@ def play(node):
         cases = [
             {
                 "numbers": list(numbers_of(scenario).values()),
+                "events": [number for event in events_of(scenario) for number in event],
                 "place": place_of(scenario),
                 "seed": str(seed),
                 "run": run,
@@ -141,7 +142,7 @@ def play(node):
         ).stdout
         at = 0
         for scenario, _, _ in runs:
-            robots, steps = scenario.robots.count, scenario.run.steps + 1
+            robots, steps = scenario.most.robots, scenario.run.steps + 1
             flags = np.frombuffer(said, "<u2", robots * steps, at).reshape(steps, robots)
             at += flags.nbytes
             places = np.frombuffer(said, "<u4", 2 * robots, at).reshape(2, robots).T

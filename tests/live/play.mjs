@@ -2,8 +2,8 @@
 //
 //   node play.mjs world.wasm < runs.json > flags
 //
-// Each run gives the flags of its robots at step 0 and after each step, and at the end its positions and how many robots are
-// missing.
+// Each run gives the flags of its robots at step 0 and after each step, and at the end its positions, and how many robots
+// are missing.
 
 import { readFileSync, writeSync } from "node:fs";
 import { givePlace } from "../../src/feasibee/live/static/world.js";
@@ -20,14 +20,15 @@ function write(bytes) {
   for (let at = 0; at < bytes.length;) at += writeSync(1, bytes, at);
 }
 
-for (const { numbers, place, seed, run, steps } of JSON.parse(readFileSync(0, "utf8"))) {
-  const [robots] = numbers,
-    words = BigInt(seed);
+for (const { numbers, events, place, seed, run, steps } of JSON.parse(readFileSync(0, "utf8"))) {
+  const words = BigInt(seed);
   new Float64Array(memory.buffer, world.world_numbers(), numbers.length).set(numbers);
+  new Int32Array(memory.buffer, world.world_events(), events.length).set(events);
   new Float64Array(memory.buffer, world.world_place(), 1)[0] = 0; // without a place
   if (place) await givePlace(world, place);
   world.world_begin(Number(words & 0xffffffffn), Number(words >> 32n), run);
-  const flags = [copy(world.world_flags(), 2 * robots)];
+  const robots = world.world_robots(),
+    flags = [copy(world.world_flags(), 2 * robots)];
   for (let step = 0; step < steps; step++) {
     world.world_step();
     flags.push(copy(world.world_flags(), 2 * robots));

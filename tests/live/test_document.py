@@ -12,7 +12,7 @@ from feasibee import Scenario, ScenarioError
 from feasibee.live.page import page_of
 from feasibee.live.prediction import prediction_of
 from feasibee.live.world.lowering import check_scenario, variants_of
-from feasibee.scenario.fields import fields
+from feasibee.scenario.fields import Event, fields
 from feasibee.scenario.supported import PAGE
 from feasibee.strategies import STRATEGIES
 
@@ -43,6 +43,7 @@ def test_the_page_begins_with_the_scenario(tmp_path):
         "strategy": list(STRATEGIES).index("voter"),
         "seed": str(2**64 - 1),
         "run": 0,
+        "events": [],
     }
     assert Scenario.from_toml(found["toml"]).tasks.count == 9
 
@@ -88,7 +89,8 @@ def test_a_remedy_is_a_value_as_in_a_file():
     ("changes", "paths"),
     [
         ({"robots.count": 201, "run.steps": 10_001}, ["robots.count", "run.steps"]),
-        ({"events": [{"step": 5, "tasks": 3}]}, ["events"]),
+        ({"events": [{"step": 5, "sensing": {"miss": 0.1}}]}, ["events"]),
+        ({"events": [{"step": 5, "robots": 181, "tasks": 381}]}, ["robots.count", "tasks.count"]),
         ({"decision.inbox": "every-message", "decision.strategy": "dc"}, ["decision.inbox"]),
         ({"decision.inbox": "every-message", "decision.gain": 100.0}, ["decision.inbox"]),
         ({"decision.declare": {"quorum": 0.123457}}, ["decision.declare.quorum"]),
@@ -108,7 +110,7 @@ def test_a_page_simulates_the_presets(preset):
 
 
 def test_the_pages_fields_are_fields():
-    assert set(fields()) >= PAGE
+    assert {*fields(), *(f"events.{name}" for name in Event.model_fields)} >= PAGE
 
 
 def test_a_page_offers_all_strategies_that_go_with_its_scenario():

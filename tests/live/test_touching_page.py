@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 from declaring import declaring
 from playing import swarm_at
@@ -10,6 +12,7 @@ from visiting import at, change, control_of, focus_nothing, press, seek
 
 from feasibee import Scenario
 from feasibee.live.catalogue import Catalogue
+from feasibee.live.page import write_page
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
@@ -135,3 +138,89 @@ def test_a_touched_run_is_copied_as_a_scenario(visit, port):
     expect(page.get_by_role("button", name="Copied")).to_be_visible()
     copied = page.evaluate("navigator.clipboard.readText()")
     assert Scenario.from_toml(copied) == Scenario(events=[{"step": 31, "tasks": 13}])
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A page of one file with events of its own."""
+    write_page(Scenario(events=[{"step": 20, "tasks": 4}]), tmp_path / "run.html", seed=1)
+    return (tmp_path / "run.html").as_uri()
+
+
+def expect_page(page, step, events, **tables):
+    """Expect that a page of one file shows a step of the run with these events, and has its scenario."""
+    scenario = Scenario(events=events, **tables)
+    swarm = swarm_at(step, scenario, 1)
+    there, tasks = int(swarm.present.sum()), len(swarm.tasks)
+    expect(page.locator("#now")).to_have_text(str(step))
+    expect(page.locator("#question")).to_have_text(f"Can {there} robots do {tasks} tasks?")
+    expect(page.locator("#truth")).to_contain_text("Yes" if swarm.truth else "No")
+    expect(page.locator("#feasible")).to_have_text(str(swarm.feasible_count))
+    expect(page.locator("#infeasible")).to_have_text(str(swarm.infeasible_count))
+    expect(page.locator("#robots-slider")).to_have_value(str(there))
+    expect(page.locator("#tasks-slider")).to_have_value(str(tasks))
+    assert Scenario.from_toml(page.locator("#toml").text_content()) == scenario
+
+
+def test_sliders_of_a_page_of_one_file_change_the_world_during_a_run(new_page, file):
+    page = new_page(reduced_motion="reduce", permissions=["clipboard-read", "clipboard-write"])
+    page.goto(file)
+    page.locator("#seek").fill("30")
+    events = [{"step": 20, "tasks": 4}]
+    expect_page(page, 30, events)
+    page.locator("#tasks-slider").fill("33")
+    events.append({"step": 31, "tasks": 9})
+    expect_page(page, 31, events)
+    page.locator("#tasks-slider").fill("13")  # at the same step, as time stands still
+    events[1]["tasks"] = -11
+    expect_page(page, 31, events)
+    page.locator("#robots-slider").fill("12")
+    events.append({"step": 32, "robots": -8})
+    expect_page(page, 32, events)
+    page.locator("#seek").fill("90")
+    page.locator("#robots-slider").fill("40")
+    events.append({"step": 91, "robots": 28})
+    expect_page(page, 91, events)
+    page.locator("#strategy").select_option("census")  # it starts again, with its events
+    page.locator("#seek").fill("120")
+    expect_page(page, 120, events, decision={"strategy": "census"})
+    page.get_by_role("button", name="Copy as scenario").click()
+    expect(page.get_by_role("button", name="Copied")).to_be_visible()
+    copied = Scenario.from_toml(page.evaluate("navigator.clipboard.readText()"))
+    assert copied == Scenario(events=events, decision={"strategy": "census"})
+    expect(page).to_have_url(re.compile("events="))
+    page.reload()
+    page.locator("#seek").fill("120")
+    expect_page(page, 120, events, decision={"strategy": "census"})
+
+
+def test_a_page_of_one_file_refuses_more_robots_than_it_simulates(new_page, file):
+    page = new_page(reduced_motion="reduce")
+    page.goto(file)
+    page.locator("#seek").fill("30")
+    page.locator("#tasks-slider").fill("100")
+    page.locator("#robots-slider").fill("90")
+    expect(page.locator("#question")).to_have_text("Can 90 robots do 100 tasks?")
+    page.locator("#seek").fill("60")
+    page.locator("#robots-slider").fill("1")
+    page.locator("#seek").fill("70")
+    page.locator("#robots-slider").fill("100")
+    expect(page.locator("#question")).to_have_text("Can 100 robots do 100 tasks?")
+    page.locator("#seek").fill("80")
+    page.locator("#robots-slider").fill("1")
+    expect(page.locator("#question")).to_have_text("Can 1 robot do 100 tasks?")
+    page.locator("#seek").fill("85")
+    page.locator("#robots-slider").fill("100")  # 268 in all
+    expect(page.locator("#announcer")).to_have_text("Not changed: at most 200 robots may come in a run.")
+    expect(page.locator("#robots-slider")).to_have_value("1")
+
+
+def test_a_page_of_one_file_says_where_a_change_starts_the_run_again(new_page, tmp_path):
+    write_page(declaring(tmp_path, quiet=20.0), tmp_path / "run.html", 1)
+    page = new_page(reduced_motion="reduce")
+    page.goto((tmp_path / "run.html").as_uri())
+    expect(page.locator("#touching")).to_contain_text("Each change starts this run again.")
+    page.locator("#seek").fill("30")
+    page.locator("#tasks-slider").fill("33")
+    expect(page.locator("#now")).to_have_text("0")
+    expect(page.locator("#question")).to_have_text("Can 20 robots do 33 tasks?")

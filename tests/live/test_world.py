@@ -28,11 +28,11 @@ from tests.robot.swarms import VARIANTS
 
 BITS = {name: 1 << k for k, name in enumerate(FLAGS)}
 NAMES = list(STRATEGIES)
-SHOWN = BITS["feasible"] | BITS["neutral"] | BITS["disseminating"] | BITS["declared"]
+SHOWN = BITS["feasible"] | BITS["neutral"] | BITS["disseminating"] | BITS["declared"] | BITS["there"]
 
 
 def simulated(scenario, seed, run):
-    """Return what the engine has: the same flags, and the positions at the end, in units."""
+    """Return what the engine has: flags of the robots there at each step, and the swarm at the end."""
     swarm = Swarm(scenario, seed, run)
     rows = []
     for step in range(scenario.run.steps + 1):
@@ -43,18 +43,20 @@ def simulated(scenario, seed, run):
             "neutral": swarm.opinions == -1,
             "disseminating": swarm.disseminating,
             "declared": swarm.declared >= 0,
+            "there": swarm.present,
         }
-        rows.append(sum(BITS[name] * each for name, each in sets.items()))
-    return np.array(rows), swarm.positions
+        rows.append(sum(BITS[name] * each for name, each in sets.items()) * swarm.present)
+    return np.array(rows), swarm
 
 
 def compare(play, runs):
     for (scenario, seed, run), (flags, places, missing) in zip(runs, play(runs), strict=True):
-        expected, positions = simulated(scenario, seed, run)
+        expected, swarm = simulated(scenario, seed, run)
         where = f"{scenario.decision.strategy}, seed {seed}, run {run}"
         assert np.array_equal(flags & SHOWN, expected), where
-        assert np.array_equal(places * numbers_of(scenario)["unit"], positions), where
-        assert (missing == 0) == truth(scenario), where
+        at = (places * numbers_of(scenario)["unit"])[swarm.present]
+        assert np.array_equal(at, swarm.positions[swarm.present]), where
+        assert (missing == 0) == (swarm.truth if scenario.events else truth(scenario)), where
 
 
 def scenario_of(draw, number, steps, **tables):
@@ -84,6 +86,25 @@ def test_runs_of_all_strategies_equal_the_engines(play, rounds, steps):
             for k in range(rounds * len(NAMES))
         ],
     )
+
+
+def changing(draw, scenario):
+    """Return a scenario with random events, some of them at one step; None if its strategy declares."""
+    robots, tasks, events = scenario.robots.count, scenario.tasks.count, []
+    for step in sorted(draw.integers(0, scenario.run.steps + 1, draw.integers(1, 6)).tolist()):
+        more = int(draw.integers(1 - robots, 30)), int(draw.integers(-tasks, 40))
+        robots, tasks = robots + more[0], tasks + more[1]
+        events += [{"step": step, "robots": more[0], "tasks": more[1]}] * any(more)
+    return None if scenario.declares else scenario.replace({"events": events})
+
+
+@pytest.mark.parametrize(("rounds", "steps"), [(1, 80), pytest.param(3, 300, marks=pytest.mark.slow)])
+def test_runs_that_change_equal_the_engines(play, rounds, steps):
+    draw = np.random.default_rng(19)
+    errors = {"sensing": {"miss": 0.2}, "radio": {"loss": 0.1}}
+    drawn = (changing(draw, scenario_of(draw, k, steps, **errors)) for k in range(rounds * len(NAMES)))
+    runs = [(each, 3 * k, k) for k, each in enumerate(drawn) if each]
+    compare(play, runs)
 
 
 @pytest.mark.slow

@@ -125,6 +125,16 @@ def test_the_truth_is_per_piece(play, robots, tasks):
     assert truth(scenario) == (missing == 0)
 
 
+@pytest.mark.parametrize("name", ["dmmd", "census", "fading"])
+def test_a_place_that_changes_equals_the_engines(play, name):
+    one_room = {"place.walls": [rectangle(3.9, 0.0, 4.1, 4.0)], "run.steps": 60, "decision.strategy": name}
+    events = [{"step": 0, "robots": 3}, {"step": 9, "tasks": -18, "robots": -9}, {"step": 31, "tasks": 25}]
+    events.append({"step": 40, "robots": 15})
+    zones = {"place.zones": {"dock": rectangle(0.0, 0.0, 3.0, 6.0)}, "robots.zone": "dock"}
+    scenario = TWO_ROOMS.replace({**one_room, **zones, "events": events})
+    compare(play, [(scenario, run, run) for run in range(3)])
+
+
 def test_a_hall_of_forty_obstacles_makes_the_page_20_kb_larger_at_most():
     draw, walls = np.random.default_rng(4), []
     for _ in range(40):

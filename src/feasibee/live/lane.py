@@ -89,7 +89,7 @@ def opening(scenario: Scenario, seed: int, run: int, kinds: list[int], last: int
         "toml": scenario.to_toml(),
         "drawn": scenario.place.walls,
         "cell": scenario.place.map.cell if scenario.place.map else scenario.place.cell,
-        "fixed": _fixed(scenario),
+        "fixed": why_fixed(scenario),
         "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
         "proof": _proof(explain(scenario).violator, scenario),
         **scene_of(scenario),
@@ -115,7 +115,7 @@ def _units(scenario: Scenario) -> dict[str, str]:
     return {path: each.unit + in_brackets(scenario, each, scenario.get(path)) for path, each in found.items()}
 
 
-def _fixed(scenario: Scenario) -> str:
+def why_fixed(scenario: Scenario) -> str:
     """Return why events can't change a world; empty if they can."""
     try:
         scenario.replace({EVENTS: [{"step": 1, "tasks": 1}]})

@@ -14,13 +14,16 @@ from typing import Any, Final
 from urllib.parse import quote
 
 from feasibee.files import write_text
+from feasibee.live.lane import why_fixed
 from feasibee.live.prediction import prediction_of
 from feasibee.live.scene import scene_of
 from feasibee.live.world.build import WASM, compile_world
 from feasibee.live.world.lowering import (
+    EVENT,
     ROBOTS_LIMIT,
     TASKS_LIMIT,
     check_scenario,
+    events_of,
     numbers_of,
     place_of,
     strategies_of,
@@ -98,6 +101,7 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
                 "name": each.decision.strategy,
                 "rule": rule_of(each.manifest),
                 "declares": each.declares,
+                "fixed": why_fixed(each),
                 "numbers": numbers_of(each),
             }
             for each in variants
@@ -110,6 +114,7 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
             "strategy": variants.index(scenario),
             "seed": str(runs.seed),
             "run": runs.first,
+            "events": [dict(zip(EVENT, each, strict=True)) for each in events_of(scenario)],
         },
         "lengths": {**scene_of(scenario), "units": fixed(max(scenario.arena.size), unit_of(scenario))},
         "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},

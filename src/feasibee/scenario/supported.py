@@ -36,6 +36,7 @@ PAGE: Final = IN_C | {
     *("radio.id_bits", "robots.know_count", "units.metres", "units.seconds"),
     *("place.map", "place.walls", "place.keepout", "place.cell", "place.zones"),
     *("place.flooding", "robots.zone", "tasks.zone", "radio.walls"),
+    *("events.step", "events.tasks", "events.robots"),
 }
 """Fields that a page simulates."""
 ARGOS: Final = IN_C | {"robots.avoid_collisions", "place.map", "place.walls", "place.cell"}
@@ -69,7 +70,7 @@ def unsupported(
 ) -> Iterator[Problem]:
     """Yield a problem for each field of a scenario that isn't supported and isn't at its default.
 
-    So a new field is unsupported until somebody lists it. No backend that has a list supports events.
+    So a new field is unsupported until somebody lists it.
     ``supported`` has the dotted paths of fields. ``rule`` is that of the problems, and ``otherwise`` what
     their remedies offer in addition to the default.
     """
@@ -81,5 +82,6 @@ def unsupported(
                 off = default in (None, (), {})
                 remedy = f"leave out {path}" if off else f"set {path} = {inline_toml(default)}"
                 yield Problem(path, values.model_dump()[key], rule, f"{remedy}{otherwise}")
-    if scenario.events:
+    changed = (each.model_dump(exclude_defaults=True) for each in scenario.events)
+    if {f"events.{name}" for each in changed for name in each} - supported:
         yield Problem("events", f"{len(scenario.events)} events", rule, f"leave out [[events]]{otherwise}")

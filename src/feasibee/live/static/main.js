@@ -15,6 +15,7 @@ import { SeekBar } from "./seekbar.js";
 import { Seeker } from "./seeker.js";
 import { explainTerms } from "./terms.js";
 import { startTheme } from "./theme.js";
+import { listenToCopy, sayTouching, touched } from "./touching.js";
 import { Walls } from "./walls.js";
 
 /** @import { Opened, View } from "./arena.js" */
@@ -138,18 +139,10 @@ function touch(path, count) {
     later = [path, count];
     return wanted.step > 0; // a run that starts anyway takes it from its start
   }
-  const more = count - (name === "robots" ? now.there : now.tasks),
-    events = world.events.map((each) => ({ ...each })),
-    last = player.playing ? undefined : events.find((each) => each.step === now.step && each[name]),
-    step = last ? now.step : now.step + 1,
-    next = last ?? events.find((each) => each.step === step) ?? { step };
-  next[name] = (next[name] ?? 0) + more;
+  const { events, step } = touched(world.events, now, name, count, player.playing);
   controls.input(path).value = String(world.fields[path]);
-  const others = events.filter((each) => each !== next),
-    isIdle = Object.entries(next).every(([key, value]) => key === "step" || !value),
-    all = [...others, ...(isIdle ? [] : [next])].sort((one, other) => one.step - other.step);
   accepted ??= controls.changes;
-  controls.changes = { ...controls.changes, events: all };
+  controls.changes = { ...controls.changes, events };
   announce(`From step ${formatted(step)} on: ${formatted(count)} ${name}`);
   begin(step);
   return true;
@@ -256,9 +249,7 @@ const answers = {
     $("controls").inert = false;
     if (isLate) return; // the controls, and the address, are those of a newer request
     controls.show(message);
-    $("touching").textContent = message.fixed
-      ? `Each change starts this run again. ${message.fixed}.`
-      : "During a run, the sliders of robots and tasks change the world from the next step on.";
+    sayTouching(message.fixed);
     markReplay(point, message.run);
     if (old) announce(`Seed ${message.seed}, run ${message.run}, from the start`);
     writeAddress(message, point, controls.against, controls.changes);
@@ -488,20 +479,7 @@ $("reset").addEventListener("click", () => {
   controls.against = "";
   begin(0);
 });
-for (const id of ["copy", "copy-scenario"])
-  $(id).addEventListener("click", async () => {
-    const button = $(id),
-      text = button.textContent;
-    try {
-      await navigator.clipboard.writeText($("toml").textContent);
-      button.textContent = "Copied";
-    } catch {
-      unfold($("toml"));
-      getSelection()?.selectAllChildren($("toml")); // a page by http from another machine has no clipboard
-      button.textContent = "Selected: press Ctrl-C";
-    }
-    setTimeout(() => (button.textContent = text), 2000);
-  });
+for (const id of ["copy", "copy-scenario"]) listenToCopy(id);
 addEventListener("hashchange", () => begin(0, followAddress()));
 new ResizeObserver(() => {
   lanes[0].plotted = -1;

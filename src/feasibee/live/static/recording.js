@@ -20,11 +20,13 @@ export class Recording {
     this.last = steps;
     this.stops = stops;
     world.begin(settings);
-    this.missing = world.missing;
-    this.taskX = world.places("world_task_x");
+    this.changes = settings.events.length > 0;
+    this.taskX = world.places("world_task_x"); // at the start
     this.taskY = world.places("world_task_y");
-    /** @type {Pick<Frame, "x" | "y" | "flags" | "heading">[]} */
+    /** @type {Pick<Frame, "x" | "y" | "flags" | "heading" | "taskX" | "taskY" | "decision">[]} */
     this.steps = [];
+    /** @type {number[]} */
+    this.missing = []; // robots without which the tasks aren't feasible, at each step
     /** @type {number[]} */
     this.feasible = [];
     /** @type {number[]} */
@@ -41,12 +43,18 @@ export class Recording {
    * @param {Arena} arena
    */
   openIn(arena) {
-    const { last, missing, taskX, taskY, settings } = this,
+    const { last, missing, taskX, taskY, settings, changes, world } = this,
       { robots, tasks, strategy } = settings,
-      { lengths, strategies } = this.world.given,
-      { declares } = strategies[strategy];
-    arena.open({ ...lengths, robots, numbers: robots, tasks, last, truth: missing === 0, declares });
+      { lengths, strategies } = world.given,
+      { declares } = strategies[strategy],
+      shown = { robots, numbers: world.robots, tasks, last, changes, truth: missing[0] === 0, declares };
+    arena.open({ ...lengths, ...shown });
     arena.setTasks({ x: taskX, y: taskY });
+  }
+
+  // The truth at each step, in a world that changes.
+  get truths() {
+    return this.changes ? this.missing.map((each) => Number(each === 0)) : undefined;
   }
 
   get known() {
@@ -66,17 +74,22 @@ export class Recording {
   }
 
   record() {
-    const { world } = this,
-      { world_feasible, world_infeasible, world_decision } = world.exports;
+    const { world, known, steps } = this,
+      { world_feasible, world_infeasible, world_decision, world_missing, world_there } = world.exports,
+      isSame = known >= 0 && !this.settings.events.some((each) => each.step === known + 1);
     this.steps.push({
       x: world.places("world_x"),
       y: world.places("world_y"),
       flags: world.flags.slice(),
       heading: world.headings.slice(),
+      taskX: isSame ? steps[known].taskX : world.places("world_task_x"),
+      taskY: isSame ? steps[known].taskY : world.places("world_task_y"),
+      decision: world_decision(),
     });
+    this.missing.push(world_missing());
     this.feasible.push(world_feasible());
     this.infeasible.push(world_infeasible());
-    this.counted.push(world.robots);
+    this.counted.push(world_there());
     if (this.decision < 0 && (this.decision = world_decision()) >= 0) {
       this.decisionStep = this.known;
       if (this.stops) this.last = this.known;
@@ -107,16 +120,16 @@ export class Recording {
    * @returns {Frame}
    */
   frame(step) {
-    const { robots } = this.settings,
-      at = this.until(step);
+    const at = this.until(step),
+      shown = this.steps[at];
     return /** @type {Frame} */ ({
-      ...this.steps[at],
+      ...shown,
       step: at,
-      robots,
+      robots: shown.x.length,
+      there: this.counted[at],
+      tasks: shown.taskX.length,
       feasible: this.feasible[at],
       infeasible: this.infeasible[at],
-      taskX: this.taskX,
-      taskY: this.taskY,
     });
   }
 }

@@ -1,13 +1,17 @@
 // Sliders and fields for what a reader may change, kept in the address.
 
-import { $, capital } from "./elements.js";
+import { $, announce, capital, formatted } from "./elements.js";
 import { RUNS } from "./swarms.js";
+import { sayTouching, touched } from "./touching.js";
 
+/** @import { Frame } from "./frames.js" */
+/** @import { Event } from "./touching.js" */
 /** @import { Given, Settings } from "./world.js" */
 
 const PAUSE = 200; // milliseconds: browsers limit how often a page may write its address
 /** @type {("robots" | "tasks" | "seed" | "run")[]} */
 const FIELDS = ["robots", "tasks", "seed", "run"]; // each with a slider
+const EVENTS = /^\[(\{"step":\d{1,5}(,"(robots|tasks)":-?\d{1,3})*\}(,(?!\])|(?=\])))*\]$/; // in the address
 const SLIDER = 100; // most robots or tasks on a slider, unless the file has more
 
 /**
@@ -19,12 +23,17 @@ const input = (id) => /** @type {HTMLInputElement} */ ($(id));
 export class Controls {
   /**
    * @param {Given} given
-   * @param {(settings: Settings) => void} changed
+   * @param {(settings: Settings, step: number) => void} changed The page shall show a run from a step on.
+   * @param {() => (Frame & {playing: boolean}) | null} present The step after which sliders change the world; null if
+   *   they start the run again.
    */
-  constructor(given, changed) {
+  constructor(given, changed, present) {
     this.given = given;
     this.changed = changed;
+    this.present = present;
     this.settings = { ...given.settings };
+    /** @type {HTMLInputElement | null} */
+    this.moved = null; // the slider that the reader moves
     this.late = 0;
     /** @type {Record<string, [number, number | bigint]>} */
     this.limits = {
@@ -37,7 +46,15 @@ export class Controls {
     for (const name of FIELDS) {
       const slider = input(`${name}-slider`);
       slider.max = String(name in given.most ? Math.max(SLIDER, Number(given.settings[name])) : RUNS - 1);
-      slider.addEventListener("input", () => this.set({ [name]: slider.value }));
+      slider.addEventListener("input", () => {
+        this.moved = slider;
+        if (name in given.most && present()) input(name).value = slider.value;
+        else this.set({ [name]: slider.value });
+      });
+      slider.addEventListener("change", () => {
+        this.moved = null;
+        if (name === "robots" || name === "tasks") this.touch(name, slider.valueAsNumber);
+      });
       input(name).addEventListener("input", () => this.set({ [name]: input(name).value }, name));
       input(name).addEventListener("change", () => this.show());
     }
@@ -54,16 +71,45 @@ export class Controls {
    * @param {string} [typed] Name of the field that the reader types in, which isn't written over.
    */
   set(texts, typed) {
-    for (const [name, text] of Object.entries(texts)) {
-      const value = this.parse(name, text);
-      if (typed) input(typed).setAttribute("aria-invalid", String(value === null));
-      if (value === null) return;
-      this.settings = { ...this.settings, [name]: value };
-    }
+    const values = Object.entries(texts).map(([name, text]) => [name, this.parse(name, text)]),
+      isFine =
+        values.every(([, value]) => value !== null) &&
+        this.take({ ...this.settings, ...Object.fromEntries(values) }, 0, typed);
+    if (typed) input(typed).setAttribute("aria-invalid", String(!isFine));
+  }
+
+  /**
+   * Change a number from the next step on, if the run can be.
+   * @param {"robots" | "tasks"} name
+   * @param {number} count
+   */
+  touch(name, count) {
+    const now = this.present();
+    if (!now || count === (name === "robots" ? now.there : now.tasks)) return;
+    const { events, step } = touched(this.settings.events, now, name, count, now.playing),
+      isFine = this.take({ ...this.settings, events }, step),
+      most = `Not changed: at most ${formatted(this.given.most[name])} ${name} may come in a run.`;
+    this.show();
+    if (!isFine) this.follow(now);
+    announce(isFine ? `From step ${formatted(step)} on: ${formatted(count)} ${name}` : most);
+  }
+
+  /**
+   * Take settings, without events where none can be; return whether these can be.
+   * @param {Settings} settings
+   * @param {number} step
+   * @param {string} [typed]
+   */
+  take(settings, step, typed) {
+    const { strategies, most } = this.given,
+      taken = strategies[settings.strategy].fixed ? { ...settings, events: [] } : settings;
+    if (!canHappen(taken, most)) return false;
+    this.settings = taken;
     this.show(typed);
     clearTimeout(this.late);
     this.late = setTimeout(() => this.writeAddress(), PAUSE);
-    this.changed(this.settings);
+    this.changed(taken, step);
+    return true;
   }
 
   /**
@@ -77,6 +123,18 @@ export class Controls {
     return name === "seed" ? String(BigInt(text)) : Number(text);
   }
 
+  /**
+   * Let the sliders show the numbers of a step, unless the reader moves them.
+   * @param {Frame} now
+   */
+  follow({ there, tasks }) {
+    for (const [name, count] of Object.entries({ robots: there, tasks })) {
+      const slider = input(`${name}-slider`);
+      if (count > Number(slider.max)) slider.max = String(count);
+      if (slider !== this.moved) slider.value = String(count);
+    }
+  }
+
   /** @param {string} [typed] */
   show(typed) {
     for (const name of FIELDS) {
@@ -86,9 +144,10 @@ export class Controls {
       input(name).value = text;
       input(name).removeAttribute("aria-invalid");
     }
-    const { name, rule } = this.given.strategies[this.settings.strategy];
+    const { name, rule, fixed } = this.given.strategies[this.settings.strategy];
     input("strategy").value = String(this.settings.strategy);
     $("rule").textContent = rule && capital(rule);
+    sayTouching(fixed);
     document.title = `feasibee: ${this.settings.robots} robots, ${this.settings.tasks} tasks, ${name}`;
   }
 
@@ -97,17 +156,38 @@ export class Controls {
       { strategies } = this.given;
     const number = strategies.findIndex((each) => each.name === kept.get("strategy"));
     if (number >= 0) kept.set("strategy", String(number));
-    for (const name of Object.keys(this.settings)) {
+    for (const name of Object.keys(this.limits)) {
       const value = this.parse(name, kept.get(name) ?? "");
       if (value !== null) this.settings = { ...this.settings, [name]: value };
     }
-    this.show();
-    this.changed(this.settings);
+    const given = kept.get("events")?.match(EVENTS)?.[0],
+      events = /** @type {Event[]} */ (given ? JSON.parse(given) : this.given.settings.events);
+    events.sort((one, other) => one.step - other.step);
+    if (!this.take({ ...this.settings, events }, 0)) this.take({ ...this.settings, events: [] }, 0);
+    clearTimeout(this.late); // the address has them
   }
 
   writeAddress() {
     const strategy = this.given.strategies[this.settings.strategy].name,
-      kept = /** @type {Record<string, any>} */ ({ ...this.settings, strategy });
+      events = JSON.stringify(this.settings.events),
+      kept = /** @type {Record<string, any>} */ ({ ...this.settings, strategy, events });
+    if (events === JSON.stringify(this.given.settings.events)) delete kept.events;
     history.replaceState(null, "", `#${new URLSearchParams(kept)}`);
   }
+}
+
+/**
+ * Whether a page can simulate the events of settings: there are enough to go, and not too many that come.
+ * @param {Settings} settings
+ * @param {Given["most"]} most
+ */
+function canHappen({ events, ...start }, most) {
+  return /** @type {const} */ (["robots", "tasks"]).every((name) => {
+    let [there, all] = [start[name], start[name]];
+    return events.every(({ step, [name]: more = 0 }) => {
+      there += more;
+      all += Math.max(0, more);
+      return step >= 0 && there >= Number(name === "robots") && all <= most[name];
+    });
+  });
 }

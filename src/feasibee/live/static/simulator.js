@@ -11,6 +11,7 @@ import { showTooltip } from "./tooltip.js";
 import { Recording } from "./recording.js";
 import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
+import { listenToCopy, scenarioOf } from "./touching.js";
 import { decisionOf, questionOf } from "./words.js";
 import { neededOf, worldsOf } from "./world.js";
 
@@ -56,41 +57,51 @@ class Page {
     this.curved = 0;
     this.shown = -1;
     this.said = "";
-    this.controls = new Controls(given, (settings) => this.begin(settings));
+    this.controls = new Controls(
+      given,
+      (settings, step) => this.begin(settings, step),
+      () => this.present,
+    );
     this.player.play(!this.player.calm.matches);
     this.setSpeed(this.player.speed);
     this.listen();
   }
 
+  // The step that is shown, if sliders change the world after it.
+  get present() {
+    const [now] = this.player.frames,
+      { last, settings } = this.recording,
+      isFixed = this.given.strategies[settings.strategy].fixed;
+    return now?.step && now.step < last && !isFixed ? { ...now, playing: this.player.playing } : null;
+  }
+
   /**
-   * Begin a run; time goes on if it did before.
+   * Begin a run, and show it from a step on; time goes on if it did before.
    * @param {Settings} settings
+   * @param {number} step
    */
-  begin(settings) {
+  begin(settings, step) {
     const { given, player } = this,
-      { robots, tasks, strategy } = settings,
-      { declares } = given.strategies[strategy],
+      { declares } = given.strategies[settings.strategy],
       playing = player.playing || player.ended;
     this.recording = new Recording(this.world, settings);
     this.recording.openIn(this.arena);
     $("legend-declared").hidden = !declares;
-    this.restart();
+    this.restart(step);
     player.play(playing);
-    const first = given.settings,
-      isFirst = robots === first.robots && tasks === first.tasks && strategy === first.strategy;
+    const { seed, run } = settings,
+      isFirst = JSON.stringify({ ...given.settings, seed, run }) === JSON.stringify(settings);
     this.prediction = isFirst ? given.prediction : null; // computed for the scenario that the page was made of
     sayPrediction($("theory"), this.prediction, $("tasks-marks"));
-    const { question, answer } = questionOf(settings, this.recording.missing);
-    $("question").textContent = question;
-    $("truth").textContent = answer;
+    $("toml").textContent = scenarioOf(given, settings);
     this.swarms?.begin(settings);
     this.said = "";
     this.showSwarms();
   }
 
-  restart() {
+  restart(step = 0) {
     this.player.clear();
-    this.player.add(this.frameAt(0));
+    this.player.add(this.frameAt(step));
     this.shown = -1;
   }
 
@@ -115,8 +126,7 @@ class Page {
    * @param {boolean} rests
    */
   show(frame, time, rests) {
-    const { recording, player, seek } = this,
-      { settings } = recording;
+    const { recording, player, seek } = this;
     const label = player.playing ? "Pause" : "Play";
     $("play").dataset.playing = String(player.playing);
     $("play").setAttribute("aria-label", label);
@@ -129,12 +139,16 @@ class Page {
     seek.setAttribute("aria-valuetext", `step ${frame.step} of ${recording.last}`);
     $("now").textContent = formatted(frame.step);
     $("last").textContent = formatted(recording.last);
-    const { feasible, infeasible } = frame,
-      none = settings.robots - feasible - infeasible;
+    const { feasible, infeasible, there, tasks } = frame,
+      none = there - feasible - infeasible,
+      { question, answer } = questionOf({ robots: there, tasks }, recording.missing[frame.step]);
+    $("question").textContent = question;
+    $("truth").textContent = answer;
+    this.controls.follow(frame);
     for (const [id, count] of Object.entries({ feasible, infeasible, none }))
       $(id).textContent = formatted(count);
     $("none-row").hidden = $("legend-undecided").hidden = !none;
-    const needed = neededOf(this.given.threshold, settings.robots),
+    const needed = neededOf(this.given.threshold, there),
       { right, text } = decisionOf(recording, frame, needed);
     $("verdict").dataset.verdict = right === null ? "" : right ? "right" : "wrong";
     $("decision").textContent = text;
@@ -147,10 +161,9 @@ class Page {
    * Describe both drawings to those who don't see them.
    * @param {Frame} frame
    */
-  describe({ step, feasible, infeasible }) {
-    const { robots, tasks } = this.recording.settings,
-      now = `At step ${step}, ${feasible} hold feasible and ${infeasible} infeasible.`;
-    $("arena").setAttribute("aria-label", `Arena with ${robots} robots and ${tasks} tasks. ${now}`);
+  describe({ step, feasible, infeasible, there, tasks }) {
+    const now = `At step ${step}, ${feasible} hold feasible and ${infeasible} infeasible.`;
+    $("arena").setAttribute("aria-label", `Arena with ${there} robots and ${tasks} tasks. ${now}`);
     $("curve").setAttribute("aria-label", `Share of robots with each opinion over ${step} steps. ${now}`);
   }
 
@@ -228,7 +241,7 @@ class Page {
 /** @type {Given} */
 const given = JSON.parse($("given").textContent ?? "");
 $("name").textContent = given.name;
-$("toml").textContent = given.toml;
 $("version").textContent = given.version;
+listenToCopy("copy-scenario");
 explainTerms(/** @type {HTMLElement} */ ($("terms").lastElementChild));
 new Page(given, await worldsOf(given, 2));

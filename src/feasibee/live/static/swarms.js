@@ -12,7 +12,7 @@ const CHUNK = 4000; // robots times steps between two looks at the clock
 const BINS = 24;
 const COLUMNS = [10, 20, 25, 50]; // of the marks of all runs
 
-/** @typedef {{decision: number, step: number}} Outcome */
+/** @typedef {{decision: number, step: number, isRight?: boolean}} Outcome */
 
 export class Swarms {
   /**
@@ -32,12 +32,10 @@ export class Swarms {
 
   /** @param {Settings} settings */
   begin(settings) {
-    const { robots, tasks, strategy, seed } = settings,
-      now = this.settings;
-    if (now && now.robots === robots && now.tasks === tasks && now.strategy === strategy && now.seed === seed)
-      return; // another run of the same
+    const kind = { ...settings, run: 0 };
+    if (JSON.stringify(this.settings) === JSON.stringify(kind)) return; // another run of the same
     clearTimeout(this.timer);
-    this.settings = { ...settings };
+    this.settings = kind;
     this.outcomes = [];
     this.beginRun();
     this.timer = setTimeout(() => this.work(), 60);
@@ -57,7 +55,8 @@ export class Swarms {
       this.step += world.exports.world_play(Math.min(chunk, steps - this.step));
       const decision = world.exports.world_decision();
       if (decision < 0 && this.step < steps) continue;
-      this.outcomes.push({ decision, step: this.step });
+      const isRight = decision === Number(world.exports.world_missing() === 0);
+      this.outcomes.push({ decision, step: this.step, isRight });
       if (this.outcomes.length < RUNS) this.beginRun();
     }
     this.changed();
@@ -73,8 +72,7 @@ export class Swarms {
   sentences() {
     const done = this.outcomes.length;
     if (!done || !this.settings) return ["Simulating ..."];
-    const truth = Number(this.world.missing === 0),
-      steps = this.outcomes.filter((each) => each.decision >= 0).map((each) => each.step);
+    const steps = this.outcomes.filter((each) => each.decision >= 0).map((each) => each.step);
     const parts = [1, 0, -1]
       .filter((each) => each >= 0 || this.count(each))
       .map((each) => `${this.count(each)} ${OPINIONS[each]}`);
@@ -82,7 +80,7 @@ export class Swarms {
     return [
       `${counted(done, "swarm")}: ${parts.join(", ")}.`,
       `Share feasible: ${shareOf(this.count(1), done)}.`,
-      `Share right: ${shareOf(this.count(truth), done)}.`,
+      `Share right: ${shareOf(this.outcomes.filter((each) => each.isRight).length, done)}.`,
       steps.length ? `Median step of the decisions: ${median.toLocaleString("en")}.` : "",
     ];
   }

@@ -55,17 +55,20 @@ export function doneOf({ robots, tasks, standing, done, allTakenStep, step }, la
 }
 
 /**
- * The swarm's decision and whether it is right.
- * @param {{decision: number, decisionStep: number, last: number, missing: number}} recording
- * @param {{step: number, feasible: number, infeasible: number}} frame
+ * The swarm's decision and whether it is right; in a world that changes, that of this step.
+ * @param {{decision: number, decisionStep: number, last: number, missing: number[], changes: boolean}} recording
+ * @param {{step: number, feasible: number, infeasible: number, decision: number}} frame
  * @param {number} needed
  */
-export function decisionOf({ decision, decisionStep, last, missing }, frame, needed) {
-  if (decision >= 0 && decisionStep <= frame.step) {
-    const right = decision === Number(missing === 0);
+export function decisionOf({ decision, decisionStep, last, missing, changes }, frame, needed) {
+  const [held, at] = changes ? [frame.decision, frame.step] : [decision, decisionStep];
+  if (held >= 0 && at <= frame.step) {
+    const right = held === Number(missing[at] === 0),
+      what = changes ? "holds" : "decided",
+      when = changes ? "at this step" : `at step ${at.toLocaleString("en")}`;
     return {
       right,
-      text: `The swarm decided ${OPINIONS[decision]} at step ${decisionStep.toLocaleString("en")}. That is ${right ? "right" : "wrong"}.`,
+      text: `The swarm ${what} ${OPINIONS[held]} ${when}. That is ${right ? "right" : "wrong"}.`,
     };
   }
   const most = Math.max(frame.feasible, frame.infeasible),

@@ -8,8 +8,8 @@
  * @property {string} toml
  * @property {string} wasm In base64.
  * @property {CompressedPlace | null} place
- * @property {{name: string, rule: string, declares: boolean, numbers: Record<string, number>}[]} strategies Numbers in
- *   the order of world.c.
+ * @property {{name: string, rule: string, declares: boolean, fixed: string, numbers: Record<string, number>}[]} strategies
+ *   fixed: why events can't change its world; numbers: in the order of world.c.
  * @property {[string, string]} threshold Numerator and denominator.
  * @property {{robots: number, tasks: number}} most
  * @property {Settings} settings
@@ -32,6 +32,7 @@
  * @property {number} strategy
  * @property {string} seed
  * @property {number} run
+ * @property {import("./touching.js").Event[]} events
  */
 
 /**
@@ -97,21 +98,23 @@ export class World {
   constructor(given, instance) {
     this.given = given;
     this.exports = /** @type {Exports} */ (/** @type {unknown} */ (instance.exports));
-    this.robots = this.tasks = 0;
-    this.missing = 0; // robots without which the tasks aren't feasible
   }
 
   /** @param {Settings} settings */
-  begin({ robots, tasks, strategy, seed, run }) {
+  begin({ robots, tasks, strategy, seed, run, events }) {
     const { given, exports } = this,
-      needed = neededOf(given.threshold, robots),
-      numbers = Object.values({ ...given.strategies[strategy].numbers, robots, tasks, needed });
+      rows = events.flatMap(({ step, tasks = 0, robots = 0 }) => [step, tasks, robots]),
+      changed = { robots, tasks, events: events.length },
+      numbers = Object.values({ ...given.strategies[strategy].numbers, ...changed });
     new Float64Array(exports.memory.buffer, exports.world_numbers(), numbers.length).set(numbers);
-    this.robots = robots;
-    this.tasks = tasks;
+    new Int32Array(exports.memory.buffer, exports.world_events(), rows.length).set(rows);
     const words = BigInt(seed);
     exports.world_begin(Number(words & 0xffffffffn), Number(words >> 32n), run);
-    this.missing = exports.world_missing();
+  }
+
+  // How many numbers robots may have.
+  get robots() {
+    return this.exports.world_robots();
   }
 
   /**
@@ -120,7 +123,7 @@ export class World {
    */
   places(name) {
     const { memory } = this.exports,
-      count = name.includes("task") ? this.tasks : this.robots,
+      count = name.includes("task") ? this.exports.world_tasks() : this.robots,
       part = 65536 / this.given.lengths.units;
     return Uint16Array.from(new Uint32Array(memory.buffer, this.exports[name](), count), (each) =>
       Math.min(65535, each * part),

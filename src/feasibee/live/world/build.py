@@ -15,7 +15,7 @@ from subprocess import PIPE
 from typing import Final
 
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.live.world.lowering import CELLS_LIMIT, ROBOTS_LIMIT, TASKS_LIMIT, WORDS_LIMIT
+from feasibee.live.world.lowering import CELLS_LIMIT, EVENTS_LIMIT, ROBOTS_LIMIT, TASKS_LIMIT, WORDS_LIMIT
 from feasibee.robot.firmware import FOLDER as PARTS
 from feasibee.robot.firmware import constant, header
 from feasibee.strategies import STRATEGIES
@@ -34,8 +34,8 @@ WARNINGS: Final = ("-Wall", "-Wextra", "-Wpedantic", "-Werror")
 def limits(strategies: Sequence[Strategy]) -> str:
     """Return the text of limits.h: sizes of arrays, and the table of strategies."""
     table = ", ".join(f"&{constant(each)}" for each in strategies)
-    sizes = {"ROBOTS": ROBOTS_LIMIT, "TASKS": TASKS_LIMIT, "WORDS": WORDS_LIMIT, "CELLS": CELLS_LIMIT}
-    values = {**sizes, "STRATEGIES": table}
+    sizes = {"ROBOTS": ROBOTS_LIMIT, "TASKS": TASKS_LIMIT, "EVENTS": EVENTS_LIMIT, "WORDS": WORDS_LIMIT}
+    values = {**sizes, "CELLS": CELLS_LIMIT, "STRATEGIES": table}
     return "".join(f"#define WORLD_{name} {value}\n" for name, value in values.items())
 
 

@@ -10,11 +10,12 @@
 /* Numbers of purposes, as in model/purposes.py; a test compares them. */
 enum purpose {
     PLACE_ROBOT = 0, PLACE_TASK = 1, FIRST_OPINION = 2, WALK = 3, PHASE = 4, MISS_ROBOT = 13, MISS_TASK = 14, LOSS = 19,
-    IDENTITY = 21, PAIR = 256
+    IDENTITY = 21, VANISH = 25, LEAVE = 26, PAIR = 256
 };
 
 #define TURN 4294967296.0       /* number of words; as an angle, a full turn */
 #define LONGEST (1 << 30)       /* steps, as in model/codes.py */
+#define ATTEMPTS 256            /* draws of a place for each robot that comes, likewise */
 #define HALF_PI 1.5707963267948966
 
 struct words {

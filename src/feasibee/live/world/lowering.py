@@ -6,7 +6,6 @@ import base64
 import math
 import zlib
 from collections.abc import Iterator
-from fractions import Fraction
 from typing import Any, Final
 
 import numpy as np
@@ -29,6 +28,10 @@ ROBOTS_LIMIT: Final = 200
 """Most robots in a page."""
 TASKS_LIMIT: Final = 400
 """Most tasks in a page."""
+EVENTS_LIMIT: Final = 1000
+"""Most events of a run, as in a scenario."""
+EVENT: Final = ("step", "tasks", "robots")
+"""Fields of an event that a page simulates, in the order of world.c."""
 STEPS_LIMIT: Final = 10_000
 """Most steps of a run in a page."""
 WORDS_LIMIT: Final = 10_000
@@ -87,6 +90,7 @@ def numbers_of(scenario: Scenario) -> dict[str, float]:
     """Return the numbers of a scenario, in the order in which world.c takes them."""
     decision, sensing, radio = scenario.decision, scenario.sensing, scenario.radio
     unit, walled, (width, height) = unit_of(scenario), scenario.setting.walled, scenario.arena.size
+    threshold = exact(decision.threshold)
     given = given_numbers(scenario.strategy, settings_of(scenario), scenario.setting, ROBOTS_LIMIT)
     return {
         "robots": scenario.robots.count,
@@ -98,15 +102,17 @@ def numbers_of(scenario: Scenario) -> dict[str, float]:
         "radius": math.ceil(exact(scenario.robots.diameter) / unit / 2) if walled else 0,
         "reach": float(exact(scenario.robots.speed) / unit),
         "mean_run": scenario.walk.mean_run,
-        **_squared("sight", sensing.range, unit),
-        **_squared("radio", radio.range, unit),
+        **_halves("sight", min(squared(sensing.range, unit), 2**63)),  # no squared distance is larger
+        **_halves("radio", min(squared(radio.range, unit), 2**63)),
         "miss": int(probability(sensing.miss)),
         "lost": int(probability(radio.loss)),
         "count_self": int(sensing.count_self),
         "strategy": strategies_of(scenario).index(scenario.strategy),
         "switching": -1 if decision.switching is None else int(probability(decision.switching)),
         "id_bits": radio.id_bits or 0,
-        "needed": math.floor(exact(decision.threshold) * scenario.robots.count) + 1,
+        **_halves("share", threshold.numerator),
+        **_halves("whole", threshold.denominator),
+        "events": len(scenario.events),
         **{f"given_{name}": value for name, value in given.items()},
     }
 
@@ -152,9 +158,15 @@ def _places_robots(ground: Ground) -> NDArray[np.bool_]:
     return np.diff(ground.robots.first) > 0
 
 
-def _squared(name: str, length: float, unit: Fraction) -> dict[str, float]:
-    """Return both halves of a range's square; no squared distance is larger than 2**63."""
-    high, low = divmod(min(squared(length, unit), 2**63), TURN)
+def events_of(scenario: Scenario) -> list[list[int]]:
+    """Return the events in the order in which they happen, each with the numbers of `EVENT`."""
+    ordered = sorted(scenario.events, key=lambda event: event.step)
+    return [[getattr(event, name) for name in EVENT] for event in ordered]
+
+
+def _halves(name: str, number: int) -> dict[str, float]:
+    """Return both halves of a number of 64 bits."""
+    high, low = divmod(number, TURN)
     return {f"{name}_high": high, f"{name}_low": low}
 
 
@@ -162,10 +174,10 @@ def _problems(scenario: Scenario) -> Iterator[Problem]:
     """Yield a problem for each value that a page can't simulate."""
     rule = "isn't simulated by a page"
     yield from unsupported(scenario, PAGE, rule, ", or use feasibee watch")
-    for path, most in MOST.items():
-        if path.startswith("decision.declare.") and scenario.decision.declare is None:
-            continue
-        if (value := scenario.get(path)) > most:
+    values = {path: scenario.get(path) for path in MOST if scenario.decision.declare or "declare" not in path}
+    values |= {"robots.count": scenario.most.robots, "tasks.count": scenario.most.tasks}
+    for path, value in values.items():
+        if value > (most := MOST[path]):
             yield Problem(path, value, f"must be at most {most:,} in a page", f"use {most:,} or less")
     yield from _place(scenario)
     yield from _combinations(scenario)
@@ -203,7 +215,8 @@ def _combinations(scenario: Scenario) -> Iterator[Problem]:
 
 def _knowledge(scenario: Scenario) -> Iterator[Problem]:
     """Yield a problem if what a robot knows, or a message, takes too many words for most robots and tasks."""
-    setting = scenario.replace({"robots.count": ROBOTS_LIMIT, "tasks.count": TASKS_LIMIT}).setting
+    most = {"robots.count": ROBOTS_LIMIT, "tasks.count": TASKS_LIMIT, "events": []}
+    setting = scenario.replace(most).setting
     if (words := max(scenario.strategy.row_lengths(setting))) > WORDS_LIMIT:
         rule = (
             f"takes {words:,} words with {ROBOTS_LIMIT} robots and {TASKS_LIMIT} tasks, above the limit of "

@@ -1,10 +1,10 @@
-/* The world in a page: arena, walk, sight and radio (docs/model.md 1 to 4, 6.1, 6.20) around the controller of robots in C.
+/* The world in a page: arena, walk, sight and radio (docs/model.md 1 to 4, 6.1, 6.17, 6.20) around the controller of robots in C.
  *
  * The page writes the numbers of a scenario to world_numbers(), calls world_begin() and then world_step(), and
  * reads the arrays. Each run equals that of the engine to the last bit.
  */
 #include "draws.h"
-#include "limits.h" /* made by build.py: WORLD_ROBOTS, WORLD_TASKS, WORLD_WORDS, WORLD_CELLS, WORLD_STRATEGIES */
+#include "limits.h" /* made by build.py: WORLD_ROBOTS, WORLD_TASKS, WORLD_EVENTS, ..., WORLD_STRATEGIES */
 #include "place.h"
 
 #define FEASIBEE_INBOX WORLD_ROBOTS
@@ -21,8 +21,12 @@
 /* The numbers of a scenario, in the order of numbers_of in lowering.py; a test compares them. Those of given.h follow. */
 enum number {
     ROBOTS, TASKS, SPAN_X, SPAN_Y, UNIT, WALLED, RADIUS, REACH, MEAN_RUN, SIGHT_HIGH, SIGHT_LOW, RADIO_HIGH, RADIO_LOW,
-    MISS, LOST, COUNT_SELF, STRATEGY, SWITCHING, ID_BITS, NEEDED, NUMBERS
+    MISS, LOST, COUNT_SELF, STRATEGY, SWITCHING, ID_BITS, SHARE_HIGH, SHARE_LOW,
+    WHOLE_HIGH, WHOLE_LOW, EVENTS, NUMBERS
 };
+
+/* An event: its step, and how many tasks and robots come, or go if negative (model.md 6.17); as EVENT in lowering.py. */
+enum event { STEP, TASKS_MORE, ROBOTS_MORE, EVENT };
 
 /* Bits of a robot's flags, as FLAGS in simulation/snapshot.py; a test compares them. */
 enum flag { FEASIBLE = 1, NEUTRAL = 2, DISSEMINATING = 4, DECLARED = 8, WORKING = 16, THERE = 128 };
@@ -32,8 +36,8 @@ struct body {
     uint32_t number;
     int64_t step_x, step_y;     /* of a step, in units of fixed point */
     uint32_t walks, walk_left;
-    uint32_t phases;
-    bool blocked;
+    uint32_t phases, joined;    /* joined: how many have had its number before it */
+    bool blocked, there;
 };
 
 /* A side of the arena in units of fixed point, and the length of the way round; none within walls is as long. */
@@ -45,6 +49,8 @@ static double numbers[NUMBERS + GIVEN_PARAMETERS + FEASIBEE_PARAMETERS];
 static struct side side_x, side_y;
 static uint64_t seed;
 static uint32_t run, now;
+static int32_t events[WORLD_EVENTS][EVENT]; /* in the order in which they happen */
+static uint32_t happened, most_robots, most_tasks, robots_there, tasks_there, appeared;
 static uint32_t x[WORLD_ROBOTS], y[WORLD_ROBOTS], task_x[WORLD_TASKS], task_y[WORLD_TASKS];
 static uint16_t flags[WORLD_ROBOTS];
 static uint8_t headings[WORLD_ROBOTS];
@@ -134,13 +140,27 @@ static bool switches(void *context)
     return philox(seed, run, body->number, body->phases, PHASE).word[3] < numbers[SWITCHING];
 }
 
+/* Count the most robots at a time, and the tasks of the whole run; lowering.py and the page refuse too many. */
+static void read_events(void)
+{
+    most_robots = whole(ROBOTS);
+    most_tasks = whole(TASKS);
+    for (uint32_t k = 0; k < whole(EVENTS); k++) {
+        most_robots += events[k][ROBOTS_MORE] > 0 ? (uint32_t)events[k][ROBOTS_MORE] : 0;
+        most_tasks += events[k][TASKS_MORE] > 0 ? (uint32_t)events[k][TASKS_MORE] : 0;
+    }
+    if (most_robots > WORLD_ROBOTS || most_tasks > WORLD_TASKS)
+        __builtin_trap();
+}
+
 /* Read what knowledge may depend on; the page's sliders change the numbers of robots and tasks. */
 static void read_setting(void)
 {
-    int16_t robots = (int16_t)whole(ROBOTS), tasks = (int16_t)whole(TASKS);
+    int16_t robots = (int16_t)most_robots, tasks = (int16_t)most_tasks;
     setting = feasibee_setting_given(numbers + NUMBERS);
     setting.plan = (struct feasibee_plan){cells, (int32_t)(columns * rows)};
-    setting.robots = setting.count = setting.robot_ids = robots;
+    setting.robots = setting.robot_ids = robots;
+    setting.count = (int16_t)whole(ROBOTS);
     setting.tasks = setting.task_ids = tasks;
     if (whole(ID_BITS) == 0)
         setting.id_bits = robots > 2 ? (uint8_t)(32 - __builtin_clz(robots - 1u)) : 1;
@@ -171,7 +191,10 @@ static uint32_t id_of(uint32_t number)
     return other;
 }
 
-/* Share robots and tasks out among the pieces, and count the robots that are missing there (model.md 6.20.10). */
+/* Share robots and tasks out among the pieces, and count the robots that are missing there (model.md 6.20.10).
+ *
+ * In a world that changes there is one piece with robots: who comes later is in it.
+ */
 static void fill_pieces(void)
 {
     uint32_t robots[PIECES] = {0}, tasks[PIECES] = {0};
@@ -181,6 +204,10 @@ static void fill_pieces(void)
     share(task_pieces, whole(TASKS), &tasks_stand, robots);
     for (uint32_t j = 0; j < whole(TASKS); j++)
         tasks[task_pieces[j]]++;
+    for (uint32_t i = whole(ROBOTS); i < most_robots; i++)
+        robot_pieces[i] = robot_pieces[0];
+    for (uint32_t j = whole(TASKS); j < most_tasks; j++)
+        task_pieces[j] = robot_pieces[0];
     missing = 0;
     for (int piece = 0; piece < PIECES; piece++)
         missing += tasks[piece] > robots[piece] ? tasks[piece] - robots[piece] : 0;
@@ -200,12 +227,12 @@ static void place_in(const struct words *drawn, const struct stands *stands, int
     *to_y = (uint32_t)((cell / columns << cell_bits) + (int64_t)((uint64_t)drawn->word[2] << cell_bits >> 32));
 }
 
-/* Draw a place, at least a margin away from walls. */
-static void place(uint32_t number, enum purpose purpose, uint32_t margin, uint32_t *to_x, uint32_t *to_y)
+/* Draw the place of a task, or of a robot, at least its radius away from walls. */
+static void place(uint32_t number, bool is_robot, uint32_t *to_x, uint32_t *to_y)
 {
-    struct words drawn = philox(seed, run, number, 0, purpose);
+    uint32_t counter = is_robot ? ATTEMPTS * bodies[number].joined : 0, margin = is_robot ? whole(RADIUS) : 0;
+    struct words drawn = philox(seed, run, number, counter, is_robot ? PLACE_ROBOT : PLACE_TASK);
     if (columns > 0) {
-        bool is_robot = purpose == PLACE_ROBOT;
         const struct stands *stands = is_robot ? &robots_stand : &tasks_stand;
         place_in(&drawn, stands, is_robot ? robot_pieces[number] : task_pieces[number], to_x, to_y);
         return;
@@ -221,12 +248,23 @@ static void show_at(struct feasibee_thing *thing, uint32_t at_x, uint32_t at_y)
     thing->y = at_y * numbers[UNIT];
 }
 
-static void begin_task(uint32_t number)
+/* Let the next task appear; those there are in the order of their numbers. */
+static void appear(void)
 {
-    place(number, PLACE_TASK, 0, &task_x[number], &task_y[number]);
-    uint32_t hash = philox(seed, run, whole(ROBOTS) + number, 0, IDENTITY).word[1];
-    tasks_seen[number] = (struct feasibee_thing){.id = (int32_t)number, .hash = hash};
-    show_at(&tasks_seen[number], task_x[number], task_y[number]);
+    uint32_t number = appeared++, k = tasks_there++;
+    place(number, false, &task_x[k], &task_y[k]);
+    uint32_t hash = philox(seed, run, most_robots + number, 0, IDENTITY).word[1];
+    tasks_seen[k] = (struct feasibee_thing){.id = (int32_t)number, .hash = hash};
+    show_at(&tasks_seen[k], task_x[k], task_y[k]);
+}
+
+static void vanish(uint32_t k)
+{
+    for (tasks_there--; k < tasks_there; k++) {
+        task_x[k] = task_x[k + 1];
+        task_y[k] = task_y[k + 1];
+        tasks_seen[k] = tasks_seen[k + 1];
+    }
 }
 
 static void show_robot(uint32_t number)
@@ -236,26 +274,71 @@ static void show_robot(uint32_t number)
     minds[number].y = robots_seen[number].y;
 }
 
-static void begin_robot(uint32_t number)
+/* Let the robot with the lowest free number come; its draws go on where the last of its number left them (6.17.6). */
+static void join(void)
 {
-    place(number, PLACE_ROBOT, whole(RADIUS), &x[number], &y[number]);
-    bodies[number] = (struct body){.number = number};
+    uint32_t number = 0;
+    while (bodies[number].there)
+        number++;
+    place(number, true, &x[number], &y[number]);
+    bodies[number].number = number;
+    bodies[number].there = true;
+    robots_there++;
     turn(&bodies[number]);
     uint32_t id = id_of(number), hash = philox(seed, run, id, 0, IDENTITY).word[1];
     robots_seen[number] = (struct feasibee_thing){.is_robot = true, .id = (int32_t)id, .hash = hash};
     show_at(&robots_seen[number], x[number], y[number]);
     struct feasibee_me me = {.context = &bodies[number], .id = (feasibee_id)id, .hash = hash};
+    me.step = now > 0 ? now - 1 : 0;
     me.x = robots_seen[number].x;
     me.y = robots_seen[number].y;
-    int8_t opinion = philox(seed, run, number, 0, FIRST_OPINION).word[0] >> 31;
+    int8_t opinion = philox(seed, run, number, bodies[number].joined, FIRST_OPINION).word[0] >> 31;
     feasibee_begin(&minds[number], &settings, &me, opinion);
+}
+
+/* Let a robot go, given its place among those there. */
+static void leave(uint32_t place)
+{
+    uint32_t number = 0;
+    while (!bodies[number].there || place-- > 0)
+        number++;
+    bodies[number].there = false;
+    bodies[number].joined++;
+    robots_there--;
+}
+
+/* Return one of so many, drawn at random; before: how many events have drawn in this step. */
+static uint32_t chosen(uint32_t before, enum purpose purpose, uint32_t count)
+{
+    return (uint32_t)((uint64_t)philox(seed, run, before, now, purpose).word[0] * count >> 32);
+}
+
+/* Let the events of this step happen (model.md 6.17.2). */
+static void happen(void)
+{
+    uint32_t vanished = 0, left = 0;
+    for (; happened < whole(EVENTS) && (uint32_t)events[happened][STEP] == now; happened++) {
+        int32_t tasks = events[happened][TASKS_MORE], robots = events[happened][ROBOTS_MORE];
+        for (; tasks > 0; tasks--)
+            appear();
+        for (; tasks < 0 && tasks_there > 0; tasks++)
+            vanish(chosen(vanished++, VANISH, tasks_there));
+        for (; robots > 0; robots--)
+            join();
+        for (; robots < 0 && robots_there > 0; robots++)
+            leave(chosen(left++, LEAVE, robots_there));
+        missing = tasks_there > robots_there ? tasks_there - robots_there : 0;
+    }
 }
 
 /* Write the flags of all robots, and count opinions. */
 static void show(void)
 {
     feasible = infeasible = 0;
-    for (uint32_t i = 0; i < whole(ROBOTS); i++) {
+    for (uint32_t i = 0; i < most_robots; i++) {
+        flags[i] = 0;
+        if (!bodies[i].there)
+            continue;
         const struct feasibee_robot *mind = &minds[i];
         feasible += mind->opinion == FEASIBEE_FEASIBLE;
         infeasible += mind->opinion == FEASIBEE_INFEASIBLE;
@@ -293,13 +376,15 @@ static void move(uint32_t i)
 static void see(uint32_t i)
 {
     uint16_t robots = 0, tasks = 0;
-    for (uint32_t j = 0, count = whole(ROBOTS); j < count; j++)
-        if (j == i ? whole(COUNT_SELF) : within(i, x[j], y[j], SIGHT_HIGH) && !happens(i, j, MISS, MISS_ROBOT)) {
+    for (uint32_t j = 0; j < most_robots; j++)
+        if (!bodies[j].there)
+            continue;
+        else if (j == i ? whole(COUNT_SELF) : within(i, x[j], y[j], SIGHT_HIGH) && !happens(i, j, MISS, MISS_ROBOT)) {
             feasibee_recognise(&minds[i], &robots_seen[j]);
             robots++;
         }
-    for (uint32_t j = 0, count = whole(TASKS); j < count; j++)
-        if (within(i, task_x[j], task_y[j], SIGHT_HIGH) && !happens(i, j, MISS, MISS_TASK)) {
+    for (uint32_t j = 0; j < tasks_there; j++)
+        if (within(i, task_x[j], task_y[j], SIGHT_HIGH) && !happens(i, (uint32_t)tasks_seen[j].id, MISS, MISS_TASK)) {
             feasibee_recognise(&minds[i], &tasks_seen[j]);
             tasks++;
         }
@@ -309,13 +394,14 @@ static void see(uint32_t i)
 /* Let a robot hear all that speak within range (model.md 4.5, 6.5). */
 static void listen(uint32_t i)
 {
-    for (uint32_t j = 0, count = whole(ROBOTS); j < count; j++)
+    for (uint32_t j = 0; j < most_robots; j++)
         if (speaks[j] && j != i && within(i, x[j], y[j], RADIO_HIGH) && !happens(i, j, LOST, LOSS))
             feasibee_hear(&minds[i], (feasibee_id)robots_seen[j].id, &messages[j]);
 }
 
-/* What the page writes: the numbers, those of the place, and its cells: the bits of all, then the pieces of all. */
+/* What the page writes: the numbers, the events, the numbers of the place, and its cells: the bits of all, then the pieces of all. */
 GIVES(double *, world_numbers, numbers)
+GIVES(int32_t *, world_events, events[0])
 GIVES(double *, world_place, place_numbers)
 GIVES(uint8_t *, world_cells, cells)
 
@@ -327,32 +413,40 @@ EXPORT(world_begin) void world_begin(uint32_t seed_low, uint32_t seed_high, uint
     now = 0;
     side_x = side_of(SPAN_X);
     side_y = side_of(SPAN_Y);
+    read_events();
     read_grid();
     read_settings();
     fill_pieces();
-    for (uint32_t j = 0; j < whole(TASKS); j++)
-        begin_task(j);
-    for (uint32_t i = 0; i < whole(ROBOTS); i++)
-        begin_robot(i);
+    happened = robots_there = tasks_there = appeared = 0;
+    for (uint32_t i = 0; i < most_robots; i++)
+        bodies[i] = (struct body){0};
+    while (tasks_there < whole(TASKS))
+        appear();
+    while (robots_there < whole(ROBOTS))
+        join();
+    happen();
     show();
 }
 
-/* Simulate one step: all move; all observe and receive; timers advance (model.md 3). */
+/* Simulate one step: the world changes; all move; all observe and receive; timers advance (model.md 3, 6.17.1). */
 EXPORT(world_step) void world_step(void)
 {
-    uint32_t robots = whole(ROBOTS);
     now++;
-    for (uint32_t i = 0; i < robots; i++) {
-        move(i);
-        speaks[i] = feasibee_message(&minds[i], &messages[i]);
+    happen();
+    for (uint32_t i = 0; i < most_robots; i++) {
+        if (bodies[i].there)
+            move(i);
+        speaks[i] = bodies[i].there && feasibee_message(&minds[i], &messages[i]);
     }
-    for (uint32_t i = 0; i < robots; i++) {
-        if (!minds[i].disseminating)
+    for (uint32_t i = 0; i < most_robots; i++) {
+        if (bodies[i].there && !minds[i].disseminating)
             see(i);
-        if (feasibee_listens(&minds[i]))
+        if (bodies[i].there && feasibee_listens(&minds[i]))
             listen(i);
     }
-    for (uint32_t i = 0; i < robots; i++) {
+    for (uint32_t i = 0; i < most_robots; i++) {
+        if (!bodies[i].there)
+            continue;
         if (--bodies[i].walk_left == 0 || bodies[i].blocked)
             turn(&bodies[i]);
         feasibee_end_step(&minds[i]);
@@ -360,10 +454,16 @@ EXPORT(world_step) void world_step(void)
     show();
 }
 
+/* Return how many robots must hold an opinion for the swarm to have decided: strictly more than the share. */
+EXPORT(world_needed) uint32_t world_needed(void)
+{
+    return (uint32_t)(robots_there * joined(numbers + SHARE_HIGH) / joined(numbers + WHOLE_HIGH)) + 1;
+}
+
 /* Return the opinion that the swarm holds: 1 feasible, 0 infeasible, -1 neither (model.md 4.7). */
 EXPORT(world_decision) int32_t world_decision(void)
 {
-    return feasible >= whole(NEEDED) ? 1 : infeasible >= whole(NEEDED) ? 0 : -1;
+    return feasible >= world_needed() ? 1 : infeasible >= world_needed() ? 0 : -1;
 }
 
 /* Simulate until the swarm has decided, but at most so many steps; return the number of steps simulated. */
@@ -377,7 +477,11 @@ EXPORT(world_play) uint32_t world_play(uint32_t steps)
     return step;
 }
 
-/* What the page reads. Missing are robots of all pieces together: 0 if the tasks are feasible. */
+/* What the page reads. Missing are robots of all pieces together: 0 if the tasks are feasible. Arrays have an entry for
+ * each number of a robot, and for each task that is there. */
+GIVES(uint32_t, world_robots, most_robots)
+GIVES(uint32_t, world_there, robots_there)
+GIVES(uint32_t, world_tasks, tasks_there)
 GIVES(uint32_t, world_missing, missing)
 GIVES(uint32_t, world_feasible, feasible)
 GIVES(uint32_t, world_infeasible, infeasible)

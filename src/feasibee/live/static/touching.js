@@ -1,0 +1,84 @@
+// Robots and tasks that come and go during a run: as events of its scenario, which can be copied.
+
+import { $, unfold } from "./elements.js";
+
+/** @import { Given, Settings } from "./world.js" */
+
+/** @typedef {{step: number, robots?: number, tasks?: number}} Event How many come at a step, or go. */
+
+/**
+ * Return the events of a run with a number of robots or tasks from the next step on, and that step. What was changed at
+ * the present step, while time stands still, is amended.
+ * @param {Event[]} events
+ * @param {{step: number, there: number, tasks: number}} now
+ * @param {"robots" | "tasks"} name
+ * @param {number} count
+ * @param {boolean} playing
+ * @returns {{step: number, events: Event[]}}
+ */
+export function touched(events, now, name, count, playing) {
+  const all = events.map((each) => ({ ...each })),
+    last = playing ? undefined : all.find((each) => each.step === now.step && each[name]),
+    step = last ? now.step : now.step + 1,
+    next = last ?? all.find((each) => each.step === step) ?? { step };
+  next[name] = (next[name] ?? 0) + count - (name === "robots" ? now.there : now.tasks);
+  const isIdle = Object.entries(next).every(([key, value]) => key === "step" || !value),
+    kept = [...all.filter((each) => each !== next), ...(isIdle ? [] : [next])];
+  return { step, events: kept.sort((one, other) => one.step - other.step) };
+}
+
+/**
+ * Return the scenario of settings as TOML: that of the page, with these values.
+ * @param {Given} given
+ * @param {Settings} settings
+ */
+export function scenarioOf({ toml, strategies, settings: first }, { robots, tasks, strategy, events }) {
+  const { name, numbers } = strategies[strategy],
+    rows = events.map(({ step, tasks = 0, robots = 0 }) => {
+      return `    { step = ${step}, tasks = ${tasks}, robots = ${robots} },\n`;
+    });
+  let text = toml.replace(/^events = \[\n[^]*?\n\]\n+/, "");
+  text = withValue(withValue(text, "robots", "count", robots), "tasks", "count", tasks);
+  if (strategy !== first.strategy) {
+    text = withValue(text, "robots", "know_count", Boolean(numbers.given_knows_count));
+    text = withValue(text, "decision", "strategy", JSON.stringify(name));
+    text = text.replace(/^\[decision\.parameters\]\n(.+\n)*\n/m, ""); // they have the new one's defaults
+  }
+  return rows.length ? `events = [\n${rows.join("")}]\n\n${text}` : text;
+}
+
+/**
+ * Return a scenario with another value of a field that it has.
+ * @param {string} toml
+ * @param {string} section
+ * @param {string} key
+ * @param {number | boolean | string} value
+ */
+function withValue(toml, section, key, value) {
+  const found = new RegExp(`(^\\[${section}\\]\\n(?:(?!\\[).*\\n)*?${key} = ).*`, "m");
+  return toml.replace(found, (_, before) => `${before}${value}`);
+}
+
+/** @param {string} fixed Why events can't change the world; empty if they can. */
+export function sayTouching(fixed) {
+  $("touching").textContent = fixed
+    ? `Each change starts this run again. ${fixed}.`
+    : "During a run, the sliders of robots and tasks change the world from the next step on.";
+}
+
+/** @param {string} id Of a button that copies the scenario that the page shows. */
+export function listenToCopy(id) {
+  $(id).addEventListener("click", async () => {
+    const button = $(id),
+      text = button.textContent;
+    try {
+      await navigator.clipboard.writeText($("toml").textContent);
+      button.textContent = "Copied";
+    } catch {
+      unfold($("toml"));
+      getSelection()?.selectAllChildren($("toml")); // a page by http from another machine has no clipboard
+      button.textContent = "Selected: press Ctrl-C";
+    }
+    setTimeout(() => (button.textContent = text), 2000);
+  });
+}
