@@ -13,13 +13,14 @@ import pytest
 from click.testing import CliRunner
 from declaring import declaring
 from PIL import Image
+from PIL.ImageColor import getrgb
 from pixels import close, frames_of, seen_at
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli import main
 from feasibee.figures.animation import AFTER_DECISION, animate, draw_frame
 from feasibee.model.codes import COLOURS
-from feasibee.simulation.frames import DARK, LIGHT, Painter
+from feasibee.simulation.frames import DARK, DRAWN, LIGHT, Painter
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
 WORLDS = {
@@ -112,6 +113,19 @@ def test_an_opinion_has_a_shape_beside_its_colour():
             middle = LIGHT.paper if opinion == 0 else COLOURS[NAMES[opinion]]
             assert close(seen_at(picture, swarm.scenario, place), middle)
     assert seen == {0, 1}
+
+
+def test_the_curve_of_infeasible_is_dashed():
+    swarm = Swarm(Scenario(), seed=3)
+    swarm.advance(20)
+    painter = Painter(swarm.scenario, 480, span=(0, 30))
+    picture = np.asarray(painter.draw(swarm))
+    left, top, right, bottom = (each // DRAWN for each in painter.strip)
+    columns = slice(left + 4, left + (right - left) * 20 // 30 - 10)  # without the robots at the curves' ends
+    for name, gaps in {"feasible": False, "infeasible": True}.items():
+        there = np.abs(picture[top:bottom, columns] - np.array(getrgb(COLOURS[name]))).sum(axis=2) < 60
+        assert there.any()
+        assert (~there.any(axis=0)).any() == gaps
 
 
 def test_a_robot_has_a_tick_where_it_goes_and_none_if_it_stands_still_for_good():

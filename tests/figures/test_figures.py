@@ -122,6 +122,19 @@ def test_the_arena_shows_each_task_and_each_robot_with_number_range_and_opinion(
     assert [(text.get_text(), text.xy) for text in ax.texts] == list(zip("123", places, strict=True))
 
 
+def test_an_opinion_has_a_shape_in_addition_to_its_colour():
+    places = [(5.0, 5.0), (10.0, 12.0), (17.0, 3.0)]
+    ax = plot_arena(swarm_at(places, opinions=[1, 0, -1]))
+    bodies = [patch for patch in ax.patches if isinstance(patch, Circle) and patch.radius <= 0.5]
+    looks = [(patch.center, to_hex(patch.get_facecolor()).upper(), patch.radius < 0.5) for patch in bodies]
+    full, outer, hole, small = looks
+    assert full == (places[0], COLOURS["feasible"], False)
+    assert (outer, hole) == ((places[1], COLOURS["infeasible"], False), (places[1], "#FFFFFF", True))
+    assert small == (places[2], COLOURS["undecided"], True)
+    assert [text.get_color() == "white" for text in ax.texts] == [True, False, True]
+    assert legend_labels(ax) == ["feasible", "infeasible", "no opinion", "task", "range"]
+
+
 def test_a_robot_that_has_declared_has_a_rim():
     ax = plot_arena(swarm_at([(5, 5), (9, 9), (15, 5)], opinions=[1, 0, 1], declared=[1, 0, -1]))
     rims = {patch.center: patch.get_linewidth() > 0 for patch in discs(ax, 0.5)}

@@ -12,8 +12,8 @@ from matplotlib.patches import Circle, Polygon, Wedge
 from PIL import Image
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.figures.style import axes_for, in_metres
-from feasibee.model.codes import COLOURS, DECISIONS, TASK, ZONE
+from feasibee.figures.style import axes_for, in_metres, text_colour
+from feasibee.model.codes import COLOURS, DECISIONS, INFEASIBLE, NO_OPINION, TASK, ZONE
 from feasibee.scenario.geometry import images, segments
 from feasibee.scenario.picture import extent_of, outlines_of, picture_of
 from feasibee.scenario.scenario import Scenario
@@ -21,6 +21,8 @@ from feasibee.simulation.swarm import Swarm
 
 DONE = "0.6"
 """Fill of done tasks."""
+HOLE, SMALL = 0.72, 0.72
+"""Sizes of the hole of a robot that holds infeasible, and of one without opinion, in radii."""
 WALKS, STANDS = 0.5, 1.8
 """Widths of the lines from robots to the tasks to which they walk, and at which they stand, in points."""
 
@@ -31,9 +33,9 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     swarm : Swarm
-        Whose present step to draw; the fill of a robot is its opinion, and a black rim says that it declared.
-        If robots act, free tasks are hollow. A thin line leads to the task to which a robot walks, and a
-        thick one to that at which it stands.
+        Whose present step to draw. A robot that holds *feasible* is full, *infeasible* hollow; one without
+        opinion is small. A black rim says that it has declared. If robots act, free tasks are hollow. A thin
+        line leads to the task to which a robot walks, and a thick one to that at which it stands.
     ax : matplotlib Axes, optional
         By default a new figure's.
     """
@@ -46,7 +48,7 @@ def plot_arena(swarm: Swarm, ax: Axes | None = None) -> Axes:
         _draw_robots(axes, swarm, scenario)
         _draw_tasks(axes, swarm, scenario)
         frame_arena(axes, scenario)
-        _arena_legend(axes, scenario)
+        _arena_legend(axes, scenario, bool((swarm.opinions[swarm.present] == NO_OPINION).any()))
         return axes
 
 
@@ -81,7 +83,7 @@ def draw_ground(ax: Axes, scenario: Scenario) -> None:
 
 
 def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
-    """Draw each robot's range, its body in the colour of its opinion, its rim if it declared, its number."""
+    """Draw each robot's range, body in the shape of its opinion, rim if it has declared, and number."""
     reach, radius = scenario.sensing.range, scenario.robots.diameter / 2
     walls = scenario.arena.boundary == "walls"
     there = np.flatnonzero(swarm.present)
@@ -90,13 +92,18 @@ def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
     ahead = np.degrees(swarm.headings)[:, np.newaxis]
     middle: dict[str, Any] = {"ha": "center", "va": "center_baseline"}
     for place, number in zip(map(tuple, places.tolist()), there[found].tolist(), strict=True):
-        colour = COLOURS[DECISIONS[int(swarm.opinions[number])]]
+        opinion = int(swarm.opinions[number])
+        colour, body = COLOURS[DECISIONS[opinion]], radius * (SMALL if opinion == NO_OPINION else 1)
         seen = Circle(place, reach) if half == 180 else Wedge(place, reach, *(ahead[number] + (-half, half)))
         seen.set(color="0.5", alpha=0.13, linewidth=0)
         ax.add_patch(seen)
         rim = 0.9 if declared[number] >= 0 else 0.0  # points
-        ax.add_patch(Circle(place, radius, facecolor=colour, edgecolor="black", linewidth=rim, zorder=3))
-        ax.annotate(str(number + 1), place, color="white", fontsize=5.5, zorder=4, clip_on=True, **middle)
+        ax.add_patch(Circle(place, body, facecolor=colour, edgecolor="black", linewidth=rim, zorder=3))
+        ink = "white"
+        if opinion == INFEASIBLE:
+            ax.add_patch(Circle(place, HOLE * radius, facecolor="white", linewidth=0, zorder=3))
+            ink = text_colour(colour)
+        ax.annotate(str(number + 1), place, color=ink, fontsize=5.5, zorder=4, clip_on=True, **middle)
 
 
 def _draw_tasks(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
@@ -113,14 +120,16 @@ def _draw_tasks(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:
     ax.scatter(x, y, marker="^", s=26, zorder=2, **look)
 
 
-def _arena_legend(ax: Axes, scenario: Scenario) -> None:
+def _arena_legend(ax: Axes, scenario: Scenario, neutral: bool) -> None:
     """Write above the axes what robots, tasks, ranges and lines look like."""
     declares, acts = scenario.declares, scenario.acts
     rim: dict[str, Any] = {"color": "white", "markeredgecolor": "black", "markeredgewidth": 0.9}
     task = {"marker": "^", "color": TASK, "markeredgecolor": "black", "markeredgewidth": 0.4}
     line = {"linestyle": "-", "marker": "", "color": "black"}
     looks: dict[str, dict[str, Any]] = {
-        **{name: {"color": COLOURS[name]} for name in ("feasible", "infeasible")},
+        "feasible": {"color": COLOURS["feasible"]},
+        "infeasible": {"color": COLOURS["infeasible"], "markerfacecolor": "white", "markeredgewidth": 1.5},
+        **({"no opinion": {"color": COLOURS["undecided"], "markersize": 4}} if neutral else {}),
         **({"declared": rim} if declares else {}),
         "taken task" if acts else "task": task,
         **({"free task": {**task, "color": "white"}} if acts else {}),

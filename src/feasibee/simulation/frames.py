@@ -28,6 +28,7 @@ RING = 1.4  # radii: outer edge of the ring of a robot that disseminates
 RIM = 1.12  # radii: outer edge of the rim of a robot that has declared
 NOSE = 1.65  # radii: end of the tick that shows a robot's heading
 TASK_SIDE = 0.9  # of a robot's diameter
+DASH = 5  # pixels: length of the dashes of the curve of infeasible
 STANDS = 0.35  # radii: width of the line to the task at which a robot stands
 
 
@@ -252,7 +253,9 @@ class Painter:
         pen.text((left, below), str(start), self.theme.ink, small, "lm")
         pen.text((right, below), f"{end} steps", self.theme.ink, small, "rm")
         known = np.arange(start, swarm.step + 1)
-        known = np.append(known[:: max(1, (swarm.step + 1) // (2 * self.size[0]))], known[-1:])
+        every = max(1, (swarm.step + 1) // (2 * self.size[0]))
+        known = np.append(known[::every], known[-1:])
+        dash = max(1, round(DASH * DRAWN / (place(start + every, 0.0)[0] - left)))
         counted = swarm.counted_counts[known]
         if self.scenario.dynamic:
             ends = [*(np.flatnonzero(np.diff(swarm.truths[start:])) + start + 1).tolist(), swarm.step]
@@ -262,8 +265,11 @@ class Painter:
             colour = COLOURS[DECISIONS[opinion]]
             shares = counts[known] / np.maximum(1, counted)
             points = [place(step, share) for step, share in zip(known.tolist(), shares.tolist(), strict=True)]
-            if len(points) > 1:
-                pen.line(points, colour, max(DRAWN, self.size[0] // 240), joint="curve")
+            part = dash if opinion == INFEASIBLE else len(points)
+            for first in range(0, len(points) - 1, 2 * part):
+                pen.line(
+                    points[first : first + part + 1], colour, max(DRAWN, self.size[0] // 240), joint="curve"
+                )
             if points:
                 _press(drawn, _robot(radius, self.theme, opinion), *points[-1])
 
