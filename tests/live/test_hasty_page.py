@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from playing import swarm_at
 from serving import serving_at
-from visiting import at, expect_reasons
+from visiting import at, expect_reasons, unfolded
 
 from feasibee import Scenario
 from feasibee.live import server
@@ -98,6 +98,24 @@ def test_the_answer_to_an_earlier_change_resets_no_control(visit, port):
         ("[data-path='robots.avoid_collisions']", "on", "change"),
     ]
     assert at_once(page, *changes, before=watch, after="return done;") == [True, True]
+
+
+def test_an_answer_fills_no_field_that_has_the_focus(visit, port):
+    page = visit(port, "#acting.start=30")
+    start = unfolded(page, "[data-path='acting.start']")
+    start.select_text()
+    reset = "document.querySelector('#reset').click()"  # the field keeps the focus
+    page.evaluate(reset)
+    expect(page.locator("#toml")).not_to_contain_text("start = 30")
+    page.keyboard.press("ArrowRight")
+    page.keyboard.type("0")
+    page.keyboard.press("Enter")
+    expect(page.locator("#toml")).to_contain_text("start = 300")
+    page.evaluate(reset)
+    expect(page.locator("#toml")).not_to_contain_text("start = 300")
+    expect(start).to_have_value("300")
+    start.press("Tab")
+    expect(start).to_have_value("")  # what the answer says
 
 
 @pytest.mark.slow

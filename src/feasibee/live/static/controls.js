@@ -27,17 +27,23 @@ export class Controls {
       this.add(input);
     /** @type {Input | null} */
     this.edited = null; // typed into, and not sent yet
+    this.refill = () => {}; // the field that has the focus, by what came meanwhile
     /** @type {HTMLInputElement[]} */
     this.sliders = [...form.querySelectorAll("[data-slides]")].map((each) => /** @type {any} */ (each));
     form.addEventListener("input", (event) => {
       const input = (this.edited = /** @type {Input} */ (event.target));
       if (input.dataset.slides) this.input(input.dataset.slides).value = input.value;
     });
-    form.addEventListener("focusout", () => (this.edited = null));
+    form.addEventListener("focusout", () => {
+      this.edited = null;
+      this.refill();
+      this.refill = () => {};
+    });
     form.addEventListener("change", (event) => {
       const { path, slides } = /** @type {Input} */ (event.target).dataset,
         changed = path ?? slides;
       this.edited = null;
+      this.refill = () => {};
       if (slides && touch(slides, Number(/** @type {Input} */ (event.target).value))) return;
       if (changed) this.changed(changed, this.input(changed));
     });
@@ -122,15 +128,17 @@ export class Controls {
     const values = { seed, run, ...fields, preset: String(this.changes.preset ?? "") };
     for (const [path, input] of this.inputs) {
       const value = values[path] ?? (input.dataset.empty ? "" : undefined);
-      if (value === undefined || input === this.edited) continue;
+      if (value === undefined) continue;
+      const fill = () => (input.value = String(value));
       if (input instanceof HTMLInputElement && input.type === "checkbox") input.checked = Boolean(value);
-      else input.value = String(value);
+      else if (input instanceof HTMLInputElement && input === document.activeElement) this.refill = fill;
+      else fill();
       if (units[path]) input.closest("label")?.setAttribute("data-unit", units[path]);
     }
     for (const slider of this.sliders) {
       const { value } = this.input(slider.dataset.slides ?? "");
       if (Number(value) > Number(slider.max)) slider.max = value;
-      slider.value = value;
+      if (slider !== this.edited) slider.value = value;
     }
   }
 
