@@ -20,7 +20,7 @@ from feasibee import (
     simulate,
 )
 from feasibee.scenario import units
-from feasibee.scenario.fields import unit_of
+from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.quantities import with_numbers
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import takes_fast_path
@@ -57,7 +57,7 @@ def test_fields_have_the_unit_of_their_type_also_if_they_may_be_off():
     with_units |= {"arena.side": "units", "response.patience": "steps", "run.steps": "steps"}
     with_units |= {"events.0.step": "steps", "acting.start": "steps", "decision.dissemination_floor": "steps"}
     without = dict.fromkeys(("tasks.count", "robots.classes.0.count", "events.0.tasks", "preset"), "")
-    assert {path: unit_of(path) for path in with_units | without} == with_units | without
+    assert {path: dimension_of(path).unit for path in with_units | without} == with_units | without
 
 
 @pytest.mark.parametrize(
@@ -148,6 +148,7 @@ def test_positions_and_polygons_may_have_units():
     hall = Scenario(
         units=SIZES,
         arena={"side": 20.0, "boundary": "walls"},
+        events=[{"step": 5, "tasks": 1, "at": ["1.5 m", 4.0]}],
         tasks={"placement": "points", "count": 2, "points": [["3 m", 2.5], [1, "60 cm"]]},
         place={
             "zones": {"dock": [["0 m", 0], ["3 m", 0], [10, 9]]},
@@ -157,6 +158,7 @@ def test_positions_and_polygons_may_have_units():
     assert hall.tasks.points == ((10.0, 2.5), (1.0, 2.0))
     assert hall.place.zones == {"dock": (((0.0, 0.0), (10.0, 0.0), (10.0, 9.0)),)}
     assert hall.place.walls == (((15.0, 1.0), (16.0, 1.0), (16.0, 2.0)),)
+    assert hall.events[0].at == (5.0, 4.0)
     assert Scenario.from_toml(hall.to_toml()) == hall
     assert Draft202012Validator(Scenario.model_json_schema()).is_valid({"tasks": {"points": [["3 m", 2.5]]}})
     with pytest.raises(ScenarioError, match="'3 s': must be a length, not a time") as error:

@@ -942,6 +942,30 @@ def test_a_figure_shows_all_runs_of_a_value(whole):
     assert math.isnan(together([], "accuracy").estimate)
 
 
+def test_axes_are_in_metres_and_seconds_if_all_points_have_the_same_units(tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr("feasibee.figures.style.save_figure", lambda figure, *_: drawn.append(figure))
+    base = Scenario(**SMALL, units={"metres": 0.5, "seconds": 2.0}, tasks={"arrival_rate": 0.1})
+    worlds = [base.replace({"sensing.range": size, "run.steps": 9}) for size in (1.0, 3.0)]
+    for other, ends, labels in (
+        (base.units, [0.5, 1.5], ("sensing range $d$ (m)", "task arrival rate (per s)")),
+        (None, [1.0, 3.0], ("sensing range $d$ (units)", "task arrival rate (per step)")),
+    ):
+        folder = tmp_path / labels[0]
+        last = worlds[1].replace({"units.metres": other and other.metres})
+        sweep(
+            Study([DesignPoint({}, each) for each in (worlds[0], last)], 2, 5), folder, executors.threads(1)
+        )
+        for more in ("hue", "y"):
+            arguments = ("--x", "sensing.range", f"--{more}", "tasks.arrival_rate", "--show", "right_share")
+            output_of("results", "plot", folder, *arguments)
+        lines, cells = (each.axes[0] for each in drawn[-2:])
+        assert lines.lines[0].get_xdata().tolist() == ends
+        assert [each.get_text() for each in cells.get_xticklabels()] == [f"{each:g}" for each in ends]
+        assert (cells.get_xlabel(), cells.get_ylabel()) == labels
+        assert lines.get_xlabel() == labels[0]
+
+
 def test_a_piece_is_small_enough_for_the_memory(monkeypatch):
     """A step of a run with curves takes 8 bytes; a piece has room for an eighth of a gigabyte."""
     scenario = study(scenario={**SMALL, "run": {"steps": 10_000_000}}).points[0].scenario

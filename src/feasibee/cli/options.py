@@ -204,9 +204,7 @@ SHARED: dict[str, Any] = {
     "given": Given,
     "seed": option("Seed of the random numbers, 0 to 2**64 - 1; the same seed gives the same runs.", int, 0),
     "run": option("Number of the run, or of the first of several.", click.IntRange(0), 0),
-    "steps": option(
-        'Steps per run, such as 500 or "10 min": short for --set run.steps=...', read_value, metavar="STEPS"
-    ),
+    "steps": option('Steps, or time as "10 min": short for --set run.steps=...', read_value, metavar="STEPS"),
     "right": option(
         "Share of swarms that must be right.", FiniteRange(0, 1, min_open=True, max_open=True), 0.95
     ),

@@ -175,7 +175,9 @@ def _print_one(point: Point) -> None:
 
 def _lines(prediction: Prediction, agreement: Agreement | None) -> list[str]:
     """Return what the table doesn't hold: times, why, warnings, whether the engine agrees."""
-    q25, median, q75 = (_step(each) for each in prediction.steps.values())
+    from feasibee.scenario.units import when_in_words
+
+    q25, median, q75 = (when_in_words(prediction.scenario, each) for each in prediction.steps.values())
     lines = [
         f"Tested error of a share: {100 * prediction.error:.2g} percentage points.",
         f"Decided: a quarter of the swarms {q25}, half {median}, three quarters {q75}.",
@@ -195,14 +197,9 @@ def _lines(prediction: Prediction, agreement: Agreement | None) -> list[str]:
             if not agrees
         ]
         verdict = f"differ in {' and '.join(parts)}" if parts else "agree"
-        lines.append(
-            f"Theory and engine {verdict} (half {_step(agreement.steps.median)} in {agreement.runs:,} runs)."
-        )
+        half = when_in_words(prediction.scenario, agreement.steps.median)
+        lines.append(f"Theory and engine {verdict} (half {half} in {agreement.runs:,} runs).")
     return lines
-
-
-def _step(step: int | None) -> str:
-    return "never" if step is None else f"by step {step}"
 
 
 def _print_over(found: list[Point], path: str) -> None:

@@ -17,7 +17,7 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
 from feasibee.errors import FeasibeeError, quoted
 from feasibee.files import FIGURES, atomic_write, check_output
-from feasibee.scenario.fields import unit_of
+from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.units import SYMBOLS, symbol_of
 
 MARKERS = {"feasible": "o", "infeasible": "s", "undecided": "^"}
@@ -160,7 +160,7 @@ def small_multiples(
 
 def name_of_axis(path: str, journal: float = 0.0, unit: str | None = None) -> str:
     """Return the label of a field: its symbol and unit, after its name in words unless for a journal."""
-    unit = unit_of(path) if unit is None else unit
+    unit = dimension_of(path).unit if unit is None else unit
     group, _, last = path.replace("_", " ").partition(".")
     words = f"{group.removesuffix('s')} {last}" if last else group
     words = f"number of {group}" if last == "count" else words

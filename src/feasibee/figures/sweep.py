@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -29,11 +30,11 @@ def draw_lines(
     show: str,
     over: Sequence[str] = (),
     journal: float = 0.0,
+    units: Mapping[str, str] = MappingProxyType({}),
 ) -> Figure:
     """Draw a measure against a field, one line per value of another field, with 95 % bands.
 
-    The best lines and the first are highlighted; the others are grey. The x axis is logarithmic if its values
-    were spaced by ratio, or span a decade.
+    The best lines and the first are in colour. The x axis is logarithmic if its values span a decade or so.
 
     Parameters
     ----------
@@ -47,6 +48,8 @@ def draw_lines(
         Names of other fields, over whose values the measure is averaged.
     journal : float
         Width in inches of a journal's column, for which the axes have symbols; 0 for none.
+    units : mapping of str to str, optional
+        Units of fields, by path; by default those of scenarios.
     """
     scale = 100.0 if MEASURES[show].unit == "%" else 1.0
     positions = [value for line in lines.values() for value in line]
@@ -62,12 +65,12 @@ def draw_lines(
                 fill_band(ax, values, low, high, look.colour)
             if (known := np.flatnonzero(np.isfinite(middle))).size:
                 ends[name] = (float(ax.convert_xunits(values[known[-1]])), float(middle[known[-1]]))
-        along(ax, name_of_axis(x, journal), positions)
+        along(ax, name_of_axis(x, journal, units.get(x)), positions)
         ax.set(ylabel=_label(show), ylim=PERCENT if scale > 1 else (0, None))
         _say_over(ax, over)
         _say_never(ax, lines, show)
         if hue:
-            label_ends(ax, ends, found, means, title=name_of_axis(hue, journal))
+            label_ends(ax, ends, found, means, title=name_of_axis(hue, journal, units.get(hue)))
         return drawn
 
 
@@ -107,6 +110,7 @@ def draw_map(
     show: str,
     over: Sequence[str] = (),
     journal: float = 0.0,
+    units: Mapping[str, str] = MappingProxyType({}),
 ) -> Figure:
     """Draw a measure over two fields.
 
@@ -122,6 +126,8 @@ def draw_map(
         Names of other fields, over whose values the measure is averaged.
     journal : float
         Width in inches of a journal's column, for which the axes have symbols; 0 for none.
+    units : mapping of str to str, optional
+        Units of fields, by path; by default those of scenarios.
     """
     columns, rows = (_in_order([cell[axis] for cell in cells]) for axis in (0, 1))
     scale = 100.0 if MEASURES[show].unit == "%" else 1.0
@@ -136,7 +142,7 @@ def draw_map(
             colour = "white" if share < 0.55 * top else "black"
             text = f"{share:.0f}" if top >= 10 else f"{share:.2g}"
             ax.text(column, row, text, ha="center", va="center", fontsize=7, color=colour)
-        ax.set(xlabel=name_of_axis(x, journal), ylabel=name_of_axis(y, journal))
+        ax.set(xlabel=name_of_axis(x, journal, units.get(x)), ylabel=name_of_axis(y, journal, units.get(y)))
         ax.set_xticks(range(len(columns)), [_text(value) for value in columns])
         ax.set_yticks(range(len(rows)), [_text(value) for value in rows])
         ax.spines[:].set_visible(False)

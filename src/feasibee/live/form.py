@@ -54,12 +54,8 @@ def _field(path: str, part: Mapping[str, Any]) -> dict[str, Any]:
     given = part.get("anyOf", [part])
     kinds = [each for each in given if each.get("type") != "null"]
     name = path.rpartition(".")[2].replace("_", " ")
-    found = {
-        "path": path,
-        "name": name,
-        "note": part.get("description", ""),
-        "nullable": len(kinds) < len(given),
-    }
+    found = {"path": path, "name": name, "note": part.get("description", "")}
+    found["nullable"] = len(kinds) < len(given)
     only = kinds[0] if len(kinds) == 1 else {}
     if "enum" in only:
         return found | {"kind": "choice", "choices": only["enum"]}

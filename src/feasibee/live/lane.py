@@ -111,7 +111,7 @@ def _fields(scenario: Scenario) -> dict[str, Any]:
 
 def _units(scenario: Scenario) -> dict[str, str]:
     """Return the unit of each field that has one, and its value in metres and seconds, if they are known."""
-    found = {path: dimension for path in fields() if (dimension := dimension_of(path))}
+    found = {path: each for path in fields() if (each := dimension_of(path)).unit}
     return {path: each.unit + in_brackets(scenario, each, scenario.get(path)) for path, each in found.items()}
 
 

@@ -63,10 +63,7 @@ def sentence_of(swarm: Swarm, number: int, history: History) -> str:
         return ""
     history.follow()
     steps = (int(each[number]) for each in (history.held, history.decided))
-    ends = (
-        each and f"{_at(swarm.scenario, each)}{'' if each > history.first else ' or before'}"
-        for each in steps
-    )
+    ends = (each and _at(swarm.scenario, each) + " or before" * (each <= history.first) for each in steps)
     state, (held, decided) = swarm.robot(number), ends
     since = f"Holds {OPINIONS[opinion_of(state)]} since {held or 'the start'}."
     if swarm.scenario.manifest.knowledge:

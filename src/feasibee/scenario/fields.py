@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from feasibee.scenario.bitmaps import ImageError, cells_of
 from feasibee.scenario.types import (
+    NO_UNIT,
     TIME,
     Angle,
     Bits,
@@ -612,14 +613,8 @@ def _within(*types: Any) -> Dimension | None:
     return next(filter(None, found), None)
 
 
-def dimension_of(path: str) -> Dimension | None:
-    """Return the dimension of the field at a dotted path, such as `LENGTH`, if it has one."""
+def dimension_of(path: str) -> Dimension:
+    """Return the dimension of the field at a dotted path, such as `LENGTH`, or `NO_UNIT`."""
     name, _, key = path.partition(".")
-    section = Event if name == "events" else SECTIONS.get(name)
-    return dimensions(section).get(key.partition(".")[2] if name == "events" else key) if section else None
-
-
-def unit_of(path: str) -> str:
-    """Return the unit of the numbers of the field at a dotted path; empty if they have none."""
-    dimension = dimension_of(path)
-    return dimension.unit if dimension else ""
+    section = Event if name == "events" else SECTIONS.get(name, Section)
+    return dimensions(section).get(key.partition(".")[2] if name == "events" else key, NO_UNIT)

@@ -10,7 +10,7 @@ from typing import Any, Final
 
 from feasibee.errors import Problem
 from feasibee.model.codes import exact
-from feasibee.scenario.fields import SECTIONS, Event, dimensions, unit_of
+from feasibee.scenario.fields import SECTIONS, Event, dimension_of, dimensions
 from feasibee.scenario.tables import FILES
 from feasibee.scenario.types import DIMENSIONS, NUMBER, Dimension, Section
 
@@ -83,4 +83,5 @@ def in_the_text(problem: Problem, texts: Mapping[str, Any]) -> Problem:
     text, value = texts.get(problem.path), problem.value
     if text is None or not isinstance(value, int | float):
         return problem
-    return problem._replace(value=text, rule=f"is {value:g} {unit_of(problem.path)}, and {problem.rule}")
+    unit = dimension_of(problem.path).unit
+    return problem._replace(value=text, rule=f"is {value:g} {unit}, and {problem.rule}")

@@ -225,12 +225,8 @@ class Scenario(Sections):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle with the text of the strategy's file, which may differ on another machine."""
-        return type(self).from_tables, (
-            self._given(),
-            None,
-            self.manifest.source or None,
-            self.manifest.trusted,
-        )
+        source, trusted = self.manifest.source or None, self.manifest.trusted
+        return type(self).from_tables, (self._given(), None, source, trusted)
 
     @property
     def strategy(self) -> Strategy:

@@ -161,6 +161,7 @@ SPEED: Final = Dimension(
     "units per step", "a speed", 'such as "0.5 m/s" or "20 cm/s"', SPEEDS, {"metres": 1, "seconds": -1}
 )
 RATE: Final = Dimension("per step", "a rate", 'such as "0.2/min" or "3 per h"', RATES, {"seconds": -1})
+NO_UNIT: Final = Dimension("", "a number", "", {"": Fraction(1)}, {})
 DIMENSIONS: Final = (LENGTH, DURATION, SPEED, RATE)
 
 Million = Annotated[int, Field(ge=0, le=1_000_000)]

@@ -72,14 +72,7 @@ def outside(scenario: Scenario, dimension: Dimension) -> tuple[str, float]:
 
 
 def duration(seconds: float) -> str:
-    """Return a time in words, to two of its largest parts.
-
-    Examples
-    --------
-    >>> from feasibee.scenario.units import duration
-    >>> duration(0.5), duration(450), duration(7260)
-    ('0.5 s', '7 min 30 s', '2 h 1 min')
-    """
+    """Return a time in words, to two of its largest parts, such as ``7 min 30 s``."""
     whole = round(seconds)
     if whole < MINUTE:
         return f"{seconds:.3g} s"
@@ -90,17 +83,9 @@ def duration(seconds: float) -> str:
 
 
 def value_in_words(scenario: Scenario, path: str, value: Any) -> str:
-    """Return a field and its value, with the unit if the field has one.
-
-    Examples
-    --------
-    >>> from feasibee import Scenario
-    >>> from feasibee.scenario.units import value_in_words
-    >>> value_in_words(Scenario(units={"metres": 0.5}), "radio.range", 3.0)
-    'radio.range = 3 units (1.5 m)'
-    """
+    """Return a field and its value, with its unit if it has one: ``radio.range = 3 units (1.5 m)``."""
     dimension = dimension_of(path)
-    return f"{path} = {_in_words(scenario, dimension, value) if dimension else value}"
+    return f"{path} = {_in_words(scenario, dimension, value) if dimension.unit else value}"
 
 
 def symbol_of(path: str) -> str:

@@ -417,8 +417,7 @@ def panels_of(sizing: Sizing) -> list[Panel]:
     def points(*edges: Edge) -> list[tuple[float, Interval]]:
         return sorted((value, each.interval) for edge in edges for value, each in edge.tested)
 
-    dimension = dimension_of(sizing.edge.path)
-    unit, factor = outside(sizing.scenario, dimension) if dimension else ("", 1.0)
+    unit, factor = outside(sizing.scenario, dimension_of(sizing.edge.path))
     label = name_of_axis(sizing.edge.path, unit=unit)
     least = None if sizing.edge.enough is None else factor * sizing.edge.enough
     tested = [(factor * value, share) for value, share in points(sizing.edge)]

@@ -16,8 +16,9 @@ from feasibee.errors import FeasibeeError
 from feasibee.model.outcomes import ACTS, CHANGES
 from feasibee.results.measures import MEASURES
 from feasibee.scenario.comments import meaning_of
+from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.units import symbol_of
+from feasibee.scenario.units import outside, symbol_of
 from feasibee.sweeps.table import (
     Summary,
     leaves,
@@ -85,9 +86,14 @@ class View(NamedTuple):
 
         titled = () if self.journal else over  # the caption says it
         x, hue, y, show, journal = self
+        scenario, *others = (each.row.scenario for each in points)
+        alike = scenario if all(each.units == scenario.units for each in others) else Scenario()
+        axes = {path: outside(alike, dimension_of(path)) for path in self.axes}
+        units = {path: unit for path, (unit, _) in axes.items()}
+        sizes = {path: size for path, (_, size) in axes.items()}
         if y:
-            return draw_map(shares_by_cell(points, x, y, show), x, y, show, titled, journal)
-        return draw_lines(shares_by_line(points, x, hue, show), x, hue, show, titled, journal)
+            return draw_map(shares_by_cell(points, x, y, show, sizes), x, y, show, titled, journal, units)
+        return draw_lines(shares_by_line(points, x, hue, show, sizes), x, hue, show, titled, journal, units)
 
 
 def view_in(path: Path) -> View | None:

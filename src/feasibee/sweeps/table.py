@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
-from types import SimpleNamespace
+from types import MappingProxyType, SimpleNamespace
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
 import numpy as np
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
 SOURCE = "source"
 NUMBER: Final = "number of the run"
 SEED: Final = "seed"
+UNSCALED: Final[Mapping[str, float]] = MappingProxyType({})
 POINT: Final = "point"
 """The dimension of points that don't form a grid."""
 
@@ -123,27 +124,29 @@ def pooled_fields(points: Sequence[StoredPoint], shown: Sequence[str], others: S
 
 
 def shares_by_line(
-    points: Sequence[Summary], x: str, hue: str | None, show: str
+    points: Sequence[Summary], x: str, hue: str | None, show: str, sizes: Mapping[str, float] = UNSCALED
 ) -> dict[Any, dict[Any, Interval]]:
-    """Return a measure by value of ``hue``, then by value of ``x``."""
+    """Return a measure by value of ``hue``, then by value of ``x``; fields in ``sizes`` are multiplied."""
     lines: dict[Any, list[Summary]] = {}
     for each in points:
-        lines.setdefault(_shown_value(each, hue) if hue else "", []).append(each)
+        lines.setdefault(_shown_value(each, hue, sizes) if hue else "", []).append(each)
     return {
-        line: {value: share for (value, _), share in shares_by_cell(group, x, x, show).items()}
+        line: {value: share for (value, _), share in shares_by_cell(group, x, x, show, sizes).items()}
         for line, group in lines.items()
     }
 
 
-def shares_by_cell(points: Sequence[Summary], x: str, y: str, show: str) -> dict[tuple[Any, Any], Interval]:
-    """Return a measure by value of ``x`` and value of ``y``."""
+def shares_by_cell(
+    points: Sequence[Summary], x: str, y: str, show: str, sizes: Mapping[str, float] = UNSCALED
+) -> dict[tuple[Any, Any], Interval]:
+    """Return a measure by value of ``x`` and value of ``y``; fields in ``sizes`` are multiplied."""
     cells: dict[tuple[Any, Any], list[Measured]] = {}
     for each in points:
-        cells.setdefault((_shown_value(each, x), _shown_value(each, y)), []).append(each.found)
+        cells.setdefault((_shown_value(each, x, sizes), _shown_value(each, y, sizes)), []).append(each.found)
     return {cell: together(group, show) for cell, group in cells.items()}
 
 
-def _shown_value(point: Summary, path: str) -> Any:
+def _shown_value(point: Summary, path: str, sizes: Mapping[str, float]) -> Any:
     """Return a point's value of a field, whether the study varies it or not."""
     if path == SOURCE:
         return point.row.source or "built in"
@@ -151,6 +154,8 @@ def _shown_value(point: Summary, path: str) -> Any:
         value = point.row.scenario.get(path)
     except UnknownFieldError:
         raise FeasibeeError(f"{path}: isn't a field of the scenarios; such as tasks.count") from None
+    if sizes.get(path, 1) != 1 and isinstance(value, int | float):
+        return sizes[path] * value
     return value if isinstance(value, int | float | str) else str(value)
 
 
