@@ -8,7 +8,7 @@ import pytest
 from declaring import declaring
 from playing import swarm_at
 from serving import serving_at
-from visiting import at, change, control_of, focus_nothing, press, seek
+from visiting import at, change, click, control_of, drag, focus_nothing, press, seek
 
 from feasibee import Scenario
 from feasibee.live.catalogue import Catalogue
@@ -224,3 +224,82 @@ def test_a_page_of_one_file_says_where_a_change_starts_the_run_again(new_page, t
     page.locator("#tasks-slider").fill("33")
     expect(page.locator("#now")).to_have_text("0")
     expect(page.locator("#question")).to_have_text("Can 20 robots do 33 tasks?")
+
+
+def use(page, tool):
+    page.locator("#tools").get_by_role("button", name=tool, exact=True).click()
+
+
+def test_tasks_and_robots_are_put_moved_and_removed_in_a_run_that_anyone_repeats(visit, port):
+    page = visit(port, reduced_motion="reduce", height=1000)
+    seek(page, 30)
+    events = []
+
+    def now(step, at=None, **named):
+        """Expect that the last touch is an event of the scenario, near to where the pointer was."""
+        scenario = Scenario.from_toml(page.locator("#toml").text_content())
+        *before, last = scenario.events
+        assert (before, last.step) == (events, step)
+        assert last.model_dump(include={*named}) == named
+        if at:
+            assert last.at == pytest.approx(at, abs=0.1)
+        events.append(last)
+        expect_swarm(page, step, events)
+
+    use(page, "Add tasks")
+    expect(page.locator("#tool-help")).to_have_text("Click where a task is to appear.")
+    click(page, (5.0, 7.0))
+    at(page, 31)
+    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 21 tasks)")
+    now(31, (5.0, 7.0), tasks=1)
+    use(page, "Add robots")
+    click(page, (15.0, 3.0))  # at the same step, as time stands still
+    expect(page.locator("#truth")).to_have_text("feasible (21 robots, 21 tasks)")
+    now(31, (15.0, 3.0), robots=1)
+    use(page, "Move")
+    drag(page, (5.0, 7.0), (12.0, 11.0))
+    expect(page.locator("#toml")).to_contain_text("task = 20")
+    now(31, (12.0, 11.0), task=20)
+    press(page, (".", 32))
+    there = swarm_at(32, Scenario(events=events), 1).positions[20]
+    drag(page, there, (4.0, 4.0))
+    at(page, 33)
+    now(33, (4.0, 4.0), robot=20)
+    use(page, "Remove")
+    click(page, (12.0, 11.0))
+    expect(page.locator("#truth")).to_have_text("feasible (21 robots, 20 tasks)")
+    now(33, task=20)
+    page.keyboard.press("Escape")
+    expect(page.locator("#tool-help")).to_be_empty()
+    page.locator("#robot").fill("7")
+    page.locator("#robot").press("Tab")
+    page.keyboard.press("Delete")
+    expect(page.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
+    now(33, robot=7)
+
+
+def test_the_start_is_touched_at_step_0_and_a_running_world_at_its_next_step(visit, port):
+    page = visit(port)
+    use(page, "Add tasks")
+    click(page, (5.0, 7.0))
+    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 21 tasks)")
+    page.keyboard.press(" ")
+    expect(page.locator("#now")).not_to_have_text("0")
+    click(page, (9.0, 7.0))
+    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 22 tasks)")
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    first, second = Scenario.from_toml(page.locator("#toml").text_content()).events
+    assert first.step == 0 < second.step
+
+
+def test_where_the_pointer_finds_nothing_or_no_place_nothing_changes(visit, port):
+    page = visit(port, "#arena.boundary=%22walls%22&place.walls=[[[8,8],[12,8],[12,12],[8,12]]]", height=1000)
+    seek(page, 3)
+    toml = page.locator("#toml").text_content()
+    use(page, "Add robots")
+    click(page, (10.0, 10.0))
+    expect(page.locator("#note-events")).to_contain_text("is in a wall, or where no robot gets")
+    use(page, "Remove")
+    click(page, (10.0, 10.0))
+    expect(page.locator("#announcer")).to_have_text("There is no robot or task.")
+    assert page.locator("#toml").text_content() == toml

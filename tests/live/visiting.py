@@ -70,6 +70,26 @@ def focus_nothing(page):
     page.locator("h1").click()
 
 
+def move(page, x, y):
+    """Move the pointer to a place of the paper's arena, in units."""
+    box = page.locator("#arena").bounding_box()
+    page.mouse.move(box["x"] + x / 20 * box["width"], box["y"] + (1 - y / 20) * box["height"])
+
+
+def click(page, *places):
+    for place in places:
+        move(page, *place)
+        page.mouse.down()
+        page.mouse.up()
+
+
+def drag(page, start, end):
+    move(page, *start)
+    page.mouse.down()
+    move(page, *end)
+    page.mouse.up()
+
+
 def expect_reasons(page, swarm, robot, lane=0):
     """Expect that the page says why a robot thinks what it does."""
     expected = reasons_of(swarm, robot)

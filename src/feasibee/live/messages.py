@@ -165,7 +165,8 @@ def encode_frame(
         "bits": swarm.bits_sent,
         "robotSteps": swarm.robot_counts[1:].sum(),
     }
-    task_x, task_y = task_places if swarm.scenario.dynamic else (each[:0] for each in task_places)
+    shown_tasks = slice(None) if swarm.scenario.dynamic else slice(0)
+    task_x, task_y, numbers = (each[shown_tasks] for each in (*task_places, swarm.task_numbers))
     arrays = {
         "feasibleCounts": feasible.astype("<i4"),
         "infeasibleCounts": infeasible.astype("<i4"),
@@ -173,6 +174,7 @@ def encode_frame(
         **shown._asdict(),
         "taskX": task_x,
         "taskY": task_y,
+        "taskNumbers": numbers.astype("<u2"),
         "truths": truths.astype("u1"),
     }
     return _binary("frame", generation, head, arrays | _acts(swarm))

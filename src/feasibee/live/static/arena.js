@@ -252,7 +252,7 @@ export class Arena {
     }
     const { taken, taskX: x, taskY: y } = now,
       shown = this.tasks,
-      places = this.world.changes ? { x, y } : shown,
+      places = this.world.changes ? { x, y, numbers: now.taskNumbers } : shown,
       isShown = shown && places && isSame(shown.x, places.x) && isSame(shown.y, places.y);
     if (places && !(isShown && (!taken || (shown.taken && isSame(shown.taken, taken)))))
       this.setTasks({ ...places, taken });
@@ -403,6 +403,7 @@ export class Arena {
    * Return the place in units at a position of the page.
    * @param {number} clientX
    * @param {number} clientY
+   * @returns {[number, number]}
    */
   unitsAt(clientX, clientY) {
     const box = this.canvas.getBoundingClientRect(),
@@ -439,16 +440,54 @@ export class Arena {
    */
   at(clientX, clientY) {
     if (!this.world) return -1;
-    const box = this.canvas.getBoundingClientRect();
-    const x = (clientX - box.left) * this.ratio,
+    return this.nearestRobot(clientX, clientY)[1];
+  }
+
+  /**
+   * Return the robot or task at a position of the page, whichever is nearer; null if none is near.
+   * @param {number} clientX
+   * @param {number} clientY
+   * @returns {{kind: "robot" | "task", number: number} | null}
+   */
+  thingAt(clientX, clientY) {
+    const { x = [], y = [], numbers } = this.tasks ?? {},
+      [far, robot] = this.nearestRobot(clientX, clientY),
+      [near, task] = this.nearest(
+        clientX,
+        clientY,
+        Float32Array.from(x, (each) => each * this.unit),
+        Float32Array.from(y, (each) => this.height - each * this.unit),
+      );
+    if (task >= 0 && near < far) return { kind: "task", number: numbers?.length ? numbers[task] : task };
+    return robot < 0 ? null : { kind: "robot", number: robot };
+  }
+
+  /**
+   * @param {number} clientX
+   * @param {number} clientY
+   */
+  nearestRobot(clientX, clientY) {
+    return this.nearest(clientX, clientY, this.px, this.py, (i) => this.has(i));
+  }
+
+  /**
+   * Return the square of the distance of the pixel nearest to a position of the page, and which it is; -1 if none is near.
+   * @param {number} clientX
+   * @param {number} clientY
+   * @param {Float32Array} px
+   * @param {Float32Array} py
+   */
+  nearest(clientX, clientY, px, py, isThere = (/** @type {number} */ _) => true) {
+    const box = this.canvas.getBoundingClientRect(),
+      x = (clientX - box.left) * this.ratio,
       y = (clientY - box.top) * this.ratio;
     let found = -1,
       nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2;
-    for (let i = 0; i < this.px.length; i++) {
-      const squared = (this.px[i] - x) ** 2 + (this.py[i] - y) ** 2;
-      if (squared < nearest && this.has(i)) [nearest, found] = [squared, i];
+    for (let i = 0; i < px.length; i++) {
+      const squared = (px[i] - x) ** 2 + (py[i] - y) ** 2;
+      if (squared < nearest && isThere(i)) [nearest, found] = [squared, i];
     }
-    return found;
+    return [nearest, found];
   }
 
   /**

@@ -14,7 +14,10 @@ export const NO_TASK = 65535; // as aim of a robot
 const ARRAYS = { i4: Int32Array, u2: Uint16Array, u1: Uint8Array };
 
 /** @typedef {{x: Uint16Array, y: Uint16Array}} Places In 65,536ths of the arena's longer side. */
-/** @typedef {Places & {taken?: Uint8Array}} Shown Tasks, and if robots act, 0 for a free one, 1 taken, 2 done. */
+/**
+ * Tasks; their numbers, if they come and go; and if robots act, 0 for a free one, 1 taken, 2 done.
+ * @typedef {Places & {numbers?: Uint16Array, taken?: Uint8Array}} Shown
+ */
 /** @typedef {{aims?: Uint16Array, taken?: Uint8Array}} Acting The task of each robot, as its place among those shown. */
 /** @typedef {Places & {type: "tasks", generation: number}} Tasks Positions of the tasks at the start. */
 /** @typedef {"feasible" | "infeasible" | "counted" | "disseminating" | "working" | "there" | "standing"} Count Robots at this step. */
@@ -26,7 +29,7 @@ const ARRAYS = { i4: Int32Array, u2: Uint16Array, u1: Uint8Array };
 /**
  * One step of a swarm, and of that beside it; robots: number of numbers that robots may have; lane: 0, or 1 for the
  * second swarm; jump: number of the page's last jump.
- * @typedef {Places & Acting & {type: "frame", beside?: Frame} & Record<"flags" | "taskX" | "taskY", Uint16Array>
+ * @typedef {Places & Acting & {type: "frame", beside?: Frame} & Record<"flags" | "taskX" | "taskY" | "taskNumbers", Uint16Array>
  *   & Record<"heading" | "truths", Uint8Array> & Record<Curve, Int32Array>
  *   & Record<"generation" | "lane" | "jump" | "robots" | "step" | "first", number>
  *   & Record<Count | Declared | Now | Decided | Total, number>} Frame

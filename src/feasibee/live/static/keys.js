@@ -13,6 +13,7 @@ const KEYS = {
   "]": "after",
   i: "inspect",
   Escape: "leave",
+  Delete: "remove",
   "+": "faster",
   "=": "faster",
   "-": "slower",

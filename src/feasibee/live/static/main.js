@@ -2,7 +2,8 @@
 
 import { Connection } from "./connection.js";
 import { Controls, RateOfChange, readAddress, writeAddress } from "./controls.js";
-import { $, announce, formatted, unfold } from "./elements.js";
+import { $, announce, formatted } from "./elements.js";
+import { Hands } from "./hands.js";
 import { Inspector, listenToArena } from "./inspector.js";
 import { listenToKeys } from "./keys.js";
 import { Lane } from "./lane.js";
@@ -15,6 +16,7 @@ import { SeekBar } from "./seekbar.js";
 import { Seeker } from "./seeker.js";
 import { explainTerms } from "./terms.js";
 import { startTheme } from "./theme.js";
+import { Tools } from "./tools.js";
 import { listenToCopy, sayTouching, touched } from "./touching.js";
 import { Walls } from "./walls.js";
 
@@ -36,8 +38,8 @@ let point = null; // of a sweep, or null
 /** @type {{step: number, which: Which, request: number, then?: Goal} | null} */
 let wanted = null; // requested, and not shown yet; then: where to go in it
 let requests = 0; // for runs, so far
-/** @type {[string, number] | null} */
-let later = null; // what a slider changes as soon as the wanted run is shown
+/** @type {(() => void) | null} */
+let later = null; // what a slider or a hand changes as soon as the wanted run is shown
 let startAfter = false; // whether to play as soon as the first frame is there
 let looking = 0; // timer
 let full = false; // whether the server has too many pages already
@@ -76,6 +78,8 @@ const change = new RateOfChange(controls, (stream) => {
   begin(0);
 });
 const walls = new Walls(lanes, drawWalls, () => player.wake());
+const hands = new Hands(lanes, happen, () => player.wake());
+const tools = new Tools(lanes, { ...hands.tools, ...walls.tools });
 /** @type {Record<string, unknown> | null} */
 let accepted = null; // the changes before walls that the server has not accepted yet
 const veil = new Veil();
@@ -136,16 +140,44 @@ function touch(path, count) {
     now = player.frames[0];
   if (!name || !world || world.fixed || !now?.step || now.step >= world.last) return false;
   if (wanted) {
-    later = [path, count];
+    later = () => touch(path, count);
     return wanted.step > 0; // a run that starts anyway takes it from its start
   }
   const { events, step } = touched(world.events, now, name, count, player.playing);
   controls.input(path).value = String(world.fields[path]);
-  accepted ??= controls.changes;
-  controls.changes = { ...controls.changes, events };
+  amend(events, step);
   announce(`From step ${formatted(step)} on: ${formatted(count)} ${name}`);
-  begin(step);
   return true;
+}
+
+/**
+ * Let a hand's event happen at the next step; while time stands still, at this one if it has events, or is the start.
+ * @param {Record<string, unknown>} event
+ * @param {string} told What it changes.
+ */
+function happen(event, told) {
+  const now = player.frames[0];
+  if (!world || !now || now.step >= world.last)
+    return announce("The run is over: go back to an earlier step.");
+  if (wanted) {
+    later = () => happen(event, told);
+    return;
+  }
+  const still = !player.playing && (!now.step || world.events.some((each) => each.step === now.step)),
+    step = still ? now.step : now.step + 1;
+  amend([...world.events, { step, ...event }], step);
+  announce(`From step ${formatted(step)} on: ${told}`);
+}
+
+/**
+ * Begin the run with these events from a step on.
+ * @param {Opened["events"]} events
+ * @param {number} step
+ */
+function amend(events, step) {
+  accepted ??= controls.changes;
+  controls.changes = { ...controls.changes, events: events.sort((one, other) => one.step - other.step) };
+  begin(step);
 }
 
 /** @param {[number, number][][]} polygons The walls of the place from now on. */
@@ -250,6 +282,7 @@ const answers = {
     if (isLate) return; // the controls, and the address, are those of a newer request
     controls.show(message);
     sayTouching(message.fixed);
+    $("hands").hidden = Boolean(message.fixed);
     markReplay(point, message.run);
     if (old) announce(`Seed ${message.seed}, run ${message.run}, from the start`);
     writeAddress(message, point, controls.against, controls.changes);
@@ -346,7 +379,7 @@ function receive(frame) {
   mark();
   look();
   if (!world.field) for (const { number } of shownLanes()) connection.send({ type: "predict", lane: number });
-  if (later && shownStep()) touch(...later);
+  later?.();
   later = null;
 }
 
@@ -459,7 +492,10 @@ const actions = {
     lanes[0].canvas.focus();
     if (inspector.robot < 0) inspector.pick(inspector.focus);
   },
-  leave: () => walls.leave() || inspector.pick(-1),
+  leave: () => tools.leave() || inspector.pick(-1),
+  remove: () => {
+    if (inspector.robot >= 0 && world && !world.fixed) hands.take({ kind: "robot", number: inspector.robot });
+  },
   help: () => (help.open ? help.close() : help.showModal()),
 };
 

@@ -18,9 +18,10 @@ import { $, unfold } from "./elements.js";
  */
 export function touched(events, now, name, count, playing) {
   const all = events.map((each) => ({ ...each })),
-    last = playing ? undefined : all.find((each) => each.step === now.step && each[name]),
+    counts = all.filter((each) => !["at", "task", "robot"].some((key) => key in each)),
+    last = playing ? undefined : counts.find((each) => each.step === now.step && each[name]),
     step = last ? now.step : now.step + 1,
-    next = last ?? all.find((each) => each.step === step) ?? { step };
+    next = last ?? counts.find((each) => each.step === step) ?? { step };
   next[name] = (next[name] ?? 0) + count - (name === "robots" ? now.there : now.tasks);
   const isIdle = Object.entries(next).every(([key, value]) => key === "step" || !value),
     kept = [...all.filter((each) => each !== next), ...(isIdle ? [] : [next])];

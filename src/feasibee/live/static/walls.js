@@ -1,22 +1,15 @@
 // Draw and erase walls with the pointer; they become the polygons of place.walls.
 
-import { $, announce } from "./elements.js";
+import { announce } from "./elements.js";
 import { tracePolygons } from "./ground.js";
 
 /** @import { Arena, Opened } from "./arena.js" */
 /** @import { Lane } from "./lane.js" */
-
-/** @typedef {[number, number]} Point In units. */
-/** @typedef {"draw" | "erase"} Tool */
+/** @import { Point, Tool } from "./tools.js" */
 
 const DRAG = 6; // pixels: less is a click
 const NEAR = 10; // pixels from its first corner, or from a wall's edge
 const LONGEST = 12_000; // characters that fit into a message with other changes
-/** @type {Record<Tool, string>} */
-const HELP = {
-  draw: "Drag for a rectangle. Or click the corners of a polygon, and its first corner again. Esc drops it.",
-  erase: "Click a wall to erase it. Walls of a map stay.",
-};
 
 export class Walls {
   /**
@@ -28,8 +21,6 @@ export class Walls {
     this.change = change;
     this.redraw = redraw;
     this.arenas = lanes.map((each) => each.arena);
-    /** @type {Tool | null} */
-    this.tool = null;
     /** @type {Point[][]} */
     this.walls = []; // of the run that is shown
     /** @type {Point[]} */
@@ -37,9 +28,23 @@ export class Walls {
     /** @type {Point | null} */
     this.start = null; // of a drag
     this.cell = 0.1;
-    for (const tool of /** @type {Tool[]} */ (Object.keys(HELP)))
-      $(`walls-${tool}`).addEventListener("click", () => this.use(this.tool === tool ? null : tool));
-    for (const { frame, arena } of lanes) this.listen(frame, arena);
+    const drop = () => this.drop();
+    /** @type {Record<string, Tool>} */
+    this.tools = {
+      draw: {
+        help: "Drag for a rectangle. Or click the corners of a polygon, and its first corner again. Esc drops it.",
+        begin: (event, arena) => (this.start = this.pointAt(event, arena)),
+        move: (event, arena) => this.preview(event, arena),
+        end: (event, arena) => this.add(event, arena),
+        drop,
+      },
+      erase: {
+        help: "Click a wall to erase it. Walls of a map stay.",
+        move: (event, arena) => this.sketch(this.walls[this.wallAt(event, arena)] ?? []),
+        end: (event, arena) => this.erase(event, arena),
+        drop,
+      },
+    };
   }
 
   /** @param {Opened} world */
@@ -49,65 +54,19 @@ export class Walls {
     this.drop();
   }
 
-  /** @param {Tool | null} tool */
-  use(tool) {
-    this.tool = tool;
-    this.drop();
-    for (const each of Object.keys(HELP))
-      $(`walls-${each}`).setAttribute("aria-pressed", String(each === tool));
-    $("walls-help").textContent = tool ? HELP[tool] : "";
-    document.body.dataset.tool = tool ?? "";
-  }
-
-  // Drop what is half drawn; without it, put the tool away. Return whether there was either.
-  leave() {
-    if (!this.tool) return false;
-    if (this.corners.length) this.drop();
-    else this.use(null);
-    return true;
-  }
-
+  // Drop what is half drawn; return whether anything was.
   drop() {
+    const some = this.corners.length > 0;
     this.corners = [];
     this.start = null;
     this.sketch([]);
+    return some;
   }
 
   /** @param {Point[]} sketch */
   sketch(sketch) {
     for (const each of this.arenas) each.sketch = sketch;
     this.redraw();
-  }
-
-  /**
-   * Take the pointer while a tool is in use, before robots are inspected.
-   * @param {HTMLElement} frame
-   * @param {Arena} arena
-   */
-  listen(frame, arena) {
-    /** @type {Record<string, (event: PointerEvent) => void>} */
-    const handlers = {
-      pointerdown: (event) => {
-        frame.setPointerCapture(event.pointerId); // a drag may end outside
-        this.start = this.pointAt(event, arena);
-      },
-      pointermove: (event) => this.preview(event, arena),
-      pointerup: (event) => (this.tool === "draw" ? this.add(event, arena) : this.erase(event, arena)),
-      pointercancel: () => this.drop(),
-      mousedown: () => {}, // would select text
-      click: () => {},
-    };
-    for (const [type, act] of Object.entries(handlers))
-      frame.addEventListener(
-        type,
-        (event) => {
-          if (!this.tool || !arena.world) return;
-          event.preventDefault();
-          event.stopImmediatePropagation();
-          act(/** @type {PointerEvent} */ (event));
-        },
-        { capture: true },
-      );
   }
 
   /**
@@ -151,8 +110,7 @@ export class Walls {
    */
   preview(event, arena) {
     const at = this.pointAt(event, arena);
-    if (this.tool === "erase") this.sketch(this.walls[this.wallAt(event, arena)] ?? []);
-    else this.sketch(this.rectangle(at, arena) ?? (this.corners.length ? [...this.corners, at] : []));
+    this.sketch(this.rectangle(at, arena) ?? (this.corners.length ? [...this.corners, at] : []));
   }
 
   /**
