@@ -88,7 +88,8 @@ def _rule(schema: dict[str, Any]) -> str:
     kind = schema.get("type")
     if kind == "array":
         if schema.get("minItems") == schema.get("maxItems") == 2:
-            return "two such numbers, `[width, height]`"
+            is_place = "exclusiveMinimum" not in schema["prefixItems"][0]
+            return "a pair `[x, y]`" if is_place else "two such numbers, `[width, height]`"
         if "items" not in schema:
             return "polygons"
         if schema["items"].get("type") == "array":
