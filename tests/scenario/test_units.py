@@ -166,6 +166,12 @@ def test_positions_and_polygons_may_have_units():
     assert [each.path for each in error.value.problems] == ["tasks.points"]
     with pytest.raises(ScenarioError, match=r"'3\.csv': can't be read"):
         hall.replace({"tasks.points": "3.csv"})
+    deep = ["3 m"]
+    for _ in range(3000):
+        deep = [deep]
+    for path in ("arena.side", "tasks.points", "place.walls"):
+        with pytest.raises(ScenarioError, match="must be"):
+            Scenario(**given(path, deep))
 
 
 def test_new_sizes_of_units_convert_the_texts_of_a_scenario_anew():

@@ -16,6 +16,8 @@ from feasibee.scenario.types import DIMENSIONS, NUMBER, Dimension, Section
 
 QUANTITY: Final = re.compile(rf"(?=.{{,60}}$){NUMBER} *([^\s0-9.]\S*)")
 """A number and its unit. A space between them may be missing."""
+DEEPEST: Final = 4
+"""Depth of a coordinate: in a point of a polygon of a zone."""
 
 
 def with_numbers(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem], dict[str, Any]]:
@@ -28,11 +30,12 @@ def with_numbers(given: Mapping[str, Any]) -> tuple[dict[str, Any], list[Problem
     valid = {name for name, size in sizes.items() if type(size) in (int, float) and 1e-9 <= size <= 1e9}
     known = {name: exact(float(sizes[name])) for name in valid}
 
-    def number(path: str, mark: Dimension, text: Any, is_name: bool = False) -> Any:
-        if isinstance(text, Mapping):
-            return {key: number(path, mark, each, is_name) for key, each in text.items()}
+    def number(path: str, mark: Dimension, text: Any, is_name: bool = False, depth: int = DEEPEST) -> Any:
         if isinstance(text, list | tuple):
-            return type(text)(number(path, mark, each) for each in text)
+            ends = not depth or {*map(type, text)} <= {int, float}  # soon: a file may have many points
+            return text if ends else type(text)(number(path, mark, each, False, depth - 1) for each in text)
+        if isinstance(text, Mapping) and depth == DEEPEST:
+            return {key: number(path, mark, each, is_name, depth - 1) for key, each in text.items()}
         is_text = isinstance(text, str) and not is_name
         found = QUANTITY.fullmatch(text.replace(" per ", "/")) if is_text else None
         if found is None:
