@@ -76,6 +76,14 @@ def test_what_a_later_answer_must_mend_is_not_asked_before(answering):
     assert Scenario.read(path) == Scenario(arena={"side": 3}, sensing={"range": 1})
 
 
+def test_answers_may_have_units(answering):
+    result, path = answering("0.5 2\n20 m 10m\nwalls\n\n1.5 m .1\n3 m\n\n10 min\n")
+    assert result.exit_code == 0, result.output
+    found = Scenario.read(path)
+    assert (found.arena.size, found.sensing.range, found.sensing.miss) == ((40.0, 20.0), 3.0, 0.1)
+    assert (found.radio.range, found.run.steps) == (6.0, 300)
+
+
 def test_set_answers_a_question_beforehand(answering):
     result, path = answering("\n\n\n\n\n\n", "--set", "arena.side=40", "--set", "radio.loss=0.5")
     assert result.exit_code == 0, result.output

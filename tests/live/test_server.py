@@ -236,6 +236,19 @@ OWN = """def decide(mind, inbox):
 """
 
 
+def test_the_values_of_a_sweep_have_metres_and_seconds_if_its_scenario_has_them(tmp_path):
+    scenario = {"units": {"metres": 0.5, "seconds": 2.0}, "tasks": {"count": 3}}
+    fields = {"sensing.range": ["1.5 m"], "run.steps": [30], "radio.loss": [0.5]}
+    (replay,) = read_catalogue(
+        swept({"runs": 1, "scenario": scenario, "sweep": fields}, tmp_path), "all"
+    ).to_dict()["replays"]
+    assert replay["values"] == {
+        "sensing.range": "3.0 (1.5 m)",
+        "run.steps": "30 (1 min)",
+        "radio.loss": "0.5",
+    }
+
+
 @pytest.fixture
 def own_sweep(tmp_path):
     """A sweep of a strategy in a file, and that file."""

@@ -15,8 +15,10 @@ from feasibee.errors import FeasibeeError
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
 from feasibee.results.measures import truth_of_decisions
+from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.units import in_brackets
 from feasibee.strategies import STRATEGIES
 from feasibee.sweeps.journal import Journal, StoredPoint
 
@@ -117,7 +119,8 @@ class Catalogue:
                     "run": str(each.run),
                     "seed": str(self.points[each.point].seed),
                     "values": {
-                        path: value if isinstance(value, str) else json.dumps(value, default=str)
+                        path: (value if isinstance(value, str) else json.dumps(value, default=str))
+                        + in_brackets(self.points[each.point].scenario, dimension_of(path), value)
                         for path, value in self.points[each.point].values.items()
                     },
                     "decision": DECISIONS[each.decision],

@@ -59,10 +59,8 @@ def _field(path: str, part: Mapping[str, Any]) -> dict[str, Any]:
     only = kinds[0] if len(kinds) == 1 else {}
     if "enum" in only:
         return found | {"kind": "choice", "choices": only["enum"]}
-    kind = only.get("type")
-    if isinstance(kind, list):
-        return found | {"kind": "quantity"}
-    if kind in ("number", "integer", "boolean"):
+    kind = "quantity" if isinstance(only.get("type"), list) else only.get("type")
+    if kind in ("number", "integer", "quantity", "boolean"):
         bounds = {html: only[bound] for bound, html in BOUNDS.items() if bound in only}
         return found | {"kind": kind} | bounds
     return found | {"kind": "value"}

@@ -371,9 +371,7 @@ def _expected(assessment: Assessment) -> list[str]:
     answers = {"right": "are right", "wrong": "are wrong", "split": "are undecided"}
     shares = [f"{percent(share)} {answers[name]}" for name, share in assessment.shares.items()]
     steps = (assessment.wait, *wait_interval(outcome, assessment.target))
-    since, first, last = (
-        "never" if step is None else step_in_words(assessment.scenario, step) for step in steps
-    )
+    since, first, last = (when_in_words(assessment.scenario, each).removeprefix("by ") for each in steps)
     interval = "" if first == last == "never" else f" (95 % interval: {first} to {last})"
     waiting = (
         f"From {since} on{interval}, at least {target} of the swarms are right."
