@@ -11,8 +11,10 @@ from playing import swarm_at
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.live.catalogue import Catalogue
+from feasibee.live.lane import ROOM, Lane
 from feasibee.live.messages import Open, encode_frame, encode_tasks
 from feasibee.live.page import joined
+from feasibee.live.reasons import sentence_of
 from feasibee.live.session import Session
 from feasibee.live.widget import SWARMS_LIMIT, Arena
 
@@ -40,23 +42,53 @@ def frame_at(step, seed=3, run=5):
 
 def test_a_view_gets_the_steps_that_it_asks_for(asked):
     arena = Arena(SCENARIO, seed=3, run=5)
-    assert arena._tasks == encode_tasks(Swarm(SCENARIO, 3, 5), 0)
+    first = {"world": Lane(0, SCENARIO, 3, 5, ROOM).opened() | {"step": 0}}
+    tasks = [encode_tasks(Swarm(SCENARIO, 3, 5), 0)]
     for step in (0, 1, 7, 50, 4):  # also back
-        assert asked(arena, {"swarm": "a", "step": step}) == ({"swarm": "a"}, [frame_at(step)])
-        assert asked(arena, {"swarm": "b", "step": 2}) == ({"swarm": "b"}, [frame_at(2)])
+        message = {"step": step, "robot": -1}
+        assert asked(arena, {"swarm": "a", **message}) == ({"swarm": "a", **first}, [frame_at(step), *tasks])
+        first, tasks = {}, []
+    ((answer, buffers),) = [asked(arena, {"swarm": "b", "step": 2, "robot": 3})]
+    assert answer["why"] == [3, sentence_at(2, 3)]
+    assert buffers[0] == frame_at(2)
+
+
+def sentence_at(step, robot):
+    lane = Lane(0, SCENARIO, 3, 5, ROOM)
+    lane.timeline.advance(step)
+    return sentence_of(lane.swarm, robot, lane.history)
+
+
+def test_a_view_gets_the_swarm_that_its_sliders_make(asked):
+    arena = Arena(SCENARIO, seed=3, run=5)
+    changes = {"robots.count": 30, "events": [{"step": 4, "tasks": 5}]}
+    answer, (frame, _) = asked(arena, {"swarm": "a", "step": 9, "robot": -1, "changes": changes})
+    changed = SCENARIO.replace(changes)
+    assert frame == encode_frame(swarm_at(9, changed, 3, 5), 0, 10)
+    assert Scenario.from_toml(answer["world"]["toml"]) == changed
+    changes["events"][0]["tasks"] = -13
+    (answer,) = asked(arena, {"swarm": "b", "step": 9, "robot": -1, "changes": changes})
+    assert answer["swarm"] == "b"
+    assert answer["problems"][0]["path"] == "events.0.tasks"
 
 
 def test_old_swarms_are_let_go_and_played_again(asked):
     arena = Arena(SCENARIO, seed=3, run=5)
     for name in range(3 * SWARMS_LIMIT):
-        asked(arena, {"swarm": str(name), "step": 1})
-    assert len(arena._swarms) == SWARMS_LIMIT
-    assert asked(arena, {"swarm": "0", "step": 9}) == ({"swarm": "0"}, [frame_at(9)])
+        asked(arena, {"swarm": str(name), "step": 1, "robot": -1})
+    assert len(arena._lanes) == SWARMS_LIMIT
+    assert asked(arena, {"swarm": "0", "step": 9, "robot": -1})[1][0] == frame_at(9)
 
 
 @pytest.mark.parametrize(
     "content",
-    [{}, [], None, {"swarm": "a"}, *({"swarm": "a", "step": step} for step in (-1, 51, 1.0, "1", None))],
+    [
+        {},
+        [],
+        None,
+        {"swarm": "a"},
+        *({"swarm": "a", "step": step, "robot": 0} for step in (-1, 51, 1.0, "1", None)),
+    ],
 )
 def test_what_is_no_message_gets_an_error_and_no_frame(asked, content):
     (answer,) = asked(Arena(SCENARIO), content)

@@ -19,7 +19,7 @@ from feasibee.live.widget import Arena
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
 
 SCENARIO = Scenario(tasks={"count": 50}, run={"steps": 200})
-NOTEBOOK = """async ({ esm, state, tasks }) => {
+NOTEBOOK = """async ({ esm, state }) => {
   const within = (text) => {  // like Jupyter's buffers, part of a larger one
     const bytes = Uint8Array.from(atob(text), (each) => each.charCodeAt(0));
     const all = new Uint8Array(bytes.length + 3);
@@ -28,12 +28,12 @@ NOTEBOOK = """async ({ esm, state, tasks }) => {
   };
   const handlers = new Map();
   window.model = {
-    get: (name) => (name === "_tasks" ? within(tasks) : state[name]),
+    get: (name) => state[name],
     set(name, value) {
       state[name] = value;
       handlers.get(`change:${name}`)?.();
     },
-    save_changes: () => window.save({ step: state.step, speed: state.speed }),
+    save_changes: () => window.save({ step: state.step, speed: state.speed, changes: state.changes }),
     on: (what, does) => handlers.set(what, does),
     off: (what, does) => handlers.get(what) === does && handlers.delete(what),
     async send(content) {
@@ -68,9 +68,8 @@ def show(new_page):
 
         page.expose_function("ask", ask)
         page.expose_function("save", arena.set_state)
-        state = {name: getattr(arena, name) for name in ("_world", "step", "speed")}
-        tasks = base64.b64encode(arena._tasks).decode()
-        page.evaluate(NOTEBOOK, {"esm": Arena._esm, "state": state, "tasks": tasks})
+        state = {name: getattr(arena, name) for name in ("_world", "_strategies", "changes", "step", "speed")}
+        page.evaluate(NOTEBOOK, {"esm": Arena._esm, "state": state})
         return page
 
     return shown
@@ -146,7 +145,52 @@ def test_it_says_what_is_seen_and_what_a_robot_holds(show):
     expect(page.locator(".tip")).to_be_hidden()
     page.mouse.move(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
     word = ("infeasible", "feasible")[swarm.opinions[4]]
-    expect(page.locator(".tip")).to_have_text(f"Robot 4: {word}, exploring")
+    said = f"Robot 4: {word}, exploring\nHolds {word} since the start. Heard nobody since the start."
+    expect(page.locator(".tip")).to_have_text(said)
+
+
+def slider(page, name):
+    return page.get_by_role("slider", name=f"{name}, slider", exact=True)
+
+
+def test_its_sliders_change_the_swarm(show):
+    arena = Arena(SCENARIO, seed=1)
+    page = show(arena, reduced_motion="reduce")
+    expect(step_of(page)).to_have_text("0")
+    page.get_by_text("Change the swarm").click()
+    expect(slider(page, "Tasks")).to_have_value("50")
+    slider(page, "Sensing range").fill("3.5")  # the run starts again
+    expect(page.locator("[data-path='sensing.range']")).to_have_value("3.5")
+    for _ in range(2):
+        page.get_by_role("button", name="Step").click()
+    expect(step_of(page)).to_have_text("2")
+    slider(page, "Tasks").fill("12")  # from the next step on
+    expect(step_of(page)).to_have_text("3")
+    slider(page, "Robots").fill("24")
+    expect(step_of(page)).to_have_text("4")
+    slider(page, "Robots").fill("25")  # at the same step, as time stands still
+    events = [{"step": 3, "tasks": -38}, {"step": 4, "robots": 5}]
+    scenario = SCENARIO.replace({"sensing.range": 3.5, "events": events})
+    said = page.get_by_role("img", name="25 robots and 12 tasks")
+    expect(said).to_be_visible()
+    expect(page.locator("[data-count=feasible]")).to_have_text(str(swarm_at(4, scenario, 1).feasible_count))
+    expect_step(page, arena, 4)
+    eventually(page, lambda: expect_changes(arena, {"sensing.range": 3.5, "events": events}))
+    page.get_by_role("button", name="Copy as scenario").click()
+    expect(page.get_by_role("button", name="Selected")).to_be_visible()  # as in a page without a clipboard
+    assert Scenario.from_toml(page.evaluate("getSelection().toString()")) == scenario
+    page.get_by_label("Strategy").select_option("totals")
+    expect(page.locator("#problem")).to_contain_text("totals needs the number of robots")
+    expect(said).to_be_visible()  # the previous swarm continues
+    page.get_by_role("button", name="Step").click()
+    expect(step_of(page)).to_have_text("5")
+    page.get_by_label("Strategy").select_option("census")
+    expect(step_of(page)).to_have_text("0")
+    eventually(page, lambda: expect_changes(arena, {**arena.changes, "decision.strategy": "census"}))
+
+
+def expect_changes(arena, changes):
+    assert arena.changes == changes
 
 
 def test_it_plays_to_the_end_and_says_what_simulate_says(show):
@@ -216,13 +260,13 @@ def test_a_problem_or_a_lost_kernel_is_told_and_a_view_that_is_gone_does_nothing
     page = show(Arena(SCENARIO))
     expect(step_of(page)).to_have_text("0")
     page.evaluate("model.send({ step: -1 })")
-    expect(page.locator(".note")).to_contain_text("message = {'step': -1}: must be")
+    expect(page.locator(".kernel")).to_contain_text("message = {'step': -1}: must be")
     page.get_by_role("button", name="Step").click()
-    expect(page.locator(".note")).to_have_text("")
+    expect(page.locator(".kernel")).to_have_text("")
     expect(step_of(page)).to_have_text("1")
     page.evaluate("() => { model.send = () => { throw new Error('Cannot send'); }; }")
     page.get_by_role("button", name="Step").click()
-    expect(page.locator(".note")).to_contain_text("Waiting for the kernel")
+    expect(page.locator(".kernel")).to_contain_text("Waiting for the kernel")
     page.evaluate("window.end()")
     assert page.evaluate("handlers.size") == 0
 

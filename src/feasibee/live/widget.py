@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError, Problem, how_to_install
-from feasibee.live.messages import encode_frame, encode_tasks
+from feasibee.errors import FeasibeeError, Problem, ScenarioError, how_to_install
+from feasibee.live.lane import ROOM, Lane
+from feasibee.live.messages import encode_frame, encode_tasks, problems_of
 from feasibee.live.page import joined
+from feasibee.live.reasons import sentence_of
 from feasibee.live.scene import scene_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
+from feasibee.strategies import STRATEGIES
 
 try:
     import anywidget
@@ -43,6 +46,8 @@ class Arena(anywidget.AnyWidget):
         Step at which a view begins, and at which one last stopped.
     speed : int
         Steps per second, 1 to 3000.
+    changes : dict
+        What its sliders have changed, by dotted path; `Scenario.replace` takes them.
 
     Raises
     ------
@@ -59,37 +64,47 @@ class Arena(anywidget.AnyWidget):
 
     _esm = joined("widget")  # anywidget takes a single module
     _world = traitlets.Dict().tag(sync=True)
-    _tasks = traitlets.Bytes().tag(sync=True)
+    _strategies = traitlets.List([*STRATEGIES]).tag(sync=True)
+    changes = traitlets.Dict().tag(sync=True)
     step = traitlets.Int(0, min=0).tag(sync=True)
     speed = traitlets.Int(20, min=1, max=3000).tag(sync=True)
 
     def __init__(self, scenario: Scenario | None = None, seed: int = 0, run: int = 0) -> None:
         swarm = Swarm(scenario, seed, run)
         self._which = (swarm.scenario, seed, run)
-        self._swarms: dict[str, Swarm] = {}
-        super().__init__(
-            _world=scene_of(swarm.scenario) | {"last": swarm.scenario.run.steps},
-            _tasks=encode_tasks(swarm, 0),
-        )
+        self._lanes: dict[str, Lane] = {}
+        super().__init__(_world=scene_of(swarm.scenario) | {"last": swarm.scenario.run.steps})
         self.on_msg(self._answer)
 
     def _answer(self, _: Arena, asked: Any, __: Any) -> None:
-        """Send a view the step that it requests."""
+        """Send a view the step that it requests, and why a robot holds its opinion; -1 is none."""
         last = self._which[0].run.steps
         match asked:
-            case {"swarm": str(name), "step": int(step)} if 0 <= step <= last:
-                self.send({"swarm": name}, [encode_frame(self._swarm_at(name, step), 0, step + 1)])
+            case {"swarm": str(name), "step": int(step), "robot": int(robot)} if 0 <= step <= last:
+                opens = name not in self._lanes
+                try:
+                    lane = self._lane_at(name, step, asked.get("changes"))
+                except ScenarioError as error:
+                    self.send({"swarm": name, "problems": problems_of(error)["problems"]})
+                    return
+                swarm, is_there = lane.swarm, 0 <= robot < lane.swarm.present.size
+                world = {"world": lane.opened()} if opens else {}
+                why = {"why": [robot, sentence_of(swarm, robot, lane.history)]} if is_there else {}
+                buffers = [encode_frame(swarm, 0, step + 1), *([encode_tasks(swarm, 0)] if opens else [])]
+                self.send({"swarm": name, **world, **why}, buffers)
             case _:
-                rule = f"must be {{swarm: name, step: 0 to {last}}}"
+                rule = f"must be {{swarm: name, step: 0 to {last}, robot: number}}"
                 self.send({"problem": str(Problem("message", asked, rule, "run this cell again"))})
 
-    def _swarm_at(self, name: str, step: int) -> Swarm:
-        """Return the swarm of a view at a step; a swarm that is past this step starts again at step 0."""
-        swarm = self._swarms.pop(name, None)
-        if swarm is None or swarm.step > step:
-            swarm = Swarm(*self._which)
-        swarm.advance(step - swarm.step)
-        self._swarms[name] = swarm  # last: the first is dropped below
-        while len(self._swarms) > SWARMS_LIMIT:
-            del self._swarms[next(iter(self._swarms))]
-        return swarm
+    def _lane_at(self, name: str, step: int, changes: dict[str, Any] | None) -> Lane:
+        """Return the swarm of a view, of a scenario with changes, at a step."""
+        scenario, seed, run = self._which
+        lane = self._lanes.pop(name, None)
+        if lane is None:
+            lane = Lane(0, scenario.replace(changes) if changes else scenario, seed, run, ROOM)
+        lane.timeline.rewind(step)
+        lane.timeline.advance(step)
+        self._lanes[name] = lane  # last: the first is dropped below
+        while len(self._lanes) > SWARMS_LIMIT:
+            del self._lanes[next(iter(self._lanes))]
+        return lane

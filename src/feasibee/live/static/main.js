@@ -17,7 +17,7 @@ import { Seeker } from "./seeker.js";
 import { explainTerms } from "./terms.js";
 import { startTheme } from "./theme.js";
 import { Tools } from "./tools.js";
-import { listenToCopy, sayTouching, touched } from "./touching.js";
+import { EVENTS, listenToCopy, sayTouching, touched } from "./touching.js";
 import { Walls } from "./walls.js";
 
 /** @import { Opened, View } from "./arena.js" */
@@ -26,8 +26,6 @@ import { Walls } from "./walls.js";
 /** @import { Goal } from "./seeker.js" */
 
 const help = /** @type {HTMLDialogElement} */ ($("help"));
-/** @type {Record<string, "robots" | "tasks">} */
-const EVENTS = { "robots.count": "robots", "tasks.count": "tasks" }; // what an event can change, by its slider
 const LOOK = 1000; // milliseconds between two looks whether another field has begun
 const AGAIN = 30; // milliseconds between two looks ahead
 

@@ -11,7 +11,7 @@ import { sayTouching, touched } from "./touching.js";
 const PAUSE = 200; // milliseconds: browsers limit how often a page may write its address
 /** @type {("robots" | "tasks" | "seed" | "run")[]} */
 const FIELDS = ["robots", "tasks", "seed", "run"]; // each with a slider
-const EVENTS = /^\[(\{"step":\d{1,5}(,"(robots|tasks)":-?\d{1,3})*\}(,(?!\])|(?=\])))*\]$/; // in the address
+const LISTED = /^\[(\{"step":\d{1,5}(,"(robots|tasks)":-?\d{1,3})*\}(,(?!\])|(?=\])))*\]$/; // in the address
 const SLIDER = 100; // most robots or tasks on a slider, unless the file has more
 
 /**
@@ -160,7 +160,7 @@ export class Controls {
       const value = this.parse(name, kept.get(name) ?? "");
       if (value !== null) this.settings = { ...this.settings, [name]: value };
     }
-    const given = kept.get("events")?.match(EVENTS)?.[0],
+    const given = kept.get("events")?.match(LISTED)?.[0],
       events = /** @type {Event[]} */ (given ? JSON.parse(given) : this.given.settings.events);
     events.sort((one, other) => one.step - other.step);
     if (!this.take({ ...this.settings, events }, 0)) this.take({ ...this.settings, events: [] }, 0);

@@ -4,6 +4,9 @@ import { $, unfold } from "./elements.js";
 
 /** @import { Given, Settings } from "./world.js" */
 
+/** @type {Record<string, "robots" | "tasks">} */
+export const EVENTS = { "robots.count": "robots", "tasks.count": "tasks" }; // what an event can change, by its field
+
 /** @typedef {{step: number, robots?: number, tasks?: number}} Event How many come at a step, or go. */
 
 /**
@@ -69,17 +72,23 @@ export function sayTouching(fixed) {
 
 /** @param {string} id Of a button that copies the scenario that the page shows. */
 export function listenToCopy(id) {
-  $(id).addEventListener("click", async () => {
-    const button = $(id),
-      text = button.textContent;
-    try {
-      await navigator.clipboard.writeText($("toml").textContent);
-      button.textContent = "Copied";
-    } catch {
-      unfold($("toml"));
-      getSelection()?.selectAllChildren($("toml")); // a page by http from another machine has no clipboard
-      button.textContent = "Selected: press Ctrl-C";
-    }
-    setTimeout(() => (button.textContent = text), 2000);
-  });
+  $(id).addEventListener("click", () => copy($(id), $("toml")));
+}
+
+/**
+ * Copy a scenario that is shown.
+ * @param {HTMLElement} button It says what has been done.
+ * @param {HTMLElement} shown
+ */
+export async function copy(button, shown) {
+  const text = button.textContent;
+  try {
+    await navigator.clipboard.writeText(shown.textContent);
+    button.textContent = "Copied";
+  } catch {
+    unfold(shown);
+    getSelection()?.selectAllChildren(shown); // a page by http from another machine has no clipboard
+    button.textContent = "Selected: press Ctrl-C";
+  }
+  setTimeout(() => (button.textContent = text), 2000);
 }

@@ -1,13 +1,16 @@
 // The arena in a notebook: canvas and clock of the page, few controls, the kernel in place of the server; see widget.py.
 
 import { Arena } from "./arena.js";
+import { Controls } from "./controls.js";
 import { decode } from "./frames.js";
 import { Player, SPEEDS } from "./player.js";
 import { explainTerms } from "./terms.js";
 import { coloursOf } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
+import { copy, EVENTS, touched } from "./touching.js";
 
-/** @import { World } from "./arena.js" */
+/** @import { Opened } from "./arena.js" */
+/** @import { Problem } from "./controls.js" */
 /** @import { Frame, Tasks } from "./frames.js" */
 
 /**
@@ -21,10 +24,24 @@ import { showTooltip } from "./tooltip.js";
  * @property {(event: string, hear: (...given: any[]) => void) => void} off
  */
 
-/** @typedef {{problem?: string, swarm?: string}} Answer Message of the kernel. */
+/**
+ * Message of the kernel; world: with the first step of a run; why: a robot, and why it holds its opinion.
+ * @typedef {{problem?: string, problems?: Problem[], swarm?: string, world?: Opened, why?: [number, string]}} Answer
+ */
 /** @typedef {(DataView | ArrayBuffer)[]} Buffers */
 
 const PATIENCE = 2000; // milliseconds after which a waiting view says so
+const AGAIN = 500; // milliseconds between two questions about one robot
+const FIELDS = [
+  ["robots.count", "Robots", 'min="1" max="100"'],
+  ["tasks.count", "Tasks", 'min="0" max="100"'],
+  ["sensing.range", "Sensing range", 'min="0.1" max="10" step="0.1"'],
+  ["radio.range", "Radio range", 'min="0.1" max="10" step="0.1"'],
+  ["robots.speed", "Speed of robots", 'min="0" max="2" step="0.05"'],
+].map(
+  ([path, label, limits]) =>
+    `<label>${label} <input type="number" step="any" data-path="${path}"><input type="range" data-slides="${path}" ${limits} aria-label="${label}, slider"></label>`,
+);
 /** @type {Record<number, string>} */
 const OUTCOMES = { 1: "feasible", 0: "infeasible", [-1]: "nothing" };
 const SHAPE = `<style>
@@ -45,6 +62,7 @@ const SHAPE = `<style>
   .time { gap: 6px; }
   button { min-width: 4.7em; padding: 3px 10px; border: 1px solid var(--border); border-radius: 6px; font: inherit; color: inherit; background: none; cursor: pointer; }
   label { display: flex; align-items: center; gap: 6px; margin-left: auto; }
+  form label { margin: 4px 0; flex-wrap: wrap; justify-content: end; } .note { color: var(--infeasible); }
   input { width: 84px; accent-color: var(--feasible); }
   output { min-width: 6.6em; white-space: nowrap; }
   i { display: inline-block; box-sizing: border-box; width: 11px; height: 11px; margin-right: 5px; border-radius: 50%; background: currentColor; }
@@ -72,9 +90,15 @@ const SHAPE = `<style>
     <span><b data-count="disseminating"></b> broadcasting</span>
     <span class="declared" hidden>declared: <b data-count="declaredFeasible"></b> feasible, <b data-count="declaredInfeasible"></b> infeasible</span>
   </div>
+  <details><summary>Change the swarm</summary><form>
+    ${FIELDS.join("")}
+    <label>Strategy <select data-path="decision.strategy"></select></label>
+    <p id="problem" hidden></p>
+    <button type="button" data-does="copy">Copy as scenario</button><details><summary>Scenario</summary><pre></pre></details>
+  </form></details>
   <details><summary>What am I looking at?</summary><dl></dl></details>
   <p class="outcome" role="status"></p>
-  <p class="note" role="status"></p>
+  <p class="kernel" role="status"></p>
 </div>`;
 /** @type {Record<string, string>} */
 const KEYS = { " ": "play", ".": "step", ArrowRight: "step", r: "restart" };
@@ -99,9 +123,19 @@ class WidgetView {
     this.shadow = el.attachShadow({ mode: "open" });
     this.shadow.append(document.createRange().createContextualFragment(SHAPE)); // a constant: no other text is markup
     this.root = this.find(".arena");
-    this.slider = /** @type {HTMLInputElement} */ (this.find("input"));
-    /** @type {World} */
+    this.slider = /** @type {HTMLInputElement} */ (this.find(".time input"));
+    this.controls = new Controls(
+      /** @type {HTMLFormElement} */ (this.find("form")),
+      () => this.begin(0),
+      (path, count) => this.touch(path, count),
+    );
+    this.controls.changes = model.get("changes");
+    /** @type {Opened} */
     this.world = model.get("_world");
+    this.before = { swarm: "", step: 0 }; // what is shown if the swarm that is wanted can't be
+    /** @type {[number, string]} */
+    this.why = [-1, ""];
+    this.asked = { robot: -1, step: -1, time: 0 }; // why
     this.dark = matchMedia("(prefers-color-scheme: dark)");
     this.swarm = ""; // name of the present swarm: a frame with another name is late
     this.late = 0;
@@ -111,8 +145,10 @@ class WidgetView {
       (steps) => this.request(this.player.latest.step + steps),
       (view, time, rests) => {
         this.show(view.now, rests);
-        const moves = this.arena.draw(view, time);
-        showTooltip(this.arena, this.find(".tip"), view.now);
+        const moves = this.arena.draw(view, time),
+          [robot, why] = this.why;
+        showTooltip(this.arena, this.find(".tip"), view.now, robot === this.arena.pointed ? why : "");
+        this.wonder(view.now.step, time);
         return moves;
       },
     );
@@ -126,16 +162,15 @@ class WidgetView {
 
   // Show the world, listen, and request the first frame; return what ends all of it.
   start() {
-    const { world, model, arena } = this,
+    const { world, model } = this,
       [width, height] = world.size,
       frame = this.find(".frame");
     frame.style.width = `${480 * Math.min(1, width / height)}px`;
     frame.style.aspectRatio = String(width / height);
-    frame.setAttribute("aria-label", `${world.robots} robots and ${world.tasks} tasks`);
-    this.find(".declared").hidden = !world.declares;
     explainTerms(this.find("dl"));
-    arena.open(world);
-    arena.setTasks(/** @type {Tasks} */ (decode(bytesOf(model.get("_tasks")))));
+    this.find("select").append(
+      ...model.get("_strategies").map((/** @type {string} */ each) => new Option(each)),
+    );
     this.setSpeed();
     this.listenToUser();
     const stop = this.listenToSurroundings();
@@ -145,6 +180,38 @@ class WidgetView {
       clearTimeout(this.late);
       stop();
     };
+  }
+
+  /**
+   * Show another world from now on.
+   * @param {Opened} world
+   * @param {Tasks} tasks
+   */
+  open(world, tasks) {
+    this.world = world;
+    this.player.last = world.last;
+    this.find(".declared").hidden = !world.declares;
+    this.find("pre").textContent = world.toml;
+    this.arena.open(world);
+    this.arena.setTasks(tasks);
+    this.controls.show(world);
+    this.model.set("changes", this.controls.changes);
+    this.model.save_changes();
+  }
+
+  /**
+   * Change the world from the next step on; return whether it can be.
+   * @param {string} path
+   * @param {number} count
+   */
+  touch(path, count) {
+    const { world, player, controls } = this,
+      [now] = player.frames;
+    if (!(path in EVENTS) || world.fixed || !now?.step || now.step >= world.last) return false;
+    const { events, step } = touched(world.events, now, EVENTS[path], count, player.playing);
+    controls.changes = { ...controls.changes, events };
+    this.begin(step);
+    return true;
   }
 
   listenToUser() {
@@ -157,7 +224,7 @@ class WidgetView {
       if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey) return;
       event.stopPropagation(); // in a notebook, letters and Enter are commands
       const at = /** @type {Element} */ (event.target);
-      if (at.matches("input") && event.key === "ArrowRight") return;
+      if (at.matches("form *, summary") || (at.matches("input") && event.key === "ArrowRight")) return;
       if (!KEYS[event.key] || (at.matches("button") && event.key === " ")) return;
       event.preventDefault();
       this.act(KEYS[event.key]);
@@ -195,26 +262,31 @@ class WidgetView {
 
   /** @param {number} step */
   begin(step) {
+    const [shown] = this.player.frames;
+    if (shown) this.before = { swarm: this.swarm, step: shown.step };
     this.swarm = Math.random().toString(36).slice(2);
     this.player.clear();
     this.player.last = this.world.last;
     this.request(step);
   }
 
-  /** @param {number} step */
-  request(step) {
+  /**
+   * @param {number} step
+   * @param {number} [robot] Of which the answer shall say why it holds its opinion.
+   */
+  request(step, robot = -1) {
     this.player.asked = true;
     clearTimeout(this.late);
     this.late = setTimeout(() => this.showWaiting(), PATIENCE);
     try {
-      this.model.send({ swarm: this.swarm, step });
+      this.model.send({ swarm: this.swarm, step, changes: this.controls.changes, robot });
     } catch {
       this.showWaiting(); // JupyterLab throws if the kernel is gone
     }
   }
 
   showWaiting() {
-    this.say(".note", "Waiting for the kernel. If it was restarted, run this cell again.");
+    this.say(".kernel", "Waiting for the kernel. If it was restarted, run this cell again.");
   }
 
   /**
@@ -222,11 +294,42 @@ class WidgetView {
    * @param {Buffers} buffers
    */
   hear(message, buffers) {
-    if (message.problem) return this.say(".note", message.problem);
-    if (message.swarm !== this.swarm) return;
+    const { swarm, problems, world, why } = message,
+      { player, controls, before } = this;
+    if (message.problem) return this.say(".kernel", message.problem);
+    if (swarm !== this.swarm) return;
     clearTimeout(this.late);
-    this.say(".note", "");
-    this.player.add(/** @type {Frame} */ (decode(bytesOf(buffers[0]))));
+    this.say(".kernel", "");
+    if (problems) {
+      controls.changes = this.model.get("changes");
+      controls.showProblems(problems);
+      this.swarm = before.swarm;
+      return this.request(before.step);
+    }
+    const frame = /** @type {Frame} */ (decode(bytesOf(buffers[0])));
+    if (world) this.open(world, /** @type {Tasks} */ (decode(bytesOf(buffers[1]))));
+    this.why = why ?? this.why;
+    if (player.latest?.step !== frame.step) return player.add(frame);
+    player.asked = false;
+    player.wake();
+  }
+
+  /**
+   * Ask why the robot that is pointed at holds its opinion, if that isn't known of this step.
+   * @param {number} step
+   * @param {number} time
+   */
+  wonder(step, time) {
+    const { asked, arena, player } = this,
+      robot = arena.pointed;
+    if (
+      player.asked ||
+      robot < 0 ||
+      (asked.robot === robot && (asked.step === step || time - asked.time < AGAIN))
+    )
+      return;
+    this.asked = { robot, step, time };
+    this.request(player.latest.step, robot);
   }
 
   /**
@@ -243,6 +346,8 @@ class WidgetView {
    * @param {boolean} rests
    */
   show(frame, rests) {
+    this.controls.follow({ "robots.count": frame.there, "tasks.count": frame.tasks });
+    this.find(".frame").setAttribute("aria-label", `${frame.there} robots and ${frame.tasks} tasks`);
     const none = frame.counted - frame.feasible - frame.infeasible;
     for (const [name, value] of Object.entries({ ...frame, none })) {
       const place = this.find(`[data-count="${name}"]`);
@@ -280,6 +385,7 @@ class WidgetView {
   /** @param {string} action */
   act(action) {
     const { player } = this;
+    if (action === "copy") copy(this.find("[data-does=copy]"), this.find("pre"));
     if (action === "restart" || (action === "play" && player.ended)) this.begin(0);
     if (action === "play") player.play(!player.playing);
     if (action === "step") player.step();
