@@ -21,7 +21,7 @@ from feasibee.figures.style import (
     looks,
     text_colour,
 )
-from feasibee.figures.sweep import draw_lines, draw_map
+from feasibee.figures.sweep import Shown, draw_lines, draw_maps
 
 NAMES = [f"rule-{number}" for number in range(16)]
 RATES = {name: [wilson(50 + number, 100), wilson(2 * number, 100)] for number, name in enumerate(NAMES)}
@@ -87,8 +87,8 @@ def test_labels_are_readable_on_white():
         lambda: draw_against_time(CURVES),
         lambda: draw_against_bits(TOTALS),
         lambda: draw_lines(
-            {name: dict(zip((1, 2), rates, strict=True)) for name, rates in RATES.items()},
-            "tasks.count", "decision.strategy", "accuracy",
+            {"": {name: dict(zip((1, 2), rates, strict=True)) for name, rates in RATES.items()}},
+            Shown("tasks.count", "accuracy", "decision.strategy"),
         ),
     ],
 )  # fmt: skip
@@ -184,8 +184,8 @@ def test_places_are_a_gap_apart_and_within_limits(wanted):
 
 
 def test_bands_have_edges():
-    drawn = draw_lines({1: {1: wilson(5, 9), 2: wilson(6, 9)}, 2: {1: wilson(5, 9), 2: wilson(4, 9)}},
-                       "tasks.count", "sensing.range", "accuracy")  # fmt: skip
+    lines = {1: {1: wilson(5, 9), 2: wilson(6, 9)}, 2: {1: wilson(5, 9), 2: wilson(4, 9)}}
+    drawn = draw_lines({"": lines}, Shown("tasks.count", "accuracy", "sensing.range"))
     for band in drawn.axes[0].collections:
         assert band.get_linewidth()[0] > 0
         assert band.get_edgecolor()[0][3] > band.get_facecolor()[0][3]
@@ -220,15 +220,17 @@ def test_each_band_has_a_panel_of_its_own():
 def test_an_axis_is_logarithmic_for_a_decade_or_values_spaced_by_ratio(values, logarithmic):
     assert are_spaced_by_ratio(values) is logarithmic
     if len(values) > 1:
-        drawn = draw_lines({"": {value: wilson(1, 2) for value in values}}, "tasks.count", None, "accuracy")
+        drawn = draw_lines(
+            {"": {"": {value: wilson(1, 2) for value in values}}}, Shown("tasks.count", "accuracy")
+        )
         assert (drawn.axes[0].get_xscale() == "log") is logarithmic
 
 
 def test_a_figure_says_over_what_it_averages():
-    lines, cells = {"": {1: wilson(1, 2)}}, {(1, 2): wilson(1, 2)}
+    lines, cells = {"": {"": {1: wilson(1, 2)}}}, {"": {2: {1: wilson(1, 2)}}}
     for drawn in (
-        draw_lines(lines, "tasks.count", None, "accuracy", ["radio.loss"]),
-        draw_map(cells, "tasks.count", "sensing.range", "accuracy", ["radio.loss"]),
+        draw_lines(lines, Shown("tasks.count", "accuracy"), ["radio.loss"]),
+        draw_maps(cells, Shown("tasks.count", "accuracy", y="sensing.range"), ["radio.loss"]),
     ):
-        assert drawn.axes[0].get_title(loc="left") == "averaged over radio loss $p_\\mathrm{loss}$"
-    assert draw_lines(lines, "tasks.count", None, "accuracy").axes[0].get_title(loc="left") == ""
+        assert drawn.get_suptitle() == "averaged over radio loss $p_\\mathrm{loss}$"
+    assert draw_lines(lines, Shown("tasks.count", "accuracy")).get_suptitle() == ""

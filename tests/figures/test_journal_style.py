@@ -11,11 +11,12 @@ from PIL import Image
 from feasibee import Scenario
 from feasibee.figures.sizing import draw_sizing
 from feasibee.figures.style import name_of_axis
-from feasibee.figures.sweep import draw_lines, draw_map
+from feasibee.figures.sweep import Shown, draw_lines, draw_maps
 from feasibee.results.statistics import wilson
 from feasibee.scenario.fields import fields
 from feasibee.scenario.units import SYMBOLS
 from feasibee.studies.size import Band, Edge, Finding, Rule, Sizing, panels_of
+from feasibee.studies.sweep_figure import view_in
 from feasibee.studies.tuning import Objective, Sensitivity, Tuned, draw_search, draw_sensitivities
 from tests.commands import output_of, refused_in_a_line
 
@@ -66,14 +67,16 @@ def test_the_text_next_to_it_has_all_that_repeats_it(folder):
 
 def test_axes_have_symbols_with_units_and_by_default_words_too():
     share = wilson(1, 2)
-    lines, cells = {0.1: {1: share, 2: share}}, {(1.0, 2): share, (2.0, 2): share}
-    (ax,) = draw_lines(lines, "tasks.count", "radio.loss", "accuracy", (), 3.3).axes
+    lines, cells = {"": {0.1: {1: share, 2: share}}}, {"": {2: {1.0: share, 2.0: share}}}
+    paper = {"journal": True, "width": 3.3}
+    (ax,) = draw_lines(lines, Shown("tasks.count", "accuracy", "radio.loss", **paper)).axes
     assert ax.get_xlabel() == "$m$"
     assert "$p_\\mathrm{loss}$" in [each.get_text() for each in ax.texts]
-    ax, _ = draw_map(cells, "sensing.range", "radio.id_bits", "accuracy", journal=3.3).axes
+    ax, _ = draw_maps(cells, Shown("sensing.range", "accuracy", y="radio.id_bits", **paper)).axes
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("$d$ (units)", "id bits")
-    assert draw_lines(lines, "tasks.count", None, "accuracy").axes[0].get_xlabel() == "number of tasks $m$"
-    ax, _ = draw_map(cells, "robots.speed", "radio.id_bits", "accuracy").axes
+    (ax,) = draw_lines(lines, Shown("tasks.count", "accuracy")).axes
+    assert ax.get_xlabel() == "number of tasks $m$"
+    ax, _ = draw_maps(cells, Shown("robots.speed", "accuracy", y="radio.id_bits")).axes
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("robot speed $v$ (units per step)", "radio id bits")
     assert name_of_axis("ratio") == "ratio"
 
@@ -89,7 +92,9 @@ LABELLED = {
     ),
     "search": lambda: draw_search(Tuned(TRIAL[0], SHARE, SHARE, SHARE, [TRIAL], Objective())),
     "sensitivities": lambda: draw_sensitivities([Sensitivity("radio.range", SHARE)]),
-    "map": lambda: draw_map({(1, 2): SHARE}, "radio.range", "radio.loss", "accuracy", ["tasks.count"]),
+    "map": lambda: draw_maps(
+        {"": {2: {1: SHARE}}}, Shown("radio.range", "accuracy", y="radio.loss"), ["tasks.count"]
+    ),
 }
 
 
@@ -109,12 +114,51 @@ def test_symbols_are_those_of_fields_and_each_of_one():
     assert len(set(SYMBOLS.values())) == len(SYMBOLS)
 
 
-@pytest.mark.parametrize("width", ["84", "1in", "84 km", "-84mm"])
+@pytest.mark.parametrize("width", ["84", "0.5in", "84 km", "-84mm"])
 def test_a_width_needs_a_unit(folder, width):
     words = ("results", "plot", folder, "--x", "tasks.count", "--style", "journal", f"--width={width}")
-    assert "must be a length from 2in to 20in, with its unit" in refused_in_a_line(*words)
+    assert "must be a length from 1in to 20in, with its unit" in refused_in_a_line(*words)
 
 
-def test_a_width_needs_the_style(folder):
-    line = refused_in_a_line("results", "plot", folder, "--x", "tasks.count", "--width", "84mm")
-    assert line.endswith("--width: is for --style journal; add it, or leave out --width")
+TITLES = ("--title", r"Loss & \{a} (b) <c> %7D", "--xlabel", "tasks", "--ylabel", "right")
+
+
+@pytest.mark.parametrize("suffix", ["png", "pdf", "svg"])
+def test_size_panels_and_texts_are_as_asked_and_repeated(folder, suffix):
+    path = folder / f"panels.{suffix}"
+    words = ("results", "plot", folder, "--x", "tasks.count", "--facet", "radio.loss", "--out", path)
+    output_of(*words, "--width", "6in", "--height", "2in", *TITLES)
+    view = view_in(path)
+    assert (view.facet, view.width, view.height) == ("radio.loss", 6.0, pytest.approx(2.0))
+    assert (view.title, view.xlabel, view.ylabel) == TITLES[1::2]
+    if suffix == "png":
+        with Image.open(path) as image:
+            assert image.size == (1200, 400)
+    assert f"{path}: the same, byte for byte" in output_of("reproduce", folder, "--figure", path)
+
+
+@pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (3, 3), (4, 2), (5, 3), (7, 3)])
+def test_panels_share_axes_and_label_them_outside(count, columns):
+    lines = {"dmmd": {5: SHARE, 40: SHARE}, "census": {5: SHARE, 40: SHARE}}
+    shown = Shown("tasks.count", "accuracy", "decision.strategy", facet="radio.loss")
+    drawn = draw_lines({k / 10: lines for k in range(count)}, shown)
+    axes = [ax for ax in drawn.axes if ax.get_visible()]
+    assert [ax.get_title() for ax in axes] == [
+        f"radio loss $p_\\mathrm{{loss}}$ = {k / 10:g}" for k in range(count)
+    ]
+    assert [bool(ax.get_ylabel()) for ax in axes] == [k % columns == 0 for k in range(count)]
+    assert [bool(ax.get_xlabel()) for ax in axes] == [k + columns >= count for k in range(count)]
+    named = [k for k, ax in enumerate(axes) if {text.get_text().strip() for text in ax.texts} >= set(lines)]
+    assert named == [columns - 1]
+
+
+def test_a_panel_needs_a_field_of_its_own_and_few_values(folder, tmp_path):
+    words = ("results", "plot", folder, "--x", "tasks.count", "--facet")
+    assert "choose another field that the sweep varies" in refused_in_a_line(*words, "tasks.count")
+    study = tmp_path / "study.toml"
+    study.write_text(
+        'runs = 1\n[scenario]\nrun = {steps = 1}\n[sweep]\n"tasks.count" = {range = [1, 13, 1]}\n'
+    )
+    output_of("sweep", study, "--out", tmp_path)
+    line = refused_in_a_line("results", "plot", tmp_path, "--x", "run.steps", "--facet", "tasks.count")
+    assert "has 13 values; must have at most 12; use --hue tasks.count, or sweep fewer values" in line

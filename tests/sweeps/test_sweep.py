@@ -38,7 +38,7 @@ from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study, study_of
 from feasibee.sweeps.schedule import Schedule, _piece_size, is_sure
 from feasibee.sweeps.schema import NAME, PLACES
 from feasibee.sweeps.sweep import Progress, sweep
-from feasibee.sweeps.table import shares_by_cell, shares_by_line, summaries
+from feasibee.sweeps.table import shares_by_line, summaries
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
 VARIED = {"tasks.count": [2, 5, 9], "decision.strategy": ["dmmd", "voter"]}
@@ -934,11 +934,11 @@ def test_a_figure_shows_all_runs_of_a_value(whole):
             point.found.counts["accuracy"] for point in points if point.row.values["tasks.count"] == tasks
         ]
         assert interval == wilson(sum(right), 48)
-    cells = shares_by_cell(points, "tasks.count", "decision.strategy", "undecided")
-    assert len(cells) == 6
+    cells = shares_by_line(points, "tasks.count", "decision.strategy", "undecided")
+    assert sum(map(len, cells.values())) == 6
     for point in points:
-        cell = (point.row.values["tasks.count"], point.row.values["decision.strategy"])
-        assert cells[cell] == wilson(point.found.counts["undecided"], 24)
+        cell = cells[point.row.values["decision.strategy"]]
+        assert cell[point.row.values["tasks.count"]] == wilson(point.found.counts["undecided"], 24)
     assert math.isnan(together([], "accuracy").estimate)
 
 

@@ -292,6 +292,10 @@ def _inches(context: click.Context, parameter: click.Parameter, text: str | None
     return inches
 
 
+_length = partial(option, metavar="LENGTH", callback=_inches)
+_words = partial(option, default="", show_default=False)
+
+
 @command(make=results.command)
 def plot(
     *,
@@ -310,11 +314,12 @@ def plot(
         click.Choice(["default", "journal"]),
         "default",
     ),
-    width: float | None = option(
-        "Width of a journal's column: 84mm, 8.4cm or 3.3in; by default 84mm.",
-        callback=_inches,
-        metavar="LENGTH",
-    ),
+    facet: str | None = _field("Field with one panel per value."),
+    width: float | None = _length("Width: 84mm, 8.4cm or 3.3in; with --style journal by default 84mm."),
+    height: float | None = _length("Height, such as 60mm."),
+    title: str = _words("Title above the figure."),
+    xlabel: str = _words("Label of the horizontal axis, instead of the field's name."),
+    ylabel: str = _words("Label of the vertical axis."),
 ) -> None:
     """Draw a sweep or study: lines with 95 % bands, or a heat map over two fields.
 
@@ -322,20 +327,25 @@ def plot(
     Examples:
       feasibee results plot --x tasks.count --hue decision.strategy
       feasibee results plot --x tasks.count --y radio.loss --out map.pdf
+      feasibee results plot --x tasks.count --facet radio.loss --width 7in --height 3in --title "Lossy radio"
       feasibee results plot --x tasks.count --style journal --width 84mm --out column.pdf
     """
     from feasibee.studies.sweep_figure import View, text_of
     from feasibee.sweeps.journal import Journal
     from feasibee.sweeps.table import summaries, varied
 
-    target, journal = out or folder / "plot.png", (width or COLUMN) if style == "journal" else 0.0
-    if width and not journal:
-        raise FeasibeeError("--width: is for --style journal; add it, or leave out --width")
+    target, journal = out or folder / "plot.png", style == "journal"
     if hue and y:
         raise FeasibeeError("--hue and --y: exclude each other; leave out one of them")
     with Journal(folder) as opened:
         found, about = summaries(opened), opened.about
-    view, varying = View(x, hue, y, show, journal), varied([each.row for each in found])
+    width = width or (COLUMN if journal else None)
+    view = View(x, show, hue, y, facet, journal, width, height, title, xlabel, ylabel)
+    if facet and facet in (x, hue, y):
+        raise FeasibeeError(
+            f"--facet {facet}: is already an axis; choose another field that the sweep varies"
+        )
+    varying = varied([each.row for each in found])
     points = view.drawable(found, folder)
     check_output(target, FIGURES, "--out")
     over = view.over(points, varying)

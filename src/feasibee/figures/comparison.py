@@ -1,4 +1,8 @@
-"""Figures of a comparison: right swarms against ratio, time and bits, calibration, delays, and service."""
+"""Figures of a comparison: right swarms against ratio, time and bits, calibration, delays, and service.
+
+``keep`` names contenders that are highlighted in any case, by default the first. ``before`` has the looks of
+contenders in another figure.
+"""
 
 from __future__ import annotations
 
@@ -65,8 +69,6 @@ def draw_against_ratio(
         What the share is of.
     wrong : mapping of str to sequence of Interval
         Shares of swarms in which a robot declared wrongly; those above 0 are marked by a cross.
-    before : mapping of str to Look, optional
-        Looks of contenders in another figure.
     """
     known = {name: np.array(share) for name, share in shares.items() if share is not None}
     means = {name: float(share[:, 0].mean()) for name, share in known.items()}
@@ -106,10 +108,6 @@ def draw_against_time(
     ----------
     shares : mapping of str to float64 array, shape (ratios, steps + 1)
         Shares by contender, from 0 to 1.
-    keep : sequence of str, optional
-        Contenders that are highlighted in any case; by default the first.
-    before : mapping of str to Look, optional
-        Looks of contenders in another figure.
     seconds : float, optional
         Length of a step in seconds, for a second axis.
     label : str
@@ -182,10 +180,6 @@ def draw_against_bits(
         some are 0.
     label : str
         What the share is of.
-    keep : sequence of str, optional
-        Contenders that are highlighted in any case; by default the first.
-    before : mapping of str to Look, optional
-        Looks of contenders in another figure.
     """
     points = {name: (cost, *(100 * each for each in accuracy)) for name, (cost, accuracy) in totals.items()}
     scores = {name: middle for name, (_, middle, _, _) in points.items()}
@@ -286,8 +280,6 @@ def draw_right_over_time(
         Share of the swarms that hold the truth of the step, by contender.
     infeasible : float64 array, shape (steps + 1,)
         Share of the runs whose tasks are infeasible, by step.
-    before : mapping of str to Look, optional
-        Looks of contenders in another figure.
     """
     means = {name: float(share.mean()) for name, share in shares.items()}
     found = looks(means, None, before)
@@ -319,8 +311,6 @@ def draw_delay_against_bits(
         front are highlighted, and the first.
     steps : int
         Number of steps of a run.
-    before : mapping of str to Look, optional
-        Looks of contenders in another figure.
     """
     known = {name: -float(each.median) for name, (_, each) in contenders.items() if each.median is not None}
     never = 1.15 * max([*(each.q75 or each.median or 0 for _, each in contenders.values()), 10])
@@ -347,8 +337,6 @@ def draw_service(judged: Mapping[str, Judgement], *, before: Mapping[str, Look] 
     ----------
     judged : mapping of str to Judgement
         By contender, all on the same tasks.
-    before : mapping of str to Look, optional
-        Looks of contenders in another figure.
     """
     shares = {name: each.own.feasible_share.estimate for name, each in judged.items()}
     found = looks(shares, list(shares)[: len(PALETTE)], before)

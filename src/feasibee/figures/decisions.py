@@ -136,7 +136,7 @@ def draw_opinion_panels(
     until : int
         Last step to show.
     """
-    shape, labels = (6.4, 0.7, 1.55), ("time (steps)", "opinion feasible (% of robots)")
+    shape, labels = (6.4, 0.7, 1.55), ("time (steps)", "opinion feasible\n(% of robots)")
     with small_multiples(len(bands), 3, shape, *labels) as (drawn, grid):
         for ax, (title, (low, median, high)), colour in zip(grid, bands.items(), colours, strict=True):
             for other in bands.values():
@@ -283,7 +283,7 @@ def draw_panels(panels: Sequence[Panel]) -> Figure:
             ax.axvline(panel.tip, label="infeasible to its left", **tip)
             _draw_rates(ax, panel.ratios, panel.rates, markersize=2.4, linewidth=0.9, elinewidth=0.7)
             ax.set(ylim=(-3, 103), yticks=(0, 25, 50, 75, 100))
-            robots_per_task(ax, (0.1, 0.5, 1, 2, 10), label="")
+            robots_per_task(ax, (0.1, 0.5, 1, 2, 10), ax.get_xlabel())
             ax.set_title(panel.title, fontsize=8.5)
             ax.tick_params(labelsize=8)
         handles, labels = grid[0].get_legend_handles_labels()

@@ -11,13 +11,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.transforms import Bbox, Transform, blended_transform_factory, offset_copy
+from matplotlib.transforms import Bbox, blended_transform_factory, offset_copy
 from numpy.typing import NDArray
 
 from feasibee.figures.style import GREY, PLAIN, Look, text_colour
 
 SIZE: Final = 8.0
 """Size of labels, in points."""
+TEXT: Final[Any] = {"va": "center", "fontsize": SIZE, "annotation_clip": False}
 GAP: Final = 1.3 * SIZE
 """Least distance between two labels, from baseline to baseline, in points."""
 SPACE: Final = 16.0
@@ -41,18 +42,12 @@ def label_ends(
 ) -> None:
     """Write names to the right of the axes, each joined to the end of its line; name grey lines below.
 
-    Call it after all else is drawn.
+    Call it after all else is drawn. Of lines that end in one place, that with the larger score is on top.
 
     Parameters
     ----------
-    ax : Axes
-        With its final limits.
     ends : mapping of str to pair of float
         The last point of each line, by name; those of grey lines aren't used.
-    looks : mapping of str to Look
-        How the lines are drawn.
-    scores : mapping of str to float
-        Which of several lines that end in the same place is named above the others: the larger one.
     markers : bool
         Whether the lines have markers. The names then have them, too; otherwise the lines reach the edge of
         the axes, and a piece of the line leads from there to the name.
@@ -74,48 +69,24 @@ def label_ends(
     heights = spread(wanted, GAP * scale, box.y0, box.y1)
     side = offset_copy(blended_transform_factory(ax.transAxes, ax.transData), figure, SPACE, 0, "points")
     for name, height in zip(names, heights, strict=True):
-        place = (1.0, float(inverse.transform((0, height))[1]))
-        _label_end(ax, name, ends[name], place, side, looks[name], markers)
-
-
-def _label_end(
-    ax: Axes,
-    name: str,
-    end: tuple[float, float],
-    place: tuple[float, float],
-    side: Transform,
-    look: Look,
-    markers: bool,
-) -> None:
-    """Write a name at a place to the side of the axes, and join it to the end of its line."""
-    if markers:
-        start, frame = end, ax.transData
-        joint: dict[str, Any] = {"color": GREY, "linewidth": 0.5}
-        ax.plot(*place, look.marker, color=look.colour, markersize=4, transform=side, clip_on=False)
-    else:
-        start, frame = (1.0, end[1]), blended_transform_factory(ax.transAxes, ax.transData)
-        joint = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.0}
-    ax.annotate(
-        f"  {name}",
-        start,
-        place,
-        frame,
-        side,
-        va="center",
-        fontsize=SIZE,
-        color=text_colour(look.colour),
-        annotation_clip=False,
-        arrowprops={"arrowstyle": "-", "shrinkA": 0, "shrinkB": 2, "relpos": (0, 0.5), **joint},
-    )
+        place, look = (1.0, float(inverse.transform((0, height))[1])), looks[name]
+        start, frame, joint = ends[name], ax.transData, {"color": GREY, "linewidth": 0.5}
+        if markers:
+            ax.plot(*place, look.marker, color=look.colour, markersize=4, transform=side, clip_on=False)
+        else:
+            start, frame = (1.0, start[1]), blended_transform_factory(ax.transAxes, ax.transData)
+            joint = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.0}
+        arrow = {"arrowstyle": "-", "shrinkA": 0, "shrinkB": 2, "relpos": (0, 0.5), **joint}
+        colour = text_colour(look.colour)
+        ax.annotate(f"  {name}", start, place, frame, side, arrowprops=arrow, color=colour, **TEXT)
 
 
 def _name_others(figure: Figure, grey: Sequence[str]) -> None:
     """Write below a figure which lines are grey, if any."""
     if grey:
         width = int(figure.get_figwidth() * 72 / (0.53 * (SIZE - 1)))
-        text = textwrap.fill(
-            f"grey: {', '.join(grey)}", width, break_long_words=False, break_on_hyphens=False
-        )
+        whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
+        text = textwrap.fill(f"grey: {', '.join(grey)}", width, **whole)
         figure.supxlabel(text, x=0.01, ha="left", fontsize=SIZE - 1, color="0.4")
 
 

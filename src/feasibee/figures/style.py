@@ -145,17 +145,23 @@ def figure(
 
 @contextmanager
 def small_multiples(
-    count: int, columns: int, size: tuple[float, float, float], xlabel: str, ylabel: str
+    count: int,
+    columns: int,
+    size: tuple[float, float, float],
+    xlabel: str,
+    ylabel: str,
+    journal: float = 0.0,
 ) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Yield a figure of panels that share axes; ``size`` has its width, and heights: head, row."""
+    """Yield a figure of panels with labels at its edges; ``size`` has its width, and heights: head, row."""
     rows, (width, above, each) = -(-count // columns), size
     shape: dict[str, Any] = {"sharex": True, "sharey": True, "squeeze": False}
-    with figure(width, above + each * rows, columns, rows, **shape) as (drawn, grid):
+    with figure(width, above + each * rows, columns, rows, journal, **shape) as (drawn, grid):
+        for place, ax in enumerate(grid.flat):
+            lowest = place + columns >= count
+            ax.set_visible(place < count)
+            ax.tick_params(labelbottom=lowest)
+            ax.set(xlabel=xlabel if lowest else "", ylabel="" if place % columns else ylabel)
         yield drawn, list(grid.flat[:count])
-        for ax in grid.flat[count:]:
-            ax.set_visible(False)
-        drawn.supylabel(ylabel, fontsize=9)
-        drawn.supxlabel(xlabel, fontsize=9)
 
 
 def name_of_axis(path: str, journal: float = 0.0, unit: str | None = None) -> str:

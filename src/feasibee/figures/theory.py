@@ -138,13 +138,8 @@ def _draw_states(ax: Axes, values: Sequence[Any], found: Sequence[Prediction]) -
     for name, end in (("infeasible", 0), ("feasible", -1)):
         ends = [100 * each.along.holders[end, 0] / each.scenario.robots.count for each in found]
         ax.plot(values, ends, color=COLOURS[name], linewidth=1.5)
-        note(
-            ax,
-            f"all {name}",
-            (values[0], ends[0]),
-            (2, 7 if end == 0 else -7),
-            color=text_colour(COLOURS[name]),
-        )
+        offset = (2, 7 if end == 0 else -7)
+        note(ax, f"all {name}", (values[0], ends[0]), offset, color=text_colour(COLOURS[name]))
     if np.isfinite(tips).any():
         first = int(np.flatnonzero(np.isfinite(tips))[0])
         note(ax, "tipping point", (values[first], tips[first]), (2, 8))

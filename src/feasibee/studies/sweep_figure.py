@@ -10,9 +10,11 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
+from urllib.parse import quote, unquote
 
 from feasibee.errors import FeasibeeError
+from feasibee.figures.sweep import Shown, draw_lines, draw_maps
 from feasibee.model.outcomes import ACTS, CHANGES
 from feasibee.results.measures import MEASURES
 from feasibee.scenario.comments import meaning_of
@@ -21,9 +23,9 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import outside, symbol_of
 from feasibee.sweeps.table import (
     Summary,
+    by_value,
     leaves,
     pooled_fields,
-    shares_by_cell,
     shares_by_line,
     value_of,
 )
@@ -33,28 +35,14 @@ if TYPE_CHECKING:
 
 MARK = "feasibee results plot "
 """What stands in a figure's file before the table of what it shows."""
-WIDTHS = 2.0, 20.0
-"""Least and largest width of a journal's column, in inches."""
+WIDTHS = 1.0, 20.0
+"""Least and largest width and height of a figure, in inches."""
+MOST_PANELS = 12
+"""Largest number of panels of a figure."""
 
 
-class View(NamedTuple):
-    """What a figure of a sweep shows."""
-
-    x: str
-    """Field along the horizontal axis."""
-    hue: str | None
-    """Field with one line per value."""
-    y: str | None
-    """Field along the vertical axis of a heat map."""
-    show: str
-    """Name of the measure."""
-    journal: float
-    """Width in inches of a journal's column; 0 for the default style."""
-
-    @property
-    def axes(self) -> list[str]:
-        """The fields that it shows, that of the horizontal axis first."""
-        return [field for field in (self.x, self.hue, self.y) if field]
+class View(Shown):
+    """What a figure of a sweep shows, and how to draw it."""
 
     def drawable(self, found: Sequence[Summary], folder: Path) -> list[Summary]:
         """Return the points that have runs and the measure; raise an error without any."""
@@ -78,29 +66,32 @@ class View(NamedTuple):
         """Draw the figure into a file, which says what it shows."""
         from feasibee.figures.style import JOURNAL, STYLE, save_figure
 
-        made = MARK + json.dumps(self._asdict())
+        made = MARK + quote(json.dumps(self._asdict()), safe=":,")  # letters that all formats keep
         save_figure(self._drawn(points, over), path, JOURNAL if self.journal else STYLE, made)
 
     def _drawn(self, points: Sequence[Summary], over: Sequence[str]) -> Figure:
-        from feasibee.figures.sweep import draw_lines, draw_map
-
         titled = () if self.journal else over  # the caption says it
-        x, hue, y, show, journal = self
         scenario, *others = (each.row.scenario for each in points)
         alike = scenario if all(each.units == scenario.units for each in others) else Scenario()
-        axes = {path: outside(alike, dimension_of(path)) for path in self.axes}
-        units = {path: unit for path, (unit, _) in axes.items()}
-        sizes = {path: size for path, (_, size) in axes.items()}
-        if y:
-            return draw_map(shares_by_cell(points, x, y, show, sizes), x, y, show, titled, journal, units)
-        return draw_lines(shares_by_line(points, x, hue, show, sizes), x, hue, show, titled, journal, units)
+        shown = {path: outside(alike, dimension_of(path)) for path in self.axes}
+        sizes = {path: size for path, (_, size) in shown.items()}
+        groups = by_value(points, self.facet, sizes)
+        if len(groups) > MOST_PANELS:
+            rule = f"has {len(groups)} values; must have at most {MOST_PANELS}; use --hue {self.facet}"
+            raise FeasibeeError(f"--facet {self.facet}: {rule}, or sweep fewer values")
+        rows = self.y or self.hue
+        panels = {
+            value: shares_by_line(each, self.x, rows, self.show, sizes) for value, each in groups.items()
+        }
+        units = {path: unit for path, (unit, _) in shown.items()}
+        return (draw_maps if self.y else draw_lines)(panels, self, titled, units)
 
 
 def view_in(path: Path) -> View | None:
     """Return what the figure in a file shows; None if it isn't that of a sweep."""
-    found = re.search(re.escape(MARK).encode() + rb"(\{[^{}]*\})", path.read_bytes())
+    found = re.search(re.escape(MARK).encode() + rb"([\w%:,.~-]+)", path.read_bytes())
     try:
-        view = View(**json.loads(found[1])) if found else None
+        view = View(**json.loads(unquote(found[1].decode()))) if found else None
     except (TypeError, ValueError):
         return None
     return view if view is not None and _is_valid(view) else None
@@ -108,9 +99,11 @@ def view_in(path: Path) -> View | None:
 
 def _is_valid(view: View) -> bool:
     low, high = WIDTHS
-    fields = isinstance(view.x, str) and all(isinstance(each, str | None) for each in (view.hue, view.y))
-    width = isinstance(view.journal, float) and (view.journal == 0 or low <= view.journal <= high)
-    return fields and width and isinstance(view.show, str) and view.show in MEASURES
+    texts = view.show, *view.axes, view.title, view.xlabel, view.ylabel
+    fields = all(isinstance(each, str) for each in texts) and isinstance(view.journal, bool)
+    sizes = [each for each in (view.width, view.height) if each is not None]
+    fits = all(isinstance(each, float) and low <= each <= high for each in sizes)
+    return fields and fits and view.show in MEASURES
 
 
 def text_of(view: View, points: Sequence[Summary], varying: Sequence[str], about: Mapping[str, str]) -> str:

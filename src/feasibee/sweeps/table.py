@@ -127,23 +127,23 @@ def shares_by_line(
     points: Sequence[Summary], x: str, hue: str | None, show: str, sizes: Mapping[str, float] = UNSCALED
 ) -> dict[Any, dict[Any, Interval]]:
     """Return a measure by value of ``hue``, then by value of ``x``; fields in ``sizes`` are multiplied."""
-    lines: dict[Any, list[Summary]] = {}
-    for each in points:
-        lines.setdefault(_shown_value(each, hue, sizes) if hue else "", []).append(each)
     return {
-        line: {value: share for (value, _), share in shares_by_cell(group, x, x, show, sizes).items()}
-        for line, group in lines.items()
+        line: {
+            value: together([each.found for each in part], show)
+            for value, part in by_value(group, x, sizes).items()
+        }
+        for line, group in by_value(points, hue, sizes).items()
     }
 
 
-def shares_by_cell(
-    points: Sequence[Summary], x: str, y: str, show: str, sizes: Mapping[str, float] = UNSCALED
-) -> dict[tuple[Any, Any], Interval]:
-    """Return a measure by value of ``x`` and value of ``y``; fields in ``sizes`` are multiplied."""
-    cells: dict[tuple[Any, Any], list[Measured]] = {}
+def by_value(
+    points: Sequence[Summary], path: str | None, sizes: Mapping[str, float] = UNSCALED
+) -> dict[Any, list[Summary]]:
+    """Return the points by their value of a field; all of them as one group without a field."""
+    groups: dict[Any, list[Summary]] = {}
     for each in points:
-        cells.setdefault((_shown_value(each, x, sizes), _shown_value(each, y, sizes)), []).append(each.found)
-    return {cell: together(group, show) for cell, group in cells.items()}
+        groups.setdefault(_shown_value(each, path, sizes) if path else "", []).append(each)
+    return groups
 
 
 def _shown_value(point: Summary, path: str, sizes: Mapping[str, float]) -> Any:
