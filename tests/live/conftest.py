@@ -19,7 +19,7 @@ from feasibee.engine.compile import on_compile
 from feasibee.live import server
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.world.build import WASM
-from feasibee.live.world.lowering import events_of, numbers_of, place_of
+from feasibee.live.world.lowering import numbers_of, place_of
 from feasibee.simulation import loading
 from feasibee.simulation.loading import load_engine
 
@@ -129,7 +129,11 @@ def play(node):
         cases = [
             {
                 "numbers": list(numbers_of(scenario).values()),
-                "events": [number for event in events_of(scenario) for number in event],
+                "events": [
+                    number
+                    for event in sorted(scenario.events, key=lambda event: event.step)
+                    for number in (event.step, event.tasks, event.robots)
+                ],
                 "place": place_of(scenario),
                 "seed": str(seed),
                 "run": run,

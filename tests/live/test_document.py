@@ -36,7 +36,7 @@ def test_the_page_begins_with_the_scenario(tmp_path):
     assert (said.exit_code, said.stdout) == (0, f"Wrote {out}\n")
     found = given(out.read_text("utf-8"))
     assert found["name"] == "mine.toml"
-    assert found["threshold"] == ["4", "5"]
+    assert found["threshold"] == 0.8
     assert found["settings"] == {
         "robots": 7,
         "tasks": 9,

@@ -19,17 +19,14 @@ from feasibee.live.prediction import prediction_of
 from feasibee.live.scene import scene_of
 from feasibee.live.world.build import WASM, compile_world
 from feasibee.live.world.lowering import (
-    EVENT,
     ROBOTS_LIMIT,
     TASKS_LIMIT,
     check_scenario,
-    events_of,
     numbers_of,
     place_of,
     strategies_of,
     variants_of,
 )
-from feasibee.model.codes import exact
 from feasibee.scenario.plugins import rule_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -91,7 +88,7 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
     Raise a ScenarioError if a page can't simulate the scenario, with all reasons.
     """
     check_scenario(scenario)
-    threshold, variants = exact(scenario.decision.threshold), list(variants)
+    variants = list(variants)
     return {
         "version": version("feasibee"),
         "toml": scenario.to_toml(),
@@ -106,7 +103,7 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
             }
             for each in variants
         ],
-        "threshold": [str(threshold.numerator), str(threshold.denominator)],
+        "threshold": scenario.decision.threshold,
         "most": {"robots": ROBOTS_LIMIT, "tasks": TASKS_LIMIT},
         "settings": {
             "robots": scenario.robots.count,
@@ -114,7 +111,7 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
             "strategy": variants.index(scenario),
             "seed": str(runs.seed),
             "run": runs.first,
-            "events": [dict(zip(EVENT, each, strict=True)) for each in events_of(scenario)],
+            "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
         },
         "lengths": {**scene_of(scenario), "units": fixed(max(scenario.arena.size), unit_of(scenario))},
         "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},

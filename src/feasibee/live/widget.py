@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError, Problem, ScenarioError, how_to_install
+from feasibee.errors import FeasibeeError, Problem, how_to_install
 from feasibee.live.lane import ROOM, Lane
 from feasibee.live.messages import encode_frame, encode_tasks, problems_of
 from feasibee.live.page import joined
@@ -47,7 +47,7 @@ class Arena(anywidget.AnyWidget):
     speed : int
         Steps per second, 1 to 3000.
     changes : dict
-        What its sliders have changed, by dotted path; `Scenario.replace` takes them.
+        What its sliders have changed, by dotted path; ``scenario.replace(arena.changes)`` has them, too.
 
     Raises
     ------
@@ -84,7 +84,7 @@ class Arena(anywidget.AnyWidget):
                 opens = name not in self._lanes
                 try:
                     lane = self._lane_at(name, step, asked.get("changes"))
-                except ScenarioError as error:
+                except FeasibeeError as error:
                     self.send({"swarm": name, "problems": problems_of(error)["problems"]})
                     return
                 swarm, is_there = lane.swarm, 0 <= robot < lane.swarm.present.size

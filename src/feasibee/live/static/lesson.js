@@ -7,7 +7,7 @@ import { Recording } from "./recording.js";
 import { drawRuns, RUNS, Swarms } from "./swarms.js";
 import { coloursOf, startTheme } from "./theme.js";
 import { decisionOf, shareOf } from "./words.js";
-import { neededOf, worldsOf } from "./world.js";
+import { worldsOf } from "./world.js";
 
 /** @import { Frame } from "./frames.js" */
 /** @import { Given } from "./world.js" */
@@ -148,8 +148,7 @@ class Figure {
     if (!rests) return;
     this.canvas.ariaLabel = `Arena. ${this.now.textContent}`;
     if (this.predicted === null || !player.ended || asked.asks === "share") return;
-    const needed = neededOf(asked.threshold, recording.settings.robots);
-    if (asked.asks === "decision") this.tell(recording.decision, decisionOf(recording, frame, needed).text);
+    if (asked.asks === "decision") this.tell(recording.decision, decisionOf(recording, frame).text);
     else {
       const seen = this.seen(recording);
       this.tell(seen, `It had ${seen} of the ${recording.taskX.length} tasks in sight.`);

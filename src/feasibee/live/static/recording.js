@@ -28,6 +28,8 @@ export class Recording {
     /** @type {number[]} */
     this.missing = []; // robots without which the tasks aren't feasible, at each step
     /** @type {number[]} */
+    this.needed = []; // robots that must hold an opinion for the swarm to have decided, likewise
+    /** @type {number[]} */
     this.feasible = [];
     /** @type {number[]} */
     this.infeasible = [];
@@ -75,7 +77,8 @@ export class Recording {
 
   record() {
     const { world, known, steps } = this,
-      { world_feasible, world_infeasible, world_decision, world_missing, world_there } = world.exports,
+      { world_feasible, world_infeasible, world_decision, world_missing, world_needed, world_there } =
+        world.exports,
       isSame = known >= 0 && !this.settings.events.some((each) => each.step === known + 1);
     this.steps.push({
       x: world.places("world_x"),
@@ -87,6 +90,7 @@ export class Recording {
       decision: world_decision(),
     });
     this.missing.push(world_missing());
+    this.needed.push(world_needed());
     this.feasible.push(world_feasible());
     this.infeasible.push(world_infeasible());
     this.counted.push(world_there());

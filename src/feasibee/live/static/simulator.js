@@ -13,7 +13,7 @@ import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
 import { listenToCopy, scenarioOf } from "./touching.js";
 import { decisionOf, questionOf } from "./words.js";
-import { neededOf, worldsOf } from "./world.js";
+import { worldsOf } from "./world.js";
 
 /** @import { Prediction } from "./curve.js" */
 /** @import { Frame } from "./frames.js" */
@@ -35,10 +35,8 @@ class Page {
    * @param {World[]} worlds Two.
    */
   constructor(given, [world, other]) {
-    const [part, whole] = given.threshold;
     this.given = given;
     this.world = world;
-    this.threshold = Number(part) / Number(whole);
     this.shades = coloursOf();
     this.arena = new Arena(canvasOf("arena"), this.shades, () => this.player.wake());
     this.seek = /** @type {HTMLInputElement} */ ($("seek"));
@@ -148,12 +146,11 @@ class Page {
     for (const [id, count] of Object.entries({ feasible, infeasible, none }))
       $(id).textContent = formatted(count);
     $("none-row").hidden = $("legend-undecided").hidden = !none;
-    const needed = neededOf(this.given.threshold, there),
-      { right, text } = decisionOf(recording, frame, needed);
+    const { right, text } = decisionOf(recording, frame);
     $("verdict").dataset.verdict = right === null ? "" : right ? "right" : "wrong";
     $("decision").textContent = text;
     if (right !== null && this.said !== text) announce((this.said = text));
-    drawCurve(canvasOf("curve"), recording, frame.step, this.threshold, this.shades, this.prediction);
+    drawCurve(canvasOf("curve"), recording, frame.step, this.given.threshold, this.shades, this.prediction);
     if (rests || frame.step % 50 === 0) this.describe(frame);
   }
 

@@ -56,11 +56,10 @@ export function doneOf({ robots, tasks, standing, done, allTakenStep, step }, la
 
 /**
  * The swarm's decision and whether it is right; in a world that changes, that of this step.
- * @param {{decision: number, decisionStep: number, last: number, missing: number[], changes: boolean}} recording
+ * @param {{decision: number, decisionStep: number, last: number, missing: number[], needed: number[], changes: boolean}} recording
  * @param {{step: number, feasible: number, infeasible: number, decision: number}} frame
- * @param {number} needed
  */
-export function decisionOf({ decision, decisionStep, last, missing, changes }, frame, needed) {
+export function decisionOf({ decision, decisionStep, last, missing, needed, changes }, frame) {
   const [held, at] = changes ? [frame.decision, frame.step] : [decision, decisionStep];
   if (held >= 0 && at <= frame.step) {
     const right = held === Number(missing[at] === 0),
@@ -74,7 +73,10 @@ export function decisionOf({ decision, decisionStep, last, missing, changes }, f
   const most = Math.max(frame.feasible, frame.infeasible),
     ended =
       frame.step >= last ? `The run ended at step ${last.toLocaleString("en")} without a decision.` : "";
-  return { right: null, text: ended || `Not decided yet: ${most} of the ${needed} robots needed agree.` };
+  return {
+    right: null,
+    text: ended || `Not decided yet: ${most} of the ${needed[frame.step]} robots needed agree.`,
+  };
 }
 
 /**

@@ -10,7 +10,7 @@
  * @property {CompressedPlace | null} place
  * @property {{name: string, rule: string, declares: boolean, fixed: string, numbers: Record<string, number>}[]} strategies
  *   fixed: why events can't change its world; numbers: in the order of world.c.
- * @property {[string, string]} threshold Numerator and denominator.
+ * @property {number} threshold
  * @property {{robots: number, tasks: number}} most
  * @property {Settings} settings
  * @property {import("./arena.js").World & {units: number}} lengths
@@ -79,15 +79,6 @@ export async function givePlace({ memory, world_place, world_cells }, { numbers,
   for (let kind = 0; kind < kinds; kind++)
     for (let k = 0; k < count; k++) kept[k] |= ((bytes[kind * plane + (k >> 3)] >> (k & 7)) & 1) << kind;
   kept.set(bytes.subarray(kinds * plane), count);
-}
-
-/**
- * Return how many robots must hold an opinion for the swarm to have decided: strictly more than the share.
- * @param {Given["threshold"]} threshold
- * @param {number} robots
- */
-export function neededOf([part, whole], robots) {
-  return Number((BigInt(part) * BigInt(robots)) / BigInt(whole)) + 1;
 }
 
 export class World {

@@ -25,21 +25,15 @@ from feasibee.strategies.contract import Strategy
 
 TURN: Final = 2**32
 ROBOTS_LIMIT: Final = 200
-"""Most robots in a page."""
 TASKS_LIMIT: Final = 400
-"""Most tasks in a page."""
 EVENTS_LIMIT: Final = 1000
-"""Most events of a run, as in a scenario."""
-EVENT: Final = ("step", "tasks", "robots")
-"""Fields of an event that a page simulates, in the order of world.c."""
 STEPS_LIMIT: Final = 10_000
-"""Most steps of a run in a page."""
+"""Most robots, tasks, events and steps of a run in a page."""
 WORDS_LIMIT: Final = 10_000
 """Most words that a robot knows in a page, and most words of a message."""
 CELLS_LIMIT: Final = 512 * 512
-"""Most cells of a place in a page."""
 PIECES_LIMIT: Final = 255
-"""Most pieces in which robots can be placed in a page."""
+"""Most cells of a place in a page, and most pieces in which robots can be placed."""
 CELL_BITS: Final = ("wall", "passable", "robots_zone", "tasks_zone")
 """Bits of a cell in place.h, from the lowest on."""
 MOST: Final = {
@@ -156,12 +150,6 @@ def _cells(scenario: Scenario, ground: Ground) -> bytes:
 def _places_robots(ground: Ground) -> NDArray[np.bool_]:
     """Return whether robots may be placed in each piece, from number 0 on, no piece."""
     return np.diff(ground.robots.first) > 0
-
-
-def events_of(scenario: Scenario) -> list[list[int]]:
-    """Return the events in the order in which they happen, each with the numbers of `EVENT`."""
-    ordered = sorted(scenario.events, key=lambda event: event.step)
-    return [[getattr(event, name) for name in EVENT] for event in ordered]
 
 
 def _halves(name: str, number: int) -> dict[str, float]:

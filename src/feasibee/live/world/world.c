@@ -25,7 +25,7 @@ enum number {
     WHOLE_HIGH, WHOLE_LOW, EVENTS, NUMBERS
 };
 
-/* An event: its step, and how many tasks and robots come, or go if negative (model.md 6.17); as EVENT in lowering.py. */
+/* An event: its step, and how many tasks and robots come, or go if negative (model.md 6.17); as in world.js. */
 enum event { STEP, TASKS_MORE, ROBOTS_MORE, EVENT };
 
 /* Bits of a robot's flags, as FLAGS in simulation/snapshot.py; a test compares them. */
