@@ -11,12 +11,12 @@ import tempfile
 import tomllib
 from pathlib import Path
 
-from feasibee.figures.sweep import draw_map
+from feasibee.figures.sweep import Shown, draw_maps
 from feasibee.sweeps import executors
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import study_of
 from feasibee.sweeps.sweep import sweep
-from feasibee.sweeps.table import shares_by_cell, summaries
+from feasibee.sweeps.table import shares_by_line, summaries
 
 STUDY = """
 runs = 200
@@ -33,7 +33,8 @@ with tempfile.TemporaryDirectory() as folder:
     with Journal(folder) as journal:
         points = summaries(journal)
 x, y = "tasks.count", "sensing.range"
-figure = draw_map(shares_by_cell(points, x, y, "accuracy"), x, y, "accuracy")
+panels = {"": shares_by_line(points, x, y, "accuracy")}
+figure = draw_maps(panels, Shown(x, "accuracy", y=y))
 
 # %%
 # The step by which half of the swarms had decided, with 100 tasks:
