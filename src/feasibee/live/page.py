@@ -127,14 +127,10 @@ def wasm_of(scenario: Scenario) -> str:
         return base64.b64encode(out.read_bytes()).decode()
 
 
-def joined(name: str) -> str:
+def joined(name: str, seen: set[str] | None = None) -> str:
     """Return a module and all that it imports as one text, for what can't import; keep its default export."""
-    return "\n".join(_texts(name, set()))
-
-
-def _texts(name: str, seen: set[str]) -> list[str]:
-    """Return the texts of modules not seen before, each after those that it imports."""
+    seen = set() if seen is None else seen  # names of the modules before it
     seen.add(name)
     text = _text(f"{name}.js")
-    before = [part for each in IMPORTED.findall(text) if each not in seen for part in _texts(each, seen)]
-    return [*before, re.sub(r"(?m)^export (?!default)", "", IMPORTED.sub("", text))]
+    before = [joined(each, seen) for each in IMPORTED.findall(text) if each not in seen]
+    return "\n".join([*before, re.sub(r"(?m)^export (?!default)", "", IMPORTED.sub("", text))])

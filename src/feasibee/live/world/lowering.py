@@ -19,11 +19,10 @@ from feasibee.robot.given import numbers_of as given_numbers
 from feasibee.scenario.ground import Ground, ground_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import PAGE, unsupported
-from feasibee.simulation.lowering import fixed, probability, squared, unit_of
+from feasibee.simulation.lowering import TURN, fixed, probability, squared, unit_of
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy
 
-TURN: Final = 2**32
 ROBOTS_LIMIT: Final = 200
 TASKS_LIMIT: Final = 400
 EVENTS_LIMIT: Final = 1000
