@@ -22,6 +22,7 @@ version = release = installed("feasibee")
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.viewcode",
     "numpydoc",
     "sphinx_copybutton",
     "sphinx_gallery.gen_gallery",
@@ -77,12 +78,14 @@ sphinx_gallery_conf = {
 
 html_theme = "furo"
 html_title = f"feasibee {version}"
-html_logo = html_favicon = "../src/feasibee/live/static/icon.svg"
-html_static_path = ["_static"]
+html_favicon = ICON = "../src/feasibee/live/static/icon.svg"
+html_static_path = ["_static", ICON]
 html_css_files = ["site.css"]
 html_show_sphinx = False
 html_copy_source = False
 html_theme_options = {
+    "light_logo": Path(ICON).name,
+    "dark_logo": "icon-dark.svg",
     "light_css_variables": {"color-brand-primary": "#0060a0", "color-brand-content": "#0060a0"},
     "dark_css_variables": {"color-brand-primary": "#6cb8ee", "color-brand-content": "#6cb8ee"},
 }

@@ -37,7 +37,7 @@ figure = draw_against_time(shares)
 # %%
 # Broadcast sightings carry no error through the swarm. But a robot with misleading sightings broadcasts them,
 # and some of its neighbours follow. When more than 90 % first agree, they are right, but the agreement
-# doesn't last. :doc:`/add-a-strategy` has a variant without this fault, and the contract in full.
+# doesn't last. :doc:`/add-a-strategy` has a variant without this fault, and links the contract.
 
 for each in (dmmd, herald):
     print(f"{each.contender}: first {each.first.estimate:.2f}, at the end {each.accuracy.estimate:.2f}")

@@ -265,7 +265,7 @@ def test_what_cannot_be_checked_is_told(here, name, words):
 
 # --- As the page says ---
 
-PAGE = Path(__file__).parents[2] / "docs" / "add-a-strategy.md"
+PAGE = Path(__file__).parents[2] / "docs" / "strategy-robots.md"
 
 
 def steps_of(heading):

@@ -11,7 +11,7 @@ Edit this file, then:
   feasibee check {file}                          what it needs, sends and takes, and how often it is right
   feasibee run --set decision.strategy={file}    simulate it
   feasibee header {file} > feasibee.h            its controller in C, for a robot
-docs/add-a-strategy.md explains each function.
+docs/strategy-contract.md explains each function.
 """
 '''
 _OPINIONS: Final = '''
