@@ -60,6 +60,7 @@ sphinx_gallery_conf = {
     "examples_dirs": "../examples/gallery",
     "gallery_dirs": "gallery",
     "filename_pattern": r"/plot_",
+    "thumbnail_size": (800, 560),  # pixels: twice as many as are shown
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("figures", "matplotlib"),
     "abort_on_example_error": False,  # report all failures; each is a warning, which is an error

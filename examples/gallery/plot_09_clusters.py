@@ -24,10 +24,10 @@ worlds = {
 rates = [accuracy(feasibee.simulate(world, runs=400, seed=1).decision, False) for world in worlds.values()]
 middle, low, high = 100 * np.array(rates).T
 
-_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), layout="constrained", width_ratios=(1, 1.2))
+_, (left, right) = plt.subplots(1, 2, figsize=(6.8, 3.2), layout="constrained", width_ratios=(1, 1.2))
 feasibee.plot_arena(feasibee.Swarm(worlds["tasks in three clusters"], seed=1), left)
 left.get_legend().remove()
 right.errorbar(middle, range(4), xerr=(middle - low, high - middle), fmt="o", color="#0072B2", capsize=3)
 right.set_yticks(range(4), list(worlds))
-right.set(xlabel="swarms that decide infeasible, which is right (%)", xlim=(0, 100), ylim=(3.5, -0.5))
+right.set(xlabel="swarms that rightly\ndecide infeasible (%)", xlim=(0, 100), ylim=(3.5, -0.5))
 right.axvline(50, color="0.8", zorder=0)

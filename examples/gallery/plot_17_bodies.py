@@ -153,7 +153,7 @@ for contact in ("deflect", "stand"):
     moved = [motion(track_of(world, run)) for run in range(40)]
     found[f"feasibee, {contact}"] = (decided, float((results.decision == 1).mean()), moved)
 
-_, (left, right) = plt.subplots(1, 2, figsize=(8.6, 3.8), layout="constrained", width_ratios=(1.6, 1))
+_, (left, right) = plt.subplots(1, 2, figsize=(6.8, 3.2), layout="constrained", width_ratios=(1.6, 1))
 grid = np.arange(0, 601)
 for (name, (decided, feasible, moved)), colour in zip(
     found.items(), ("0.2", "#0072B2", "#D55E00"), strict=True

@@ -14,7 +14,7 @@ import numpy as np
 import feasibee
 
 SEED = 1
-figure, (left, right) = plt.subplots(1, 2, figsize=(8, 4), layout="constrained")
+figure, (left, right) = plt.subplots(1, 2, figsize=(6.8, 4), layout="constrained")
 for start, style in ((40, "-"), (0, "--")):
     scenario = feasibee.Scenario(acting={"start": start}, run={"stop_when_taken": True, "steps": 2000})
     runs = feasibee.simulate(scenario, runs=200, seed=SEED)
@@ -24,5 +24,5 @@ for start, style in ((40, "-"), (0, "--")):
 swarm = feasibee.Swarm(feasibee.Scenario(acting={"start": 40}), seed=SEED)
 swarm.advance(43)
 feasibee.plot_arena(swarm, ax=left)
-right.set(xlabel="step", ylabel="swarms whose tasks are all taken (%)", xlim=(0, 600), ylim=(0, 100))
+right.set(xlabel="step", ylabel="swarms with all tasks taken (%)", xlim=(0, 600), ylim=(0, 100))
 right.legend(loc="lower right")
