@@ -71,7 +71,7 @@ const SHAPE = `<style>
   .undecided i { color: var(--undecided); transform: scale(0.7); }
   p, dl, dd { margin: 2px 0 0; }
   summary { cursor: pointer; margin-top: 6px; } dt { font-weight: 600; }
-  .tip { z-index: 1; position: absolute; left: 0; top: 0; width: max-content; max-width: 100%; padding: 4px 10px; border-radius: 8px; white-space: pre-line; background: var(--ink); color: var(--ground); pointer-events: none; }
+  .tip { box-sizing: border-box; z-index: 1; position: absolute; left: 0; top: 0; width: max-content; max-width: 100%; padding: 4px 10px; border-radius: 8px; white-space: pre-line; background: var(--ink); color: var(--ground); pointer-events: none; }
   [hidden] { display: none; }
 </style>
 <div class="arena" role="group" aria-label="Swarm">
