@@ -22,6 +22,7 @@ from feasibee.live.world.build import WASM
 from feasibee.live.world.lowering import numbers_of, place_of
 from feasibee.simulation import loading
 from feasibee.simulation.loading import load_engine
+from feasibee.simulation.lowering import unit_of
 
 PLAYER = Path(__file__).parent / "play.mjs"
 
@@ -128,12 +129,9 @@ def play(node):
     def played(runs, world=WASM):
         cases = [
             {
-                "numbers": list(numbers_of(scenario).values()),
-                "events": [
-                    number
-                    for event in sorted(scenario.events, key=lambda event: event.step)
-                    for number in (event.step, event.tasks, event.robots)
-                ],
+                "named": numbers_of(scenario),
+                "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
+                "unit": [str(part) for part in unit_of(scenario).as_integer_ratio()],
                 "place": place_of(scenario),
                 "seed": str(seed),
                 "run": run,

@@ -6,7 +6,7 @@
 // are missing.
 
 import { readFileSync, writeSync } from "node:fs";
-import { givePlace } from "../../src/feasibee/live/static/world.js";
+import { givePlace, rowsOf } from "../../src/feasibee/live/static/world.js";
 
 const { instance } = await WebAssembly.instantiate(readFileSync(process.argv[2]));
 const world = instance.exports,
@@ -20,10 +20,12 @@ function write(bytes) {
   for (let at = 0; at < bytes.length;) at += writeSync(1, bytes, at);
 }
 
-for (const { numbers, events, place, seed, run, steps } of JSON.parse(readFileSync(0, "utf8"))) {
-  const words = BigInt(seed);
+for (const { named, events, unit, place, seed, run, steps } of JSON.parse(readFileSync(0, "utf8"))) {
+  const words = BigInt(seed),
+    numbers = Object.values(named),
+    rows = rowsOf(events, named, unit, Boolean(place));
   new Float64Array(memory.buffer, world.world_numbers(), numbers.length).set(numbers);
-  new Int32Array(memory.buffer, world.world_events(), events.length).set(events);
+  new Int32Array(memory.buffer, world.world_events(), rows.length).set(rows);
   new Float64Array(memory.buffer, world.world_place(), 1)[0] = 0; // without a place
   if (place) await givePlace(world, place);
   world.world_begin(Number(words & 0xffffffffn), Number(words >> 32n), run);

@@ -93,8 +93,8 @@ def test_a_scene_without_a_place_has_no_plan():
 def drawing(visit, port):
     """A page of the paper's arena whose tool for drawing walls is in use, and where its units are."""
     page = visit(port, reduced_motion="reduce", height=1000)
-    page.locator("#tool-draw").click()
-    expect(page.locator("#tool-help")).to_contain_text("Drag for a rectangle.")
+    page.get_by_role("button", name="Draw walls").click()
+    expect(page.locator("#tools p")).to_contain_text("Drag for a rectangle.")
     return page
 
 
@@ -124,7 +124,7 @@ def test_walls_are_drawn_kept_in_the_address_and_erased(visit, port, drawing):
     expect_walls(page, [RECTANGLE, TRIANGLE])
     other = visit(port, f"#{page.url.partition('#')[2]}", reduced_motion="reduce", height=1000)
     expect_walls(other, [RECTANGLE, TRIANGLE])
-    page.locator("#tool-erase").click()
+    page.get_by_role("button", name="Erase walls").click()
     click(page, (15, 15))  # nothing is there
     click(page, (10.2, 5))
     expect_walls(page, [TRIANGLE])
@@ -140,8 +140,8 @@ def test_escape_drops_corners_then_the_tool_and_no_robot_is_inspected(drawing):
     expect_walls(page, [TRIANGLE])
     expect(page.locator("#robot")).to_have_value("")
     page.keyboard.press("Escape")
-    expect(page.locator("#tool-draw")).to_have_attribute("aria-pressed", "false")
-    expect(page.locator("#tool-help")).to_be_empty()
+    expect(page.get_by_role("button", name="Draw walls")).to_have_attribute("aria-pressed", "false")
+    expect(page.locator("#tools p")).to_be_empty()
     move(page, 1, 1)
     point_at(
         page, Swarm(Scenario(arena={"boundary": "walls"}, place={"walls": [TRIANGLE]}), seed=1), 4, "click"
@@ -151,7 +151,7 @@ def test_escape_drops_corners_then_the_tool_and_no_robot_is_inspected(drawing):
 
 def test_walls_that_are_invalid_change_nothing(visit, port):
     page = visit(port, '#robots.placement="clusters"', reduced_motion="reduce", height=1000)
-    page.locator("#tool-draw").click()
+    page.get_by_role("button", name="Draw walls").click()
     drag(page, (10, 2), (10.41, 9.02))
     expect(page.locator("#problem")).to_contain_text("Not changed: the previous run continues.")
     expect(page.locator("#controls [aria-invalid=true]")).to_have_attribute("data-path", "robots.placement")

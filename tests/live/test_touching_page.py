@@ -194,6 +194,33 @@ def test_sliders_of_a_page_of_one_file_change_the_world_during_a_run(new_page, f
     expect_page(page, 120, events, decision={"strategy": "census"})
 
 
+def test_hands_change_the_world_of_a_page_of_one_file(new_page, file):
+    page = new_page(reduced_motion="reduce", viewport={"width": 1200, "height": 1000})
+    page.goto(file)
+    page.locator("#seek").fill("30")
+    events = [{"step": 20, "tasks": 4}]
+    for tool, act in (
+        ("Add tasks", lambda: click(page, (5.0, 7.0))),
+        ("Add robots", lambda: click(page, (15.0, 3.0))),
+        ("Move", lambda: drag(page, (5.0, 7.0), (12.0, 11.0))),
+        ("Remove", lambda: click(page, (12.0, 11.0))),
+    ):
+        use(page, tool)
+        act()
+        expect(page.locator("#announcer")).to_contain_text("From step 31 on: ")
+        events = Scenario.from_toml(page.locator("#toml").text_content()).events
+        expect_page(page, 31, events)
+    _, task, robot, moved, removed = events
+    assert (task.tasks, robot.robots, moved.task, removed.task, removed.at) == (1, 1, 24, 24, None)
+    assert [*task.at, *moved.at] == pytest.approx([5.0, 7.0, 12.0, 11.0], abs=0.1)
+    page.locator("#seek").fill("90")
+    expect_page(page, 90, events)
+    expect(page).to_have_url(re.compile("task%22%3A24%7D"))
+    page.reload()
+    page.locator("#seek").fill("90")
+    expect_page(page, 90, events)
+
+
 def test_a_page_of_one_file_refuses_more_robots_than_it_simulates(new_page, file):
     page = new_page(reduced_motion="reduce")
     page.goto(file)
@@ -211,7 +238,9 @@ def test_a_page_of_one_file_refuses_more_robots_than_it_simulates(new_page, file
     expect(page.locator("#question")).to_have_text("Can 1 robot do 100 tasks?")
     page.locator("#seek").fill("85")
     page.locator("#robots-slider").fill("100")  # 268 in all
-    expect(page.locator("#announcer")).to_have_text("Not changed: at most 200 robots may come in a run.")
+    expect(page.locator("#announcer")).to_have_text(
+        "Not changed: a run has 1 robot or more, and at most 200 robots and 400 tasks."
+    )
     expect(page.locator("#robots-slider")).to_have_value("1")
 
 
@@ -247,7 +276,7 @@ def test_tasks_and_robots_are_put_moved_and_removed_in_a_run_that_anyone_repeats
         expect_swarm(page, step, events)
 
     use(page, "Add tasks")
-    expect(page.locator("#tool-help")).to_have_text("Click where a task is to appear.")
+    expect(page.locator("#tools p")).to_have_text("Click where a task is to appear.")
     click(page, (5.0, 7.0))
     at(page, 31)
     expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 21 tasks)")
@@ -270,7 +299,7 @@ def test_tasks_and_robots_are_put_moved_and_removed_in_a_run_that_anyone_repeats
     expect(page.locator("#truth")).to_have_text("feasible (21 robots, 20 tasks)")
     now(33, task=20)
     page.keyboard.press("Escape")
-    expect(page.locator("#tool-help")).to_be_empty()
+    expect(page.locator("#tools p")).to_be_empty()
     page.locator("#robot").fill("7")
     page.locator("#robot").press("Tab")
     page.keyboard.press("Delete")

@@ -189,6 +189,37 @@ def test_its_sliders_change_the_swarm(show):
     eventually(page, lambda: expect_changes(arena, {**arena.changes, "decision.strategy": "census"}))
 
 
+def test_hands_put_move_and_take_away_what_is_in_its_arena(show):
+    arena = Arena(SCENARIO, seed=1)
+    page = show(arena, reduced_motion="reduce")
+    page.get_by_text("Change the swarm").click()
+
+    def point(x, y):
+        box = page.locator("canvas").bounding_box()  # the page may have scrolled
+        page.mouse.move(box["x"] + x / 20 * box["width"], box["y"] + (1 - y / 20) * box["height"])
+
+    def use(tool, *points):
+        page.get_by_role("button", name=tool, exact=True).click()
+        point(*points[0])
+        page.mouse.down()
+        point(*points[-1])
+        page.mouse.up()
+
+    for tool, points, told in (
+        ("Add tasks", [(5, 7)], "20 robots and 51 tasks"),  # at the start
+        ("Move", [(5, 7), (12, 11)], "20 robots and 51 tasks"),
+        ("Add robots", [(15, 3)], "21 robots and 51 tasks"),
+        ("Remove", [(12, 11)], "21 robots and 50 tasks"),
+    ):
+        use(tool, *points)
+        expect(page.get_by_role("img", name=told)).to_be_visible()
+    put, moved, joined, gone = arena.changes["events"]
+    assert (put["tasks"], moved["task"], joined["robots"], gone) == (1, 50, 1, {"step": 0, "task": 50})
+    assert [*put["at"], *moved["at"], *joined["at"]] == pytest.approx([5, 7, 12, 11, 15, 3], abs=0.1)
+    page.keyboard.press("Escape")
+    expect(page.locator(".tools p")).to_be_empty()
+
+
 def expect_changes(arena, changes):
     assert arena.changes == changes
 

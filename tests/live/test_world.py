@@ -92,10 +92,19 @@ def changing(draw, scenario):
     """Return a scenario with random events, some of them at one step; None if its strategy declares."""
     robots, tasks, events = scenario.robots.count, scenario.tasks.count, []
     for step in sorted(draw.integers(0, scenario.run.steps + 1, draw.integers(1, 6)).tolist()):
-        more = int(draw.integers(1 - robots, 30)), int(draw.integers(-tasks, 40))
-        robots, tasks = robots + more[0], tasks + more[1]
+        more = int(draw.integers(3 - robots, 30)), int(draw.integers(2 - tasks, 40))
+        robots, tasks = robots + more[0] - 2, tasks + more[1] - 2  # named ones may go, too
         events += [{"step": step, "robots": more[0], "tasks": more[1]}] * any(more)
+        events += [pointed(draw, scenario, step) for _ in range(draw.integers(3))]
     return None if scenario.declares else scenario.replace({"events": events})
+
+
+def pointed(draw, scenario, step):
+    """Return an event that says where, or which robot or task of the start."""
+    kind = str(draw.choice(["robots", "tasks", "robot", "task"][: 3 + bool(scenario.tasks.count)]))
+    which = 1 if kind in ("robots", "tasks") else int(draw.integers(scenario.get(f"{kind}s.count")))
+    at = draw.uniform(0.6, 19.3, 2).round(int(draw.integers(6))).tolist()
+    return {"step": step, kind: which} | ({"at": at} if kind.endswith("s") or draw.integers(2) else {})
 
 
 @pytest.mark.parametrize(("rounds", "steps"), [(1, 80), pytest.param(3, 300, marks=pytest.mark.slow)])

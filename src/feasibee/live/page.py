@@ -114,6 +114,7 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
             "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
         },
         "lengths": {**scene_of(scenario), "units": fixed(max(scenario.arena.size), unit_of(scenario))},
+        "unit": [str(part) for part in unit_of(scenario).as_integer_ratio()],
         "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},
     }
 

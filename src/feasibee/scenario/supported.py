@@ -36,7 +36,7 @@ PAGE: Final = IN_C | {
     *("radio.id_bits", "robots.know_count", "units.metres", "units.seconds"),
     *("place.map", "place.walls", "place.keepout", "place.cell", "place.zones"),
     *("place.flooding", "robots.zone", "tasks.zone", "radio.walls"),
-    *("events.step", "events.tasks", "events.robots"),
+    *("events.step", "events.tasks", "events.robots", "events.task", "events.robot", "events.at"),
 }
 """Fields that a page simulates."""
 ARGOS: Final = IN_C | {"robots.avoid_collisions", "place.map", "place.walls", "place.cell"}

@@ -1,20 +1,20 @@
 // Add tasks and robots at points, move them and take them away, with the pointer: each is an event of the scenario.
 
-import { announce } from "./elements.js";
-
 /** @import { Arena } from "./arena.js" */
-/** @import { Lane } from "./lane.js" */
+/** @import { Change } from "./touching.js" */
 /** @import { Point, Tool } from "./tools.js" */
 
 /** @typedef {{kind: "robot" | "task", number: number, from: Point}} Thing */
 
 export class Hands {
   /**
-   * @param {Lane[]} lanes
-   * @param {(event: Record<string, unknown>, told: string) => void} happen Let an event happen.
+   * @param {{arena: Arena}[]} lanes
+   * @param {(change: Change, told: string) => void} happen Let an event happen.
    * @param {() => void} redraw
+   * @param {(text: string) => void} say
    */
-  constructor(lanes, happen, redraw) {
+  constructor(lanes, happen, redraw, say) {
+    this.say = say;
     this.happen = happen;
     this.redraw = redraw;
     this.arenas = lanes.map((each) => each.arena);
@@ -23,9 +23,20 @@ export class Hands {
     const drop = () => this.drop();
     /** @type {Record<string, Tool>} */
     this.tools = {
-      task: { help: "Click where a task is to appear.", end: (...at) => this.add("task", ...at), drop },
-      robot: { help: "Click where a robot is to join.", end: (...at) => this.add("robot", ...at), drop },
+      task: {
+        label: "Add tasks",
+        help: "Click where a task is to appear.",
+        end: (...at) => this.add("task", ...at),
+        drop,
+      },
+      robot: {
+        label: "Add robots",
+        help: "Click where a robot is to join.",
+        end: (...at) => this.add("robot", ...at),
+        drop,
+      },
       move: {
+        label: "Move",
         help: "Drag a robot or a task to another place.",
         begin: (event, arena) => (this.held = this.thingAt(event, arena)),
         move: (event, arena) => this.carry(event, arena),
@@ -33,6 +44,7 @@ export class Hands {
         drop,
       },
       remove: {
+        label: "Remove",
         help: "Click a robot or a task to take it away.",
         end: (...at) => this.take(this.thingAt(...at)),
         drop,
@@ -62,7 +74,7 @@ export class Hands {
    */
   thingAt({ clientX, clientY }, arena) {
     const found = arena.thingAt(clientX, clientY);
-    if (!found) announce("There is no robot or task.");
+    if (!found) this.say("There is no robot or task.");
     return found && { ...found, from: arena.unitsAt(clientX, clientY) };
   }
 

@@ -17,13 +17,14 @@ import { Seeker } from "./seeker.js";
 import { explainTerms } from "./terms.js";
 import { startTheme } from "./theme.js";
 import { Tools } from "./tools.js";
-import { EVENTS, listenToCopy, sayTouching, touched } from "./touching.js";
+import { EVENTS, handled, listenToCopy, sayTouching, touched } from "./touching.js";
 import { Walls } from "./walls.js";
 
 /** @import { Opened, View } from "./arena.js" */
 /** @import { Input, Which } from "./controls.js" */
 /** @import { Frame } from "./frames.js" */
 /** @import { Goal } from "./seeker.js" */
+/** @import { Change } from "./touching.js" */
 
 const help = /** @type {HTMLDialogElement} */ ($("help"));
 const LOOK = 1000; // milliseconds between two looks whether another field has begun
@@ -76,8 +77,8 @@ const change = new RateOfChange(controls, (stream) => {
   begin(0);
 });
 const walls = new Walls(lanes, drawWalls, () => player.wake());
-const hands = new Hands(lanes, happen, () => player.wake());
-const tools = new Tools(lanes, { ...hands.tools, ...walls.tools });
+const hands = new Hands(lanes, happen, () => player.wake(), announce);
+const tools = new Tools($("tools"), lanes, { ...hands.tools, ...walls.tools });
 /** @type {Record<string, unknown> | null} */
 let accepted = null; // the changes before walls that the server has not accepted yet
 const veil = new Veil();
@@ -149,8 +150,8 @@ function touch(path, count) {
 }
 
 /**
- * Let a hand's event happen at the next step; while time stands still, at this one if it has events, or is the start.
- * @param {Record<string, unknown>} event
+ * Let what a hand does be an event of the run.
+ * @param {Change} event
  * @param {string} told What it changes.
  */
 function happen(event, told) {
@@ -161,9 +162,8 @@ function happen(event, told) {
     later = () => happen(event, told);
     return;
   }
-  const still = !player.playing && (!now.step || world.events.some((each) => each.step === now.step)),
-    step = still ? now.step : now.step + 1;
-  amend([...world.events, { step, ...event }], step);
+  const { events, step } = handled(world.events, now.step, event, player.playing);
+  amend(events, step);
   announce(`From step ${formatted(step)} on: ${told}`);
 }
 
@@ -174,7 +174,7 @@ function happen(event, told) {
  */
 function amend(events, step) {
   accepted ??= controls.changes;
-  controls.changes = { ...controls.changes, events: events.sort((one, other) => one.step - other.step) };
+  controls.changes = { ...controls.changes, events };
   begin(step);
 }
 
@@ -280,7 +280,7 @@ const answers = {
     if (isLate) return; // the controls, and the address, are those of a newer request
     controls.show(message);
     sayTouching(message.fixed);
-    $("hands").hidden = Boolean(message.fixed);
+    tools.offer((name) => !message.fixed || !(name in hands.tools));
     markReplay(point, message.run);
     if (old) announce(`Seed ${message.seed}, run ${message.run}, from the start`);
     writeAddress(message, point, controls.against, controls.changes);

@@ -23,7 +23,7 @@ export class Recording {
     this.changes = settings.events.length > 0;
     this.taskX = world.places("world_task_x"); // at the start
     this.taskY = world.places("world_task_y");
-    /** @type {Pick<Frame, "x" | "y" | "flags" | "heading" | "taskX" | "taskY" | "decision">[]} */
+    /** @type {Pick<Frame, "x" | "y" | "flags" | "heading" | "taskX" | "taskY" | "taskNumbers" | "decision">[]} */
     this.steps = [];
     /** @type {number[]} */
     this.missing = []; // robots without which the tasks aren't feasible, at each step
@@ -87,6 +87,7 @@ export class Recording {
       heading: world.headings.slice(),
       taskX: isSame ? steps[known].taskX : world.places("world_task_x"),
       taskY: isSame ? steps[known].taskY : world.places("world_task_y"),
+      taskNumbers: isSame ? steps[known].taskNumbers : world.taskNumbers,
       decision: world_decision(),
     });
     this.missing.push(world_missing());

@@ -11,7 +11,9 @@ import { sayTouching, touched } from "./touching.js";
 const PAUSE = 200; // milliseconds: browsers limit how often a page may write its address
 /** @type {("robots" | "tasks" | "seed" | "run")[]} */
 const FIELDS = ["robots", "tasks", "seed", "run"]; // each with a slider
-const LISTED = /^\[(\{"step":\d{1,5}(,"(robots|tasks)":-?\d{1,3})*\}(,(?!\])|(?=\])))*\]$/; // in the address
+const PLACE = "\\d{1,7}(\\.\\d{1,9})?",
+  CHANGE = `,"((robots|tasks)":-?|(robot|task)":)\\d{1,3}|,"at":\\[${PLACE},${PLACE}\\]`,
+  LISTED = new RegExp(`^\\[(\\{"step":\\d{1,5}(${CHANGE})*\\}(,(?!\\])|(?=\\])))*\\]$`); // in the address
 const SLIDER = 100; // most robots or tasks on a slider, unless the file has more
 
 /**
@@ -86,12 +88,27 @@ export class Controls {
   touch(name, count) {
     const now = this.present();
     if (!now || count === (name === "robots" ? now.there : now.tasks)) return;
-    const { events, step } = touched(this.settings.events, now, name, count, now.playing),
+    const { events, step } = touched(this.settings.events, now, name, count, now.playing);
+    if (!this.amend(events, step, `${formatted(count)} ${name}`)) this.follow(now);
+  }
+
+  /**
+   * Begin the run with these events from a step on, if it can be; return whether it can.
+   * @param {Event[]} events
+   * @param {number} step
+   * @param {string} told What they change.
+   */
+  amend(events, step, told) {
+    const { robots, tasks } = this.given.most,
       isFine = this.take({ ...this.settings, events }, step),
-      most = `Not changed: at most ${formatted(this.given.most[name])} ${name} may come in a run.`;
+      most = `${formatted(robots)} robots and ${formatted(tasks)} tasks`;
     this.show();
-    if (!isFine) this.follow(now);
-    announce(isFine ? `From step ${formatted(step)} on: ${formatted(count)} ${name}` : most);
+    announce(
+      isFine
+        ? `From step ${formatted(step)} on: ${told}`
+        : `Not changed: a run has 1 robot or more, and at most ${most}.`,
+    );
+    return isFine;
   }
 
   /**
@@ -184,8 +201,9 @@ export class Controls {
 function canHappen({ events, ...start }, most) {
   return /** @type {const} */ (["robots", "tasks"]).every((name) => {
     let [there, all] = [start[name], start[name]];
-    return events.every(({ step, [name]: more = 0 }) => {
-      there += more;
+    const named = name === "robots" ? "robot" : "task";
+    return events.every(({ step, at, [named]: which, [name]: more = 0 }) => {
+      there += more - Number(which !== undefined && !at);
       all += Math.max(0, more);
       return step >= 0 && there >= Number(name === "robots") && all <= most[name];
     });

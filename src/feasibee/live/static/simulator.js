@@ -2,6 +2,7 @@
 
 import { Arena } from "./arena.js";
 import { $, announce, formatted } from "./elements.js";
+import { Hands } from "./hands.js";
 import { listenToKeys } from "./keys.js";
 import { Player } from "./player.js";
 import { coloursOf, startTheme } from "./theme.js";
@@ -11,12 +12,14 @@ import { showTooltip } from "./tooltip.js";
 import { Recording } from "./recording.js";
 import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
-import { listenToCopy, scenarioOf } from "./touching.js";
+import { Tools } from "./tools.js";
+import { handled, listenToCopy, scenarioOf } from "./touching.js";
 import { decisionOf, questionOf } from "./words.js";
 import { worldsOf } from "./world.js";
 
 /** @import { Prediction } from "./curve.js" */
 /** @import { Frame } from "./frames.js" */
+/** @import { Change } from "./touching.js" */
 /** @import { Given, Settings, World } from "./world.js" */
 
 const CURVE_PAUSE = 50; // milliseconds between two drawings of the curve
@@ -58,19 +61,36 @@ class Page {
     this.controls = new Controls(
       given,
       (settings, step) => this.begin(settings, step),
-      () => this.present,
+      () => (this.present?.step ? this.present : null),
     );
+    const lanes = [{ frame: $("frame"), arena: this.arena }],
+      hands = new Hands(lanes, this.happen.bind(this), () => this.player.wake(), announce);
+    this.tools = new Tools($("tools"), lanes, hands.tools);
     this.player.play(!this.player.calm.matches);
     this.setSpeed(this.player.speed);
     this.listen();
   }
 
-  // The step that is shown, if sliders change the world after it.
+  // The step that is shown, if events can change the world after it.
   get present() {
     const [now] = this.player.frames,
       { last, settings } = this.recording,
       isFixed = this.given.strategies[settings.strategy].fixed;
-    return now?.step && now.step < last && !isFixed ? { ...now, playing: this.player.playing } : null;
+    return now && now.step < last && !isFixed ? { ...now, playing: this.player.playing } : null;
+  }
+
+  /**
+   * Let what a hand does be an event of the run.
+   * @param {Change} change
+   * @param {string} told What it changes.
+   */
+  happen(change, told) {
+    const now = this.present,
+      { settings, world } = this.recording;
+    if (!now) return announce("The run is over: go back to an earlier step.");
+    if (change.at && !world.stands(change.at)) return announce("No robot gets there.");
+    const { events, step } = handled(settings.events, now.step, change, now.playing);
+    this.controls.amend(events, step, told);
   }
 
   /**
@@ -92,6 +112,7 @@ class Page {
     this.prediction = isFirst ? given.prediction : null; // computed for the scenario that the page was made of
     sayPrediction($("theory"), this.prediction, $("tasks-marks"));
     $("toml").textContent = scenarioOf(given, settings);
+    this.tools?.offer(() => !given.strategies[settings.strategy].fixed);
     this.swarms?.begin(settings);
     this.said = "";
     this.showSwarms();
@@ -215,9 +236,8 @@ class Page {
   };
 
   listen() {
-    listenToKeys(
-      Object.fromEntries(Object.keys(this.actions).map((id) => [id, () => this.buttonOf(id).click()])),
-    );
+    const pressed = Object.keys(this.actions).map((id) => [id, () => this.buttonOf(id).click()]);
+    listenToKeys({ ...Object.fromEntries(pressed), leave: () => this.tools.leave() });
     for (const [id, act] of Object.entries(this.actions)) this.buttonOf(id).addEventListener("click", act);
     this.seek.addEventListener("input", () => this.goTo(this.seek.valueAsNumber));
     this.arena.followPointer($("arena"), () => this.player.wake());

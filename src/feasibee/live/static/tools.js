@@ -1,28 +1,50 @@
 // Tools for the pointer in an arena: one at most is in use, and takes the pointer before robots are inspected.
 
-import { $ } from "./elements.js";
+import { make } from "./elements.js";
 
 /** @import { Arena } from "./arena.js" */
-/** @import { Lane } from "./lane.js" */
 
 /** @typedef {[number, number]} Point In units. */
 /** @typedef {(event: PointerEvent, arena: Arena) => void} Act */
 /**
  * What the pointer does while it is pressed; drop forgets what is half done, and returns whether anything was.
- * @typedef {{help: string, begin?: Act, move?: Act, end: Act, drop: () => boolean}} Tool
+ * @typedef {{label: string, help: string, begin?: Act, move?: Act, end: Act, drop: () => boolean}} Tool
  */
 
 export class Tools {
   /**
-   * @param {Lane[]} lanes
-   * @param {Record<string, Tool>} tools By name; each has a button.
+   * @param {HTMLElement} group Gets a button for each tool, and the help of that in use.
+   * @param {{frame: HTMLElement, arena: Arena}[]} lanes
+   * @param {Record<string, Tool>} tools By name.
    */
-  constructor(lanes, tools) {
+  constructor(group, lanes, tools) {
     this.tools = tools;
+    this.lanes = lanes;
     this.used = "";
-    for (const name of Object.keys(tools))
-      $(`tool-${name}`).addEventListener("click", () => this.use(this.used === name ? "" : name));
+    this.help = make("p", { className: "muted", role: "status" });
+    /** @type {Map<string, HTMLElement>} */
+    this.buttons = new Map();
+    for (const [name, { label }] of Object.entries(tools)) {
+      const button = make("button", {
+        type: "button",
+        className: "quiet",
+        textContent: label,
+        ariaPressed: "false",
+      });
+      button.addEventListener("click", () => this.use(this.used === name ? "" : name));
+      this.buttons.set(name, button);
+    }
+    group.append(...this.buttons.values(), this.help);
     for (const { frame, arena } of lanes) this.listen(frame, arena);
+  }
+
+  /**
+   * Offer only some of the tools.
+   * @param {(name: string) => boolean} isOffered
+   */
+  offer(isOffered) {
+    for (const [name, button] of this.buttons) button.hidden = !isOffered(name);
+    if (this.buttons.get(this.used)?.hidden) this.use("");
   }
 
   /** @returns {Tool | undefined} */
@@ -34,10 +56,9 @@ export class Tools {
   use(name) {
     this.tool?.drop();
     this.used = name;
-    for (const each of Object.keys(this.tools))
-      $(`tool-${each}`).setAttribute("aria-pressed", String(each === name));
-    $("tool-help").textContent = this.tool?.help ?? "";
-    document.body.dataset.tool = name;
+    for (const [each, button] of this.buttons) button.ariaPressed = String(each === name);
+    this.help.textContent = this.tool?.help ?? "";
+    for (const { frame } of this.lanes) frame.dataset.tool = name;
   }
 
   // Drop what is half done; without it, put the tool away. Return whether there was either.
@@ -56,7 +77,8 @@ export class Tools {
     const handlers = {
       pointerdown: (tool, event) => {
         frame.setPointerCapture(event.pointerId); // a drag may end outside
-        arena.canvas.focus(); // so that space plays, and doesn't press the tool's button
+        this.buttons.get(this.used)?.blur(); // so that space plays, and doesn't press it
+        frame.focus(); // where it can have the focus
         tool.begin?.(event, arena);
       },
       pointermove: (tool, event) => tool.move?.(event, arena),

@@ -7,7 +7,11 @@ import { $, unfold } from "./elements.js";
 /** @type {Record<string, "robots" | "tasks">} */
 export const EVENTS = { "robots.count": "robots", "tasks.count": "tasks" }; // what an event can change, by its field
 
-/** @typedef {{step: number, robots?: number, tasks?: number}} Event How many come at a step, or go. */
+/**
+ * How many come at a step, or go; or where; or which one goes or is put there.
+ * @typedef {{robots?: number, tasks?: number, robot?: number, task?: number, at?: [number, number]}} Change
+ * @typedef {{step: number} & Change} Event
+ */
 
 /**
  * Return the events of a run with a number of robots or tasks from the next step on, and that step. What was changed at
@@ -32,14 +36,30 @@ export function touched(events, now, name, count, playing) {
 }
 
 /**
+ * Return the events of a run with one more at the next step, and that step; while time stands still, at the present one
+ * if that has events, or is the start.
+ * @param {Event[]} events
+ * @param {number} now
+ * @param {Change} change
+ * @param {boolean} playing
+ * @returns {{step: number, events: Event[]}}
+ */
+export function handled(events, now, change, playing) {
+  const still = !playing && (!now || events.some((each) => each.step === now)),
+    step = still ? now : now + 1;
+  return { step, events: [...events, { step, ...change }].sort((one, other) => one.step - other.step) };
+}
+
+/**
  * Return the scenario of settings as TOML: that of the page, with these values.
  * @param {Given} given
  * @param {Settings} settings
  */
 export function scenarioOf({ toml, strategies, settings: first }, { robots, tasks, strategy, events }) {
   const { name, numbers } = strategies[strategy],
-    rows = events.map(({ step, tasks = 0, robots = 0 }) => {
-      return `    { step = ${step}, tasks = ${tasks}, robots = ${robots} },\n`;
+    rows = events.map((each) => {
+      const fields = Object.entries(each).map(([name, value]) => `${name} = ${JSON.stringify(value)}`);
+      return `    { ${fields.join(", ")} },\n`;
     });
   let text = toml.replace(/^events = \[\n[^]*?\n\]\n+/, "");
   text = withValue(withValue(text, "robots", "count", robots), "tasks", "count", tasks);

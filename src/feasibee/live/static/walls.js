@@ -32,6 +32,7 @@ export class Walls {
     /** @type {Record<string, Tool>} */
     this.tools = {
       draw: {
+        label: "Draw walls",
         help: "Drag for a rectangle. Or click the corners of a polygon, and its first corner again. Esc drops it.",
         begin: (event, arena) => (this.start = this.pointAt(event, arena)),
         move: (event, arena) => this.preview(event, arena),
@@ -39,6 +40,7 @@ export class Walls {
         drop,
       },
       erase: {
+        label: "Erase walls",
         help: "Click a wall to erase it. Walls of a map stay.",
         move: (event, arena) => this.sketch(this.walls[this.wallAt(event, arena)] ?? []),
         end: (event, arena) => this.erase(event, arena),

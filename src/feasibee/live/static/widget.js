@@ -3,15 +3,18 @@
 import { Arena } from "./arena.js";
 import { Controls } from "./controls.js";
 import { decode } from "./frames.js";
+import { Hands } from "./hands.js";
 import { Player, SPEEDS } from "./player.js";
 import { explainTerms } from "./terms.js";
 import { coloursOf } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
-import { copy, EVENTS, touched } from "./touching.js";
+import { Tools } from "./tools.js";
+import { copy, EVENTS, handled, touched } from "./touching.js";
 
 /** @import { Opened } from "./arena.js" */
 /** @import { Problem } from "./controls.js" */
 /** @import { Frame, Tasks } from "./frames.js" */
+/** @import { Change } from "./touching.js" */
 
 /**
  * The Python side, from anywidget; traits by name.
@@ -72,6 +75,8 @@ const SHAPE = `<style>
   p, dl, dd { margin: 2px 0 0; }
   summary { cursor: pointer; margin-top: 6px; } dt { font-weight: 600; }
   .tip { box-sizing: border-box; z-index: 1; position: absolute; left: 0; top: 0; width: max-content; max-width: 100%; padding: 4px 10px; border-radius: 8px; white-space: pre-line; background: var(--ink); color: var(--ground); pointer-events: none; }
+  .tools { display: flex; flex-wrap: wrap; gap: 6px; } [aria-pressed="true"] { border-color: var(--feasible); }
+  [data-tool]:not([data-tool=""]) { touch-action: none; cursor: crosshair; }
   [hidden] { display: none; }
 </style>
 <div class="arena" role="group" aria-label="Swarm">
@@ -92,6 +97,7 @@ const SHAPE = `<style>
   </div>
   <details><summary>Change the swarm</summary><form>
     ${FIELDS.join("")}
+    <div class="tools" role="group" aria-label="Tools for the pointer"></div>
     <label>Strategy <select data-path="decision.strategy"></select></label>
     <p id="problem" hidden></p>
     <button type="button" data-does="copy">Copy as scenario</button><details><summary>Scenario</summary><pre></pre></details>
@@ -101,7 +107,7 @@ const SHAPE = `<style>
   <p class="kernel" role="status"></p>
 </div>`;
 /** @type {Record<string, string>} */
-const KEYS = { " ": "play", ".": "step", ArrowRight: "step", r: "restart" };
+const KEYS = { " ": "play", ".": "step", ArrowRight: "step", r: "restart", Escape: "leave" };
 
 /**
  * Return a copy, since a buffer from Jupyter is part of a message.
@@ -153,6 +159,15 @@ class WidgetView {
       },
     );
     this.arena = new Arena(canvas, coloursOf(this.root), () => this.player.wake());
+    const lanes = [{ frame: this.find(".frame"), arena: this.arena }],
+      redraw = () => this.player.wake(),
+      hands = new Hands(
+        lanes,
+        (change) => this.happen(change),
+        redraw,
+        (text) => this.say(".kernel", text),
+      );
+    this.tools = new Tools(this.find(".tools"), lanes, hands.tools);
   }
 
   /** @param {string} selector */
@@ -195,6 +210,7 @@ class WidgetView {
     this.arena.open(world);
     this.arena.setTasks(tasks);
     this.controls.show(world);
+    this.tools.offer(() => !world.fixed);
     this.model.set("changes", this.controls.changes);
     this.model.save_changes();
   }
@@ -205,13 +221,25 @@ class WidgetView {
    * @param {number} count
    */
   touch(path, count) {
-    const { world, player, controls } = this,
+    const { world, player } = this,
       [now] = player.frames;
     if (!(path in EVENTS) || world.fixed || !now?.step || now.step >= world.last) return false;
-    const { events, step } = touched(world.events, now, EVENTS[path], count, player.playing);
-    controls.changes = { ...controls.changes, events };
-    this.begin(step);
+    this.amend(touched(world.events, now, EVENTS[path], count, player.playing));
     return true;
+  }
+
+  /** @param {Change} change By a hand. */
+  happen(change) {
+    const { world, player } = this,
+      [now] = player.frames;
+    if (!now || now.step >= world.last) return this.say(".kernel", "The run is over: restart it.");
+    this.amend(handled(world.events, now.step, change, player.playing));
+  }
+
+  /** @param {{step: number, events: Opened["events"]}} touched */
+  amend({ step, events }) {
+    this.controls.changes = { ...this.controls.changes, events };
+    this.begin(step);
   }
 
   listenToUser() {
@@ -389,6 +417,7 @@ class WidgetView {
     if (action === "restart" || (action === "play" && player.ended)) this.begin(0);
     if (action === "play") player.play(!player.playing);
     if (action === "step") player.step();
+    if (action === "leave") this.tools.leave();
   }
 }
 

@@ -11,6 +11,7 @@
  * @property {{name: string, rule: string, declares: boolean, fixed: string, numbers: Record<string, number>}[]} strategies
  *   fixed: why events can't change its world; numbers: in the order of world.c.
  * @property {number} threshold
+ * @property {[string, string]} unit Numerator and denominator, of fixed point.
  * @property {{robots: number, tasks: number}} most
  * @property {Settings} settings
  * @property {import("./arena.js").World & {units: number}} lengths
@@ -81,6 +82,40 @@ export async function givePlace({ memory, world_place, world_cells }, { numbers,
   kept.set(bytes.subarray(kinds * plane), count);
 }
 
+/**
+ * Return events as world.c takes them, by step; points in fixed point as _place_at in simulation/lowering.py has them.
+ * @param {import("./touching.js").Event[]} events
+ * @param {Record<string, number>} numbers
+ * @param {Given["unit"]} unit
+ * @param {boolean} isPlace
+ */
+export function rowsOf(events, { radius, span_x, span_y }, unit, isPlace) {
+  const ordered = [...events].sort((one, other) => one.step - other.step);
+  return ordered.flatMap(({ step, tasks = 0, robots = 0, task = -1, robot = -1, at }) => {
+    const margin = tasks > 0 || task >= 0 ? 0 : radius,
+      [x, y] = at ?? [0, 0],
+      held = (/** @type {number} */ place, /** @type {number} */ side) =>
+        Math.min(Math.max(fixedOf(place, unit), margin), side - Math.max(margin, Number(isPlace)));
+    return [step, tasks, robots, task, robot, Number(Boolean(at)), held(x, span_x), held(y, span_y)];
+  });
+}
+
+/**
+ * Return a coordinate in fixed point, rounded down from its decimals.
+ * @param {number} place
+ * @param {Given["unit"]} unit
+ */
+export function fixedOf(place, [part, whole]) {
+  const [, digits, decimals = "", shift = "0"] = /^(\d+)\.?(\d*)(?:e(-\d+))?$/.exec(String(place)) ?? [
+    "",
+    "0",
+  ];
+  return Number(
+    (BigInt(digits + decimals) * BigInt(whole)) /
+      (BigInt(part) * 10n ** BigInt(decimals.length - Number(shift))),
+  );
+}
+
 export class World {
   /**
    * @param {Given} given
@@ -94,13 +129,21 @@ export class World {
   /** @param {Settings} settings */
   begin({ robots, tasks, strategy, seed, run, events }) {
     const { given, exports } = this,
-      rows = events.flatMap(({ step, tasks = 0, robots = 0 }) => [step, tasks, robots]),
+      rows = rowsOf(events, given.strategies[strategy].numbers, given.unit, Boolean(given.place)),
       changed = { robots, tasks, events: events.length },
       numbers = Object.values({ ...given.strategies[strategy].numbers, ...changed });
     new Float64Array(exports.memory.buffer, exports.world_numbers(), numbers.length).set(numbers);
     new Int32Array(exports.memory.buffer, exports.world_events(), rows.length).set(rows);
     const words = BigInt(seed);
     exports.world_begin(Number(words & 0xffffffffn), Number(words >> 32n), run);
+  }
+
+  /**
+   * Return whether robots get to a point.
+   * @param {[number, number]} at
+   */
+  stands([x, y]) {
+    return Boolean(this.exports.world_stands(fixedOf(x, this.given.unit), fixedOf(y, this.given.unit)));
   }
 
   // How many numbers robots may have.
@@ -119,6 +162,11 @@ export class World {
     return Uint16Array.from(new Uint32Array(memory.buffer, this.exports[name](), count), (each) =>
       Math.min(65535, each * part),
     );
+  }
+
+  get taskNumbers() {
+    const { world_tasks, world_task_number } = this.exports;
+    return Uint16Array.from({ length: world_tasks() }, (_, k) => world_task_number(k));
   }
 
   get flags() {

@@ -25,8 +25,9 @@ enum number {
     WHOLE_HIGH, WHOLE_LOW, EVENTS, NUMBERS
 };
 
-/* An event: its step, and how many tasks and robots come, or go if negative (model.md 6.17); as in world.js. */
-enum event { STEP, TASKS_MORE, ROBOTS_MORE, EVENT };
+/* An event: its step; how many tasks and robots come, or go if negative; the task and the robot that it names, or -1; and
+ * if it puts, where (model.md 6.17). Written by rowsOf in world.js. */
+enum event { STEP, TASKS_MORE, ROBOTS_MORE, TASK_NAMED, ROBOT_NAMED, PUTS, PUT_X, PUT_Y, EVENT };
 
 /* Bits of a robot's flags, as FLAGS in simulation/snapshot.py; a test compares them. */
 enum flag { FEASIBLE = 1, NEUTRAL = 2, DISSEMINATING = 4, DECLARED = 8, WORKING = 16, THERE = 128 };
@@ -248,11 +249,22 @@ static void show_at(struct feasibee_thing *thing, uint32_t at_x, uint32_t at_y)
     thing->y = at_y * numbers[UNIT];
 }
 
+/* Write the point of an event; return whether it has one. */
+static bool puts(const int32_t *event, uint32_t *to_x, uint32_t *to_y)
+{
+    if (!event || !event[PUTS])
+        return false;
+    *to_x = (uint32_t)event[PUT_X];
+    *to_y = (uint32_t)event[PUT_Y];
+    return true;
+}
+
 /* Let the next task appear; those there are in the order of their numbers. */
-static void appear(void)
+static void appear(const int32_t *event)
 {
     uint32_t number = appeared++, k = tasks_there++;
-    place(number, false, &task_x[k], &task_y[k]);
+    if (!puts(event, &task_x[k], &task_y[k]))
+        place(number, false, &task_x[k], &task_y[k]);
     uint32_t hash = philox(seed, run, most_robots + number, 0, IDENTITY).word[1];
     tasks_seen[k] = (struct feasibee_thing){.id = (int32_t)number, .hash = hash};
     show_at(&tasks_seen[k], task_x[k], task_y[k]);
@@ -275,12 +287,13 @@ static void show_robot(uint32_t number)
 }
 
 /* Let the robot with the lowest free number come; its draws go on where the last of its number left them (6.17.6). */
-static void join(void)
+static void join(const int32_t *event)
 {
     uint32_t number = 0;
     while (bodies[number].there)
         number++;
-    place(number, true, &x[number], &y[number]);
+    if (!puts(event, &x[number], &y[number]))
+        place(number, true, &x[number], &y[number]);
     bodies[number].number = number;
     bodies[number].there = true;
     robots_there++;
@@ -296,12 +309,17 @@ static void join(void)
     feasibee_begin(&minds[number], &settings, &me, opinion);
 }
 
-/* Let a robot go, given its place among those there. */
-static void leave(uint32_t place)
+/* Return the number of a robot, given its place among those there. */
+static uint32_t robot_at(uint32_t place)
 {
     uint32_t number = 0;
     while (!bodies[number].there || place-- > 0)
         number++;
+    return number;
+}
+
+static void leave(uint32_t number)
+{
     bodies[number].there = false;
     bodies[number].joined++;
     robots_there--;
@@ -313,20 +331,42 @@ static uint32_t chosen(uint32_t before, enum purpose purpose, uint32_t count)
     return (uint32_t)((uint64_t)philox(seed, run, before, now, purpose).word[0] * count >> 32);
 }
 
+/* Take away the task or robot that an event names, or put it at its point, if it is there (model.md 6.17.12). */
+static void take_or_put(const int32_t *event)
+{
+    for (uint32_t k = 0; k < tasks_there; k++) {
+        if (tasks_seen[k].id != event[TASK_NAMED])
+            continue;
+        if (puts(event, &task_x[k], &task_y[k]))
+            show_at(&tasks_seen[k], task_x[k], task_y[k]);
+        else
+            vanish(k);
+    }
+    uint32_t number = (uint32_t)event[ROBOT_NAMED];
+    if (number >= most_robots || !bodies[number].there)
+        return;
+    if (puts(event, &x[number], &y[number]))
+        show_robot(number);
+    else
+        leave(number);
+}
+
 /* Let the events of this step happen (model.md 6.17.2). */
 static void happen(void)
 {
     uint32_t vanished = 0, left = 0;
     for (; happened < whole(EVENTS) && (uint32_t)events[happened][STEP] == now; happened++) {
-        int32_t tasks = events[happened][TASKS_MORE], robots = events[happened][ROBOTS_MORE];
+        const int32_t *event = events[happened];
+        int32_t tasks = event[TASKS_MORE], robots = event[ROBOTS_MORE];
         for (; tasks > 0; tasks--)
-            appear();
+            appear(event);
         for (; tasks < 0 && tasks_there > 0; tasks++)
             vanish(chosen(vanished++, VANISH, tasks_there));
         for (; robots > 0; robots--)
-            join();
+            join(event);
         for (; robots < 0 && robots_there > 0; robots++)
-            leave(chosen(left++, LEAVE, robots_there));
+            leave(robot_at(chosen(left++, LEAVE, robots_there)));
+        take_or_put(event);
         missing = tasks_there > robots_there ? tasks_there - robots_there : 0;
     }
 }
@@ -421,9 +461,9 @@ EXPORT(world_begin) void world_begin(uint32_t seed_low, uint32_t seed_high, uint
     for (uint32_t i = 0; i < most_robots; i++)
         bodies[i] = (struct body){0};
     while (tasks_there < whole(TASKS))
-        appear();
+        appear(NULL);
     while (robots_there < whole(ROBOTS))
-        join();
+        join(NULL);
     happen();
     show();
 }
@@ -452,6 +492,19 @@ EXPORT(world_step) void world_step(void)
         feasibee_end_step(&minds[i]);
     }
     show();
+}
+
+/* Return the number of one of the tasks there. */
+EXPORT(world_task_number) uint32_t world_task_number(uint32_t k)
+{
+    return (uint32_t)tasks_seen[k].id;
+}
+
+/* Return whether a robot can be at a point, in the piece of those of the start. */
+EXPORT(world_stands) bool world_stands(uint32_t at_x, uint32_t at_y)
+{
+    int64_t cell = columns ? (at_y >> cell_bits) * columns + (at_x >> cell_bits) : 0;
+    return columns == 0 || (cells[cell] & PASSABLE && cells[columns * rows + cell] == robot_pieces[0]);
 }
 
 /* Return how many robots must hold an opinion for the swarm to have decided: strictly more than the share. */
