@@ -13,6 +13,8 @@ from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, d
 from feasibee.figures.decisions import draw_opinion_panels
 from feasibee.figures.labels import spread
 from feasibee.figures.limits import LOOKS, draw_limits
+from feasibee.figures.sizing import Panel as Sized
+from feasibee.figures.sizing import draw_sizing
 from feasibee.figures.style import (
     GREY,
     PALETTE,
@@ -158,6 +160,13 @@ def limits(spread, never=()):
     return {name: np.full(200, -1) if name in never else each for name, each in steps.items()}
 
 
+def on_lines(box, ax):
+    """Return whether a box crosses a line within the axes."""
+    within = Bbox.intersection(box, ax.bbox)
+    paths = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
+    return within is not None and any(path.intersects_bbox(within, filled=False) for path in paths)
+
+
 @pytest.mark.parametrize("steps", [limits(30), limits(0.5), limits(20, ["area", "flooding", "least_sum"])])
 def test_no_name_of_a_limit_lies_on_a_curve(steps):
     drawn = draw_limits(steps, 1000)
@@ -166,9 +175,15 @@ def test_no_name_of_a_limit_lies_on_a_curve(steps):
     assert len(placed) == len(ax.lines) == len(LOOKS)
     for number, box in enumerate(placed):
         assert not any(box.shrunk(0.9, 0.9).overlaps(other) for other in placed[:number])
-        within = Bbox.intersection(box, ax.bbox)
-        paths = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
-        assert within is None or not any(path.intersects_bbox(within, filled=False) for path in paths)
+        assert not on_lines(box, ax)
+
+
+def test_no_text_of_a_sizing_lies_on_a_curve():
+    falls = [(number, wilson(80 - number, 100)) for number in (5, 10, 20, 36)]
+    drawn = draw_sizing([Sized("radio range", falls), Sized("tasks", falls, band=(10, 35), truth=20)], 0.7)
+    texts = [(box, ax) for ax in drawn.axes for box in boxes(drawn, ax)]
+    assert len(texts) == 4
+    assert not any(on_lines(box, ax) for box, ax in texts)
 
 
 @pytest.mark.parametrize("wanted", [[], [5], [1, 2, 3], [9, 9, 9, 9], [-5, -4, 20], [0, 0, 10, 10]])

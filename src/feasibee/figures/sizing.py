@@ -44,8 +44,8 @@ def draw_sizing(panels: Sequence[Panel], target: float) -> Figure:
         for ax, panel in zip(axes[0], panels, strict=True):
             _draw(ax, panel, target)
         axes[0][0].set(ylabel="swarms that are right (%)", ylim=(-2, 108), yticks=range(0, 101, 20))
-        where = axes[0][0].get_yaxis_transform()
-        note(axes[0][0], f"{100 * target:g} %", (0.99, 100 * target - 2), where=where, ha="right", va="top")
+        where = axes[0][-1].get_yaxis_transform()
+        note(axes[0][-1], f"{100 * target:g} %", (1.0, 100 * target), (4, 0), where)
     return drawn
 
 
@@ -66,6 +66,6 @@ def _draw(ax: Any, panel: Panel, target: float) -> None:
         ends = f"{first:g}" if first == last else f"{first:g} to {last:g}"
         note(ax, f"blind band: {ends}", (middle, 101), ha="center", va="bottom", color=text_colour(ORANGE))
     if panel.truth is not None:
-        ax.axvline(panel.truth + 0.5, color=GREY, linewidth=0.8, linestyle=":")
+        ax.axvline(panel.truth + 0.5, ymax=0.9, color=GREY, linewidth=0.8, linestyle=":")
         for side, text in (("right", "feasible  "), ("left", "  infeasible")):
             note(ax, text, (panel.truth + 0.5, 1.01), ha=side, color=GREY, **above)
