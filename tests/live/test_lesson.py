@@ -66,7 +66,7 @@ def test_by_keyboard_one_predicts_and_then_sees_what_the_engine_has(visit):
     expect_no_scrolling(page, 390)
     section = page.locator("#enough")
     assert section.locator(".after").is_hidden()
-    assert section.get_by_role("button").all_inner_texts() == ["Predict, then look"]
+    assert section.locator(".figure button:visible").all_inner_texts() == ["Predict, then look"]
     section.get_by_label("feasible", exact=True).focus()
     page.keyboard.press("ArrowDown")
     page.keyboard.press("Enter")
@@ -98,3 +98,109 @@ def test_the_tasks_that_a_robot_sees_are_counted_on_the_torus(visit):
     section.get_by_label("fewer than 5").check()
     section.get_by_role("button").click()
     section.locator(".result").filter(has_text=f"It had {len(seen)} of the 50 tasks in sight.").wait_for()
+
+
+def test_a_number_in_the_text_is_stepped_by_keyboard_and_dragged(visit):
+    page = visit(reduced_motion="reduce")
+    section = page.locator("#names")
+    section.get_by_role("button", name="Predict").click()
+    number = section.get_by_role("spinbutton", name="Does it hold with")
+    number.press("ArrowDown")
+    said = section.locator(".result").filter(has_text="Can 20 robots do 21 tasks? No: 1 robot is missing.")
+    scenario = FIGURES["names"].scenario.replace({"tasks.count": 21})
+    step = int(np.sort(simulate(scenario, runs=100, seed=SEED).decision_step)[49])
+    said.filter(has_text="0 feasible, 100 infeasible. ").filter(has_text=f"decisions: {step}.").wait_for()
+    number.scroll_into_view_if_needed()
+    box = number.bounding_box()
+    x, y = box["x"] + 12, box["y"] + box["height"] / 2
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x - 20, y)
+    page.mouse.up()
+    assert number.input_value() == "19"
+    section.locator(".result").filter(has_text="Yes: 1 robot to spare. 100 swarms: 100 feasible").wait_for()
+
+
+def test_a_reader_sets_a_swarm_of_their_own_by_keyboard(visit):
+    page = visit(reduced_motion="reduce")
+    section = page.locator("#free")
+    for name, keys in (("Robots", ["PageUp"]), ("Tasks", ["ArrowUp"] * 3), ("Range of sight", ["ArrowUp"])):
+        for key in keys:
+            section.get_by_role("slider", name=name).press(key)
+    changes = {
+        "robots.count": int(section.get_by_role("slider", name="Robots").input_value()),
+        "tasks.count": 25,
+        "sensing.range": 3,
+    }
+    assert changes["robots.count"] > 20
+    section.get_by_role("slider", name="Range of sight").press("Enter")
+    for scenario in (FIGURES["near"].scenario, FIGURES["names"].scenario):
+        decisions = simulate(scenario.replace(changes), runs=100, seed=SEED).decision.values
+        said = f"{(decisions == 1).sum()} feasible, {(decisions == 0).sum()} infeasible"
+        section.locator(".result").filter(has_text=said).wait_for()
+        section.get_by_role("checkbox").press("Space")
+
+
+def test_a_word_is_explained_on_focus_and_on_hover(visit):
+    page = visit()
+    word = page.get_by_role("button", name="opinion", exact=True)
+    note = page.get_by_text("What the robot holds.")
+    assert note.is_hidden()
+    word.focus()
+    assert note.is_visible()
+    expect_no_scrolling(page, 390)
+    page.keyboard.press("Escape")
+    assert note.is_hidden()
+    word.hover()
+    assert note.is_visible()
+
+
+def test_a_screen_reader_reads_questions_controls_and_answers_in_order(visit):
+    """Chromium's accessibility tree: each control has a name, and each answer is in a live region."""
+    page = visit(reduced_motion="reduce")
+    tree = page.context.new_cdp_session(page)
+
+    def read():
+        nodes = tree.send("Accessibility.getFullAXTree")["nodes"]
+        by_id = {node["nodeId"]: node for node in nodes}
+        stack, read = [nodes[0]], []
+        while stack:
+            node = stack.pop()
+            stack += [by_id[k] for k in reversed(node.get("childIds", [])) if k in by_id]
+            if not node["ignored"]:
+                read.append(node)
+        return read
+
+    def text(node, part):
+        return node.get(part, {}).get("value", "")
+
+    def texts(nodes, *roles):
+        return [text(node, "name") for node in nodes if text(node, "role") in roles]
+
+    controls = ("button", "radio", "slider", "checkbox", "spinbutton")
+    nodes = read()
+    assert all(texts(nodes, *controls))
+    asked = [(figure.question, "Predict, then look") for figure in FIGURES.values() if figure.question]
+    order = [each for each in texts(nodes, "group", "button") if each in {*sum(asked, ()), "Simulate"}]
+    assert order == [*sum(asked, ()), "Simulate"]
+    headings = [each for each in texts(nodes, "heading") if each[0].isdigit()]
+    assert [each[0] for each in headings] == list("12345678")
+    for name, figure in FIGURES.items():
+        section = page.locator(f"#{name}")
+        if figure.asks in ("decision", "sight"):
+            section.get_by_role("radio").first.check()
+        section.locator("button.primary").click()
+        section.locator(".result:not(:empty)").wait_for()
+    nodes = read()
+    assert all(texts(nodes, *controls))
+    live = [
+        node
+        for node in nodes
+        if text(node, "role") == "status"
+        and {each["name"]: each["value"].get("value") for each in node["properties"]}["live"] == "polite"
+    ]
+    below = {k for node in live for k in node.get("childIds", [])}
+    said = [text(node, "name") for node in nodes if node["nodeId"] in below]
+    shown = page.locator(".result").all_inner_texts()
+    assert all(shown)
+    assert said == shown

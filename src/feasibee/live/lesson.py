@@ -14,7 +14,6 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import simulate_record
 
 TITLE: Final = "Can these robots do it? A lesson with swarms"
-SWARMS: Final = 100
 SEED: Final = 1
 DECISIONS: Final = [["feasible", 1], ["infeasible", 0], ["undecided", -1]]
 """What a swarm may decide, as its outcomes have it."""
@@ -29,6 +28,7 @@ class Figure(NamedTuple):
     scenario: Scenario
     choices: list[list[Any]] = []  # noqa: RUF012  # never changed
     lasts: int = 1000
+    variants: tuple[Scenario, ...] = ()
 
 
 def figures() -> dict[str, Figure]:
@@ -42,6 +42,7 @@ def figures() -> dict[str, Figure]:
     bears = {**lied_to, "decision.parameters": {"tolerates": 1}}
     sight = [["fewer than 5", 4], ["5 to 15", 15], ["more than 15", 50]]
     at_once = named.replace({"tasks.count": 21, "acting.start": 0})
+    variants = tuple(each.replace({"sensing.range": r + 1}) for each in (scarce, named) for r in range(6))
     return {
         "enough": Figure("decision", "What will this swarm decide?", many, DECISIONS),
         "one": Figure("sight", "How many tasks does the ringed robot see in 10 steps?", many, sight, 10),
@@ -53,6 +54,7 @@ def figures() -> dict[str, Figure]:
         "rooms": Figure("share", HOW_MANY, few.replace({"place.walls": walls})),
         "start": Figure("share", HOW_MANY, at_once),
         "ask": Figure("share", HOW_MANY, at_once.replace({"acting.start": "safe"})),
+        "free": Figure("free", "", scarce, variants=variants),
     }
 
 
@@ -69,14 +71,12 @@ def write_lesson(out: Path) -> None:
 
 def _asked(figure: Figure) -> dict[str, Any]:
     """Return a figure as lesson.js takes it: with its world, or with the outcomes of 100 swarms."""
-    scenario, runs = figure.scenario, Runs(SWARMS, SEED, 0)
+    scenario, runs = figure.scenario, Runs(100, SEED, 0)
     own = {**figure._asdict(), "right": int(truth(scenario)), "outcomes": None}
-    del own["scenario"]
+    del own["scenario"], own["variants"]
     try:
-        return {**given_of(scenario, runs, [scenario]), **own}
+        return {**given_of(scenario, runs, figure.variants or [scenario]), **own}
     except ScenarioError:
         record = simulate_record(scenario, runs)
-        return {
-            **own,
-            "outcomes": list(zip(record.decision.tolist(), record.decision_step.tolist(), strict=True)),
-        }
+        outcomes = zip(record.decision.tolist(), record.decision_step.tolist(), strict=True)
+        return own | {"outcomes": list(outcomes)}

@@ -5,8 +5,9 @@ import { $, formatted, make } from "./elements.js";
 import { Player } from "./player.js";
 import { Recording } from "./recording.js";
 import { drawRuns, RUNS, Swarms } from "./swarms.js";
+import { TERMS } from "./terms.js";
 import { coloursOf, startTheme } from "./theme.js";
-import { decisionOf, shareOf } from "./words.js";
+import { decisionOf, questionOf, shareOf } from "./words.js";
 import { worldsOf } from "./world.js";
 
 /** @import { Frame } from "./frames.js" */
@@ -15,13 +16,16 @@ import { worldsOf } from "./world.js";
 /**
  * A figure, from lesson.py: it asks for a decision, for tasks in sight of robot 0, or for the number of right swarms. Each
  * choice has the highest number for which it is right. Outcomes of 100 swarms are given if this page can't simulate them.
+ * With "free" it asks for nothing: its strategies are the ranges of sight 1 to SIGHTS, first without names of tasks.
  * @typedef {Given & {
- *   question: string, choices: [string, number][], asks: "decision" | "sight" | "share", lasts: number,
+ *   question: string, choices: [string, number][], asks: "decision" | "sight" | "share" | "free", lasts: number,
  *   outcomes: [number, number][] | null, right: number,
  * }} Asked
  */
 
 const SPEED = 20; // steps per second
+const SIGHTS = 6;
+const DRAG = 8; // pixels that a pointer moves for a step of a number
 let figures = 0;
 
 class Figure {
@@ -29,6 +33,7 @@ class Figure {
   recording = null; // from start() on, if it simulates
   /** @type {string | null} */
   predicted = null;
+  changed = false; // whether the reader has set numbers
 
   /**
    * @param {HTMLElement} place
@@ -43,7 +48,9 @@ class Figure {
     this.again = make("button", { type: "button", hidden: true, textContent: "Restart" });
     this.now = make("p", { className: "muted now" });
     this.result = make("p", { className: "result", role: "status", tabIndex: -1 });
-    this.form = this.formOf(asked);
+    this.knobs = /** @type {HTMLInputElement[]} */ ([...place.querySelectorAll("input[name]")]);
+    for (const each of this.knobs) each.addEventListener("input", () => this.change());
+    this.form = asked.asks === "free" ? this.freeFormOf(place) : this.formOf(asked);
     this.after = place.querySelectorAll(".after");
     for (const each of this.after) /** @type {HTMLElement} */ (each).hidden = true;
     const stage = make("div", { className: "stage" }, this.canvas),
@@ -74,7 +81,7 @@ class Figure {
       button = make("button", { className: "primary", textContent: "Predict, then look" }),
       fields = make("fieldset", {}, make("legend", { textContent: question }));
     if (asks === "share") {
-      const value = make("output", { textContent: "50" }),
+      const value = make("output", { ariaHidden: "true", textContent: "50" }),
         slider = make("input", { type: "range", name, min: "0", max: String(RUNS), value: "50" });
       slider.ariaLabel = question;
       slider.addEventListener("input", () => (value.textContent = slider.value));
@@ -94,11 +101,49 @@ class Figure {
     return form;
   }
 
+  /** @param {HTMLElement} place */
+  freeFormOf(place) {
+    const form = /** @type {HTMLFormElement} */ (place.querySelector("form")),
+      button = /** @type {HTMLButtonElement} */ (form.querySelector("button"));
+    form.addEventListener("submit", (event) => {
+      event.preventDefault();
+      button.remove();
+      this.change();
+      this.play.focus();
+    });
+    return form;
+  }
+
+  // Simulate with the numbers that the reader has set, in the text or among the sliders.
+  change() {
+    const { asked, knobs, world, form } = this;
+    if (!world || knobs.some((each) => !each.checkValidity())) return;
+    /** @type {Record<string, number>} */
+    const set = {};
+    for (const each of knobs) {
+      set[each.name] = each.type === "checkbox" ? Number(each.checked) : each.valueAsNumber;
+      if (each.nextElementSibling instanceof HTMLOutputElement)
+        each.nextElementSibling.textContent = each.value;
+    }
+    const { sight, names, ...numbers } = set,
+      strategy = sight ? SIGHTS * names + sight - 1 : asked.settings.strategy;
+    asked.settings = { ...asked.settings, ...numbers, strategy };
+    if (form.querySelector("button")) return; // it waits for that
+    this.changed = true;
+    this.play.hidden = this.again.hidden = this.runs.hidden = false;
+    this.recording = new Recording(world, asked.settings);
+    this.recording.openIn(this.arena);
+    this.restart();
+    this.swarms?.begin(asked.settings);
+    this.showShare();
+  }
+
   // Make the worlds, and show the first step.
   async start() {
     const { asked, arena } = this;
     if (asked.outcomes) return;
     const [world, other] = await worldsOf(asked, 2);
+    this.world = world;
     this.recording = new Recording(world, asked.settings);
     this.swarms = new Swarms(other, () => this.showShare());
     this.recording.openIn(arena);
@@ -189,14 +234,17 @@ class Figure {
   }
 
   showShare() {
-    const { asked, swarms } = this,
+    const { asked, swarms, recording } = this,
       outcomes = asked.outcomes?.map(([decision, step]) => ({ decision, step })) ?? swarms?.outcomes ?? [],
       right = outcomes.filter((each) => each.decision === asked.right).length;
     drawRuns(this.runs, { outcomes }, -1, this.shades);
     this.runs.ariaLabel = `A mark for the decision of each of ${outcomes.length} swarms`;
     if (outcomes.length < RUNS) return;
-    const share = shareOf(right, RUNS);
-    this.result.textContent = `${right} of ${RUNS} swarms decided rightly: a share of ${share}. You predicted ${this.predicted}.`;
+    if (this.changed && swarms && recording) {
+      const { question, answer } = questionOf(asked.settings, recording.missing[0]);
+      this.result.textContent = [question, `${answer}.`, ...swarms.sentences()].join(" ");
+    } else
+      this.result.textContent = `${right} of ${RUNS} swarms decided rightly: a share of ${shareOf(right, RUNS)}. You predicted ${this.predicted}.`;
     this.reveal();
   }
 
@@ -211,6 +259,44 @@ class Figure {
     this.player.wake();
   }
 }
+
+/**
+ * Let a pointer drag a number to the right and to the left.
+ * @param {HTMLInputElement} input
+ */
+function letDrag(input) {
+  let from = 0,
+    value = 0;
+  input.addEventListener("pointerdown", ({ pointerId, clientX }) => {
+    input.setPointerCapture(pointerId);
+    [from, value] = [clientX, input.valueAsNumber];
+  });
+  input.addEventListener("pointermove", ({ pointerId, clientX }) => {
+    const moved = value + Math.round((clientX - from) / DRAG),
+      to = Math.min(Number(input.max), Math.max(Number(input.min), moved));
+    if (!input.hasPointerCapture(pointerId) || to === input.valueAsNumber) return;
+    input.valueAsNumber = to;
+    input.dispatchEvent(new Event("input"));
+  });
+}
+
+/**
+ * Explain a word where it stands, on hover and on focus; Escape closes the note.
+ * @param {HTMLElement} word
+ * @param {number} k
+ */
+function explain(word, k) {
+  const [, text] = TERMS.find(([term]) => term === word.dataset.term) ?? [],
+    note = make("span", { id: `note-${k}`, className: "note card", role: "tooltip", textContent: text }),
+    button = make("button", { type: "button", className: "term", textContent: word.textContent });
+  button.setAttribute("aria-describedby", note.id);
+  button.addEventListener("keydown", ({ key }) => key === "Escape" && button.blur());
+  word.replaceChildren(button, note);
+}
+
+document.querySelectorAll("dfn").forEach(explain);
+$("legend-undecided").hidden = $("legend-declared").hidden = false;
+/** @type {NodeListOf<HTMLInputElement>} */ (document.querySelectorAll(".number")).forEach(letDrag);
 
 /** @type {{wasm: string, figures: Record<string, Asked>}} */
 const given = JSON.parse($("given").textContent ?? "");

@@ -1,7 +1,7 @@
 // What is seen in an arena, in a sentence each: the same on the live page, in the page of one file and in notebooks.
 
 /** @type {[string, string][]} */
-const TERMS = [
+export const TERMS = [
   ["Exploring", "A robot without a ring. It counts the robots and tasks that it sees."],
   [
     "Broadcasting",
