@@ -81,3 +81,8 @@ def test_truth_follows_from_the_numbers_of_each_class():
 def test_the_last_robot_may_not_be_named_to_leave():
     with pytest.raises(ScenarioError, match=r"events\.0\.robot = 0: takes away more than there are"):
         Scenario(events=[{"step": 5, "robot": 0}], robots={"count": 1})
+
+
+def test_too_many_events_are_told_as_entries():
+    with pytest.raises(ScenarioError, match=r"events = .*: must have at most 1000 entries, not 1001"):
+        Scenario(events=[{"step": 5, "tasks": 1}] * 1001)

@@ -71,8 +71,8 @@ WORDS: Final = {
     "a valid tuple": "a list",
     "a valid ": "a ",
     "Dictionary should have at least 1 item after validation": "must name a skill",
-    "Tuple should have at most": "must be at most",
-    "items after validation": "classes",
+    "Tuple should have at most": "must have at most",
+    "items after validation": "entries",
 }
 """Phrases of pydantic's messages, and their replacements."""
 REMEDIES: Final = {"faulty": "use {count = 1} for one robot"}
