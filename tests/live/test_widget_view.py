@@ -216,6 +216,16 @@ def test_hands_put_move_and_take_away_what_is_in_its_arena(show):
     put, moved, joined, gone = arena.changes["events"]
     assert (put["tasks"], moved["task"], joined["robots"], gone) == (1, 50, 1, {"step": 0, "task": 50})
     assert [*put["at"], *moved["at"], *joined["at"]] == pytest.approx([5, 7, 12, 11, 15, 3], abs=0.1)
+    page.get_by_role("button", name="Add robots", exact=True).click()
+    page.locator("canvas").evaluate("""at => {
+      const box = at.getBoundingClientRect();
+      at.parentElement.setPointerCapture = () => {};
+      for (const x of [30, 90, 150]) for (const type of ["pointerdown", "pointerup"]) {
+        const place = { clientX: box.left + x, clientY: box.top + 90 };
+        at.dispatchEvent(new PointerEvent(type, { bubbles: true, ...place }));
+      }
+    }""")  # two of them before the kernel has answered
+    expect(page.get_by_role("img", name="24 robots and 50 tasks")).to_be_visible()
     page.keyboard.press("Escape")
     expect(page.locator(".tools p")).to_be_empty()
 

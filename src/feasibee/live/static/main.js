@@ -37,8 +37,8 @@ let point = null; // of a sweep, or null
 /** @type {{step: number, which: Which, request: number, then?: Goal} | null} */
 let wanted = null; // requested, and not shown yet; then: where to go in it
 let requests = 0; // for runs, so far
-/** @type {(() => void) | null} */
-let later = null; // what a slider or a hand changes as soon as the wanted run is shown
+/** @type {(() => void)[]} */
+const later = []; // what sliders and hands change as soon as the wanted run is shown
 let startAfter = false; // whether to play as soon as the first frame is there
 let looking = 0; // timer
 let full = false; // whether the server has too many pages already
@@ -139,7 +139,7 @@ function touch(path, count) {
     now = player.frames[0];
   if (!name || !world || world.fixed || !now?.step || now.step >= world.last) return false;
   if (wanted) {
-    later = () => touch(path, count);
+    later.push(() => touch(path, count));
     return wanted.step > 0; // a run that starts anyway takes it from its start
   }
   const { events, step } = touched(world.events, now, name, count, player.playing);
@@ -159,7 +159,7 @@ function happen(event, told) {
   if (!world || !now || now.step >= world.last)
     return announce("The run is over: go back to an earlier step.");
   if (wanted) {
-    later = () => happen(event, told);
+    later.push(() => happen(event, told));
     return;
   }
   const { events, step } = handled(world.events, now.step, event, player.playing);
@@ -327,6 +327,7 @@ const answers = {
     else player.halt();
     seeker.goal = seeker.next = null;
     startAfter = false;
+    later.length = 0;
     player.wake();
     wanted = null;
     controls.changes = accepted ?? controls.changes; // without the walls that can't be
@@ -377,8 +378,7 @@ function receive(frame) {
   mark();
   look();
   if (!world.field) for (const { number } of shownLanes()) connection.send({ type: "predict", lane: number });
-  later?.();
-  later = null;
+  later.shift()?.();
 }
 
 const connection = new Connection(

@@ -145,6 +145,8 @@ class WidgetView {
     this.dark = matchMedia("(prefers-color-scheme: dark)");
     this.swarm = ""; // name of the present swarm: a frame with another name is late
     this.late = 0;
+    /** @type {Change[]} */
+    this.later = []; // by hands, as soon as the wanted swarm is shown
     const canvas = /** @type {HTMLCanvasElement} */ (this.find("canvas"));
     this.player = new Player(
       this.root,
@@ -232,7 +234,11 @@ class WidgetView {
   happen(change) {
     const { world, player } = this,
       [now] = player.frames;
-    if (!now || now.step >= world.last) return this.say(".kernel", "The run is over: restart it.");
+    if (!now) {
+      this.later.push(change);
+      return;
+    }
+    if (now.step >= world.last) return this.say(".kernel", "The run is over: restart it.");
     this.amend(handled(world.events, now.step, change, player.playing));
   }
 
@@ -329,6 +335,7 @@ class WidgetView {
     clearTimeout(this.late);
     this.say(".kernel", "");
     if (problems) {
+      this.later = [];
       controls.changes = this.model.get("changes");
       controls.showProblems(problems);
       this.swarm = before.swarm;
@@ -337,9 +344,11 @@ class WidgetView {
     const frame = /** @type {Frame} */ (decode(bytesOf(buffers[0])));
     if (world) this.open(world, /** @type {Tasks} */ (decode(bytesOf(buffers[1]))));
     this.why = why ?? this.why;
-    if (player.latest?.step !== frame.step) return player.add(frame);
+    if (player.latest?.step !== frame.step) player.add(frame);
     player.asked = false;
     player.wake();
+    const next = this.later.shift();
+    if (next) this.happen(next);
   }
 
   /**
