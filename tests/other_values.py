@@ -75,6 +75,7 @@ OTHER_VALUES = {
     "decision.inbox": "every-message",
     "decision.inbox_size": 3,
     "decision.own_vote": False,
+    "decision.ties": "random-message",
     "decision.start": "first-sight",
     "decision.switching": 0.1,
     "decision.declare": {"quorum": 0.8, "rounds": 2, "heard": 1},

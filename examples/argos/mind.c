@@ -78,6 +78,7 @@ static struct feasibee_settings settings_of(const struct mind_settings *given,
     settings.listens_for = given->listens_for;
     settings.inbox_size = (uint16_t)given->inbox_size;
     settings.own_vote = given->own_vote;
+    settings.random_ties = given->random_ties;
     settings.first_sight = given->first_sight;
     settings.every_message = given->every_message;
     settings.declare.rounds = (uint16_t)given->declare_rounds;

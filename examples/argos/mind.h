@@ -27,6 +27,7 @@ struct mind_settings {
     int inbox_size;           /* 1 to 1,024 */
     bool every_message;
     bool own_vote;
+    bool random_ties;         /* ties = "random-message" */
     bool first_sight;         /* start = "first-sight" */
     double switching;         /* probability; 0 for none */
     int declare_rounds;       /* 0: it never declares */

@@ -156,6 +156,7 @@ def test_any_fields_that_a_page_simulates_equal_the_engines(play, boundary):
             decision={
                 "listen": any_of("always", "dissemination", {"last": 3}),
                 "own_vote": any_of(True, False),
+                "ties": any_of("keep", "random-message"),
                 "start": "coin"
                 if strategy.knowledge or strategy.starts_neutral
                 else any_of("coin", "first-sight"),

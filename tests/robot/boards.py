@@ -21,7 +21,7 @@ CASES = [
     {"gain": 1_386_401, "exploration": 300_000, "listens_for": 0, "own_vote": False},
     {"gain": 200_001, "listens_for": 4, "dissemination_floor": 3, "quality_floor": 2},
     {"gain": 655_361, "inbox_size": 5, "declare": (3, 2, 2, 3)},
-    {"every_message": True},
+    {"every_message": True, "own_vote": False, "random_ties": True},
     {"stubborn": True, "exploration": 1},
 ]
 """Settings to try, durations in 1/65536 steps. An odd gain keeps means off whole steps, so off rounding.

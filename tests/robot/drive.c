@@ -87,6 +87,7 @@ static void read_settings(struct feasibee_settings *settings, struct draws *draw
     settings->listens_for = (int32_t)read_number(2) - 1;
     settings->inbox_size = (uint16_t)read_number(2);
     settings->own_vote = read_number(1);
+    settings->random_ties = read_number(1);
     settings->first_sight = read_number(1);
     settings->every_message = read_number(1);
     settings->stubborn = read_number(1);

@@ -139,6 +139,7 @@ class Episode:
             dissemination_floor=pick([0, 0, 3, 30]),
             quality_floor=pick([0, 0, 1, 7]),
             own_vote=draw.random() < 0.7,
+            random_ties=draw.random() < 0.5,
             first_sight=first_sight,
             listens_for=pick([None, None, 0, 3, 10]),
             every_message=every_message,
@@ -168,12 +169,13 @@ class Episode:
         own, settings, rule = self.own, self.settings, self.rule or (0, 3, 9, 10)
         numbers = [settings.exploration, settings.gain, settings.dissemination_floor, settings.quality_floor]
         listens_for = 0 if settings.listens_for is None else settings.listens_for + 1
-        flags = settings.own_vote, settings.first_sight, settings.every_message, self.stubborn
+        votes = settings.own_vote, settings.random_ties
+        flags = *votes, settings.first_sight, settings.every_message, self.stubborn
         voters = min(int(own["voters"] * 2**32), 2**32 - 1)
         parts = [
             struct.pack("<IBB", self.steps, NAMES.index(self.strategy), self.opinion),
             struct.pack("<ddHHHH", *numbers, listens_for, settings.inbox_size or INBOX),
-            struct.pack("<BBBBHHHH", *flags, *rule),
+            struct.pack("<BBBBBHHHH", *flags, *rule),
             struct.pack("<HIdB", int(own["k"]), voters, own["credence"], int(own["positive_feedback"])),
             struct.pack("<II", self.word, self.switching),
         ]

@@ -60,6 +60,7 @@ PAPER = {
         "listen": "always",
         "inbox": "latest-per-robot",
         "own_vote": True,
+        "ties": "keep",
         "start": "coin",
         "threshold": 0.9,
     },

@@ -81,6 +81,7 @@ def deciding(draw, longest_exploration, longest_gain):
         "listen": draw(st.sampled_from(["always", "dissemination"])),
         "inbox": inbox,
         "own_vote": draw(st.booleans()),
+        "ties": draw(st.sampled_from(["keep", "random-message"])),
         "start": "coin"
         if strategy.knowledge or strategy.starts_neutral
         else draw(st.sampled_from(["coin", "first-sight"])),

@@ -335,6 +335,7 @@ def next_opinion(swarm, *ending):
 
 VOTES = ("x", "xxxxx", "ooooo", "")
 ALONE = {"decision.own_vote": False}
+RANDOM = {"decision.ties": "random-message"}
 TWO = {"decision.parameters": {"k": 2.0}}
 RULES = [
     # A voter takes any opinion heard, never its own: o is its own opinion, x the other one.
@@ -352,6 +353,12 @@ RULES = [
     ("majority", "o", "x", ALONE, "x"),
     ("majority", "o", "xx", {}, "x"),
     ("majority", "o", "", {}, "o"),
+    # A tie may take a message, which is the other opinion if its own vote tied with one; no tie has none.
+    *((name, "o", "x", RANDOM, "x") for name in ("dmmd", "majority")),
+    *((name, "o", "", {**ALONE, **RANDOM}, "o") for name in ("dmmd", "majority")),
+    ("dmmd", "o", "", RANDOM, "o"),
+    ("dmmd", "o", "xoo", RANDOM, "o"),
+    ("majority", "o", "xxo", {**ALONE, **RANDOM}, "x"),
     # k opinions that are equal, and nothing less: fewer, or not of one mind.
     ("k-unanimity", "o", "xxx", {}, "x"),
     ("k-unanimity", "o", "xx", {}, "o"),

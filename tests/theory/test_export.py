@@ -133,6 +133,7 @@ def test_the_exact_model_has_the_mean_time_of_another_chain():
         {"decision.strategy": "k-unanimity", "decision.parameters.k": 2.0, "decision.gain": 40.0},
         {"robots.count": 2, "decision.strategy": "voter"},
         {"decision.own_vote": False},
+        {"decision.own_vote": False, "decision.ties": "random-message"},
     ],
 )
 def test_the_engine_follows_the_exact_model(changes):

@@ -330,6 +330,7 @@ class DecisionParams(NamedTuple):
     inbox_size: int  # senders kept, the newest; 0: all
     inbox_is_set: bool  # few robots with ids of their own, and all senders are kept
     own_vote: int  # 0 or 1
+    random_ties: int  # 0 or 1
     first_sight: bool  # whether a robot adopts what its first exploration favours
     switching: np.uint64  # probability times 2**32
     declare: DeclareParams

@@ -339,6 +339,7 @@ def mind_of(params, state, i):
         params.decision.own_vote,
         state.memory[i, 1:],
         state.tables.parameters,
+        params.decision.random_ties,
     )
 
 

@@ -115,6 +115,7 @@ class _Settings(Section):
     dissemination_floor: Million
     quality_floor: Million
     own_vote: bool
+    random_ties: bool = False
     first_sight: bool = False
     listens_for: Million | None
     every_message: bool

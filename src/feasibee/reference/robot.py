@@ -199,6 +199,7 @@ def settings_of(scenario: Scenario) -> controller.Settings:
         dissemination_floor=decision.dissemination_floor,
         quality_floor=decision.quality_floor,
         own_vote=decision.own_vote,
+        random_ties=decision.ties == "random-message",
         first_sight=decision.start == "first-sight",
         listens_for=_listening(decision.listen),
         every_message=decision.inbox == "every-message",

@@ -82,6 +82,8 @@ class Settings:
     """Both counts are taken for at least this when they are rated."""
     own_vote: bool = True
     """Whether its own opinion counts in its majority."""
+    random_ties: bool = False
+    """Whether it takes a random message when votes tie; otherwise it keeps its opinion."""
     first_sight: bool = False
     """Whether it adopts at the end of its first exploration what its counts favour."""
     listens_for: int | None = None
@@ -304,7 +306,8 @@ class Controller:
         qualities = {1: self.feasible_quality, 0: 1.0 - self.feasible_quality, NONE: 0.5}
         own_vote = int(self.settings.own_vote)
         quality = qualities[self.opinion]
-        return Mind(self.opinion, quality, self.feasible_quality, own_vote, self._memory, self._parameters)
+        held = self.opinion, quality, self.feasible_quality, own_vote, self._memory, self._parameters
+        return Mind(*held, int(self.settings.random_ties))
 
     def _inbox(self) -> Inbox:
         """Return the counts of the messages heard, one drawn message, and a chance."""

@@ -35,6 +35,7 @@ def numbers_of(strategy: Strategy, settings: Settings, setting: Setting, inbox: 
         "listens_for": -1 if listens is None else min(listens, LARGEST),
         "inbox_size": min(settings.inbox_size or inbox, inbox),
         "own_vote": float(settings.own_vote),
+        "random_ties": float(settings.random_ties),
         "first_sight": float(settings.first_sight),
         "every_message": float(settings.every_message),
         "rounds": rule.rounds if rule else 0,

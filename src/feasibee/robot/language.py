@@ -131,6 +131,7 @@ FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
         "quality": _field("feasibee_own_quality({})", REAL),
         "feasible_quality": _field("feasibee_real_of({}->feasible_quality)", REAL),
         "own_vote": _field("(feasibee_int){}->settings->own_vote", INT),
+        "random_ties": _field("(feasibee_int){}->settings->random_ties", INT),
         "memory": _field("feasibee_memory_of({})", REALS, "position"),
         "parameters": _field(f"feasibee_parameters_of({_SETTING})", REALS),
     },

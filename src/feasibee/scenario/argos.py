@@ -165,6 +165,7 @@ def _decision(scenario: Scenario) -> dict[str, Any]:
         "inbox_size": min(decision.inbox_size or MOST_HEARD, MOST_HEARD),
         "every_message": decision.inbox == "every-message",
         "own_vote": decision.own_vote,
+        "random_ties": decision.ties == "random-message",
         "first_sight": decision.start == "first-sight",
         "switching": decision.switching or 0.0,
         **(

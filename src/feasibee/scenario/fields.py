@@ -454,6 +454,11 @@ class Decision(Section):
         examples=[8],
     )
     own_vote: bool = Field(True, description="Whether a robot counts its own opinion in the majority.")
+    ties: Literal["keep", "random-message"] = Field(
+        "keep",
+        description="What a robot does with a tie in the majority: keep its opinion, or adopt that of one "
+        "message, drawn at random from its inbox.",
+    )
     start: Literal["coin", "first-sight"] = Field(
         "coin",
         description="First opinion of a robot: a fair coin, or the one that its counts favour when its first "

@@ -20,7 +20,7 @@ COMMON: Final = frozenset(
         *("sensing.range", "sensing.count_self", "radio.range"),
         *("decision.strategy", "decision.parameters", "decision.exploration", "decision.gain"),
         *("decision.dissemination_floor", "decision.quality_floor", "decision.listen", "decision.inbox"),
-        *("decision.own_vote", "decision.start", "decision.threshold"),
+        *("decision.own_vote", "decision.ties", "decision.start", "decision.threshold"),
         *("run.steps", "run.stop_at_decision"),
     }
 )

@@ -161,8 +161,9 @@ def _try(strategy: Strategy) -> None:
     )
     for opinion, feasible_quality in product((1, 0, -1) if strategy.starts_neutral else (1, 0), rated):
         quality = {1: feasible_quality, 0: 1.0 - feasible_quality, -1: 0.5}[opinion]
-        for own_vote, inbox in product((1, 0), inboxes):
+        for own_vote, random_ties, inbox in product((1, 0), (1, 0), inboxes):
             mind = _mind(strategy, opinion, quality, feasible_quality, own_vote)
+            mind = mind._replace(random_ties=random_ties)
             strategy.say(mind)
             strategy.value(mind)
             strategy.lasting(mind, 10.0)

@@ -215,6 +215,7 @@ def _decision(scenario: Scenario, most: int) -> numbers.DecisionParams:
         inbox_size=decision.inbox_size or 0,
         inbox_is_set=most <= FEW and all_kept,
         own_vote=int(decision.own_vote),
+        random_ties=int(decision.ties == "random-message"),
         first_sight=decision.start == "first-sight",
         switching=probability(decision.switching or 0.0),
         declare=numbers.DeclareParams(

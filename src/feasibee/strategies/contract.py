@@ -81,6 +81,8 @@ class Mind(NamedTuple):
     """As many floats as ``MEMORY`` says, 0.0 at the start, the strategy's to read and write."""
     parameters: Any
     """The values of ``PARAMETERS``, floats in their order."""
+    random_ties: int = 0
+    """1 if it takes a message at random when votes tie, 0 if it keeps its opinion (``decision.ties``)."""
 
 
 class Inbox(NamedTuple):

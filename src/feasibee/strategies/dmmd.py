@@ -18,11 +18,13 @@ def dissemination(quality, gain):
 
 
 def decide(mind, inbox):
-    """Return the majority of the votes; a tie keeps the opinion."""
+    """Return the majority of the votes; a tie keeps the opinion, or takes a random message."""
     feasible = inbox.feasible_votes + (mind.own_vote if mind.opinion == 1 else 0)
     infeasible = inbox.infeasible_votes + (mind.own_vote if mind.opinion == 0 else 0)
     if feasible > infeasible:
         return 1
     if feasible < infeasible:
         return 0
+    if mind.random_ties == 1 and inbox.heard_opinion >= 0:
+        return inbox.heard_opinion
     return mind.opinion

@@ -16,7 +16,7 @@ from feasibee.theory.classes import Array
 from feasibee.theory.geometry import ending
 from feasibee.theory.predict import Prediction, predict
 from feasibee.theory.reach import ERRORS
-from feasibee.theory.rule import adopting
+from feasibee.theory.rule import adopting, voting_of
 
 FASTEST = 0.9
 """Largest probability to leave a state in one tick."""
@@ -140,7 +140,7 @@ def _decisions(scenario: Scenario) -> Array:
     """Return the probability of each opinion after a decision, by opinion and votes; all robots have one."""
     decision, strategy = scenario.decision, scenario.strategy
     parameters = tuple(float(decision.parameters[name]) for name in strategy.parameters)
-    table = adopting(strategy, parameters, decision.own_vote, scenario.robots.count - 1)
+    table = adopting(strategy, parameters, voting_of(decision), scenario.robots.count - 1)
     if len(table) > 2:
         rule = "the exact model needs robots that always have an opinion"
         raise ScenarioError([Problem("decision.strategy", decision.strategy, rule, "use another strategy")])

@@ -11,6 +11,7 @@ from typing import Final
 
 import numpy as np
 
+from feasibee.scenario.fields import Decision
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Inbox, Mind, Strategy
 from feasibee.theory.classes import Array, Swarm
@@ -48,7 +49,7 @@ def swarm_of(
     parameters = tuple(float(decision.parameters[name]) for name in strategy.parameters)
 
     def rule(most: int) -> Array:
-        return adopting(strategy, parameters, decision.own_vote, most)
+        return adopting(strategy, parameters, voting_of(decision), most)
 
     space = Space(scenario.arena.size, scenario.robots.speed, ending(scenario.walk.mean_run), pairs, walked)
     explored = ending(decision.exploration)
@@ -119,26 +120,40 @@ def _sight(scenario: Scenario, space: Space, explored: float) -> Sight:
     return Sight(space, sensing.range, scenario.radio.range, seen, others, tasks, itself, floor, explored)
 
 
+def voting_of(decision: Decision) -> tuple[bool, bool]:
+    """Return whether a robot's own opinion counts, and whether a tie takes a random message."""
+    return decision.own_vote, decision.ties == "random-message"
+
+
 @lru_cache(maxsize=32)
-def adopting(strategy: Strategy, parameters: tuple[float, ...], own_vote: bool, most: int) -> Array:
+def adopting(
+    strategy: Strategy, parameters: tuple[float, ...], voting: tuple[bool, bool], most: int
+) -> Array:
     """Return the probability of each opinion after a decision: feasible, infeasible, and none if it occurs.
 
+    ``voting`` is that of `voting_of`.
     The shape is (opinions, most + 1, most + 1, opinions): opinion before, votes for feasible and infeasible.
     """
     found = np.zeros((3, most + 1, most + 1, 3))
     for row, yes, no in np.ndindex(found.shape[:3]):
-        found[row, yes, no] = _chosen(strategy, parameters, own_vote, (1, 0, -1)[row], yes, no)
+        found[row, yes, no] = _chosen(strategy, parameters, voting, (1, 0, -1)[row], yes, no)
     opinions = 3 if found[:2, ..., 2].any() else 2
     return found[:opinions, ..., :opinions]
 
 
 @lru_cache(maxsize=2048)
 def _chosen(
-    strategy: Strategy, parameters: tuple[float, ...], own_vote: bool, opinion: int, yes: int, no: int
+    strategy: Strategy,
+    parameters: tuple[float, ...],
+    voting: tuple[bool, bool],
+    opinion: int,
+    yes: int,
+    no: int,
 ) -> Array:
     """Return the probabilities of feasible, infeasible and none after a decision with these votes."""
     found = np.zeros(3)
-    mind = Mind(opinion, 0.5, 0.5, int(own_vote), (), parameters)
+    own_vote, random_ties = map(int, voting)
+    mind = Mind(opinion, 0.5, 0.5, own_vote, (), parameters, random_ties)
     draws = {1: yes / (yes + no), 0: no / (yes + no)} if yes + no else {-1: 1.0}
     for (heard, weight), chance in product(draws.items(), (np.arange(CHANCES) + 0.5) / CHANCES):
         chosen = strategy.decide(mind, Inbox(yes, no, heard, 0.0, 0.0, chance))

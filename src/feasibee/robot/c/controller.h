@@ -198,6 +198,7 @@ struct feasibee_settings {
     int32_t listens_for;          /* it hears in so many last steps of dissemination; or a name above */
     uint16_t inbox_size;          /* senders whose message it keeps, 1 to FEASIBEE_INBOX */
     bool own_vote;                /* whether its own opinion counts in its majority */
+    bool random_ties;             /* whether it takes a random message when votes tie */
     bool every_message;           /* every message is a vote; not for strategies that send values */
     bool first_sight;             /* whether its first exploration gives its opinion; not with starts_neutral */
     bool stubborn;                /* it never changes its opinion (a fault) */

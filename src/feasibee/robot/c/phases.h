@@ -16,6 +16,7 @@ static inline struct feasibee_settings feasibee_defaults(const struct feasibee_s
     settings.listens_for = FEASIBEE_ALWAYS;
     settings.inbox_size = FEASIBEE_INBOX;
     settings.own_vote = true;
+    settings.random_ties = false;
     settings.every_message = false;
     settings.first_sight = false;
     settings.stubborn = false;

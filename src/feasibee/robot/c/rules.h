@@ -9,7 +9,7 @@ static inline struct feasibee_ratio feasibee_share_of_robots(feasibee_amount rob
     return share.whole == 0 ? half : share;
 }
 
-/* Return the majority of the votes; a tie keeps the opinion. */
+/* Return the majority of the votes; a tie keeps the opinion, or takes a random message. */
 static inline int8_t feasibee_majority_of(struct feasibee_robot *robot, const struct feasibee_votes *votes)
 {
     uint8_t own = robot->settings->own_vote ? 1 : 0;
@@ -19,7 +19,7 @@ static inline int8_t feasibee_majority_of(struct feasibee_robot *robot, const st
         return FEASIBEE_FEASIBLE;
     if (feasible < infeasible)
         return FEASIBEE_INFEASIBLE;
-    return robot->opinion;
+    return robot->settings->random_ties && votes->heard != FEASIBEE_NONE ? votes->heard : robot->opinion;
 }
 
 /* Halve both counts of a life long before their sum overflows: their ratio stays. */
