@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import importlib.metadata
+import json
 import re
 import shutil
 import subprocess
@@ -58,6 +59,16 @@ def test_the_citation_names_the_program_and_the_paper():
     assert re.findall(r"family-names: (.*)", paper) == ["Fuady", "Tarapore", "Ehsan", "Soorati"]
     for part in ("type: article", "year: 2024", "arXiv:2405.07799"):
         assert part in paper
+
+
+def test_the_archives_record_is_the_citations():
+    record, text = json.loads(read(".zenodo.json")), read("CITATION.cff")
+    assert f"\ntitle: {record['title']}\n" in text
+    assert f'\nabstract: "{record["description"]}"\n' in text
+    assert [f"  - {each}" for each in record["keywords"]] == re.findall(r"(?m)^  - [a-z -]+$", text)
+    assert [each["name"] for each in record["creators"]] == re.findall(r'(?m)^  - name: "(.*)"$', text)
+    assert record["license"] == "Apache-2.0" == re.findall(r"^license: (.*)$", text, re.MULTILINE)[0]
+    assert record["related_identifiers"][0]["identifier"] in text
 
 
 def test_there_are_decisions_to_read():
