@@ -18,6 +18,7 @@ PAGES = book.read_all()
 NUMBERED = [
     "README.md",
     "examples/README.md",
+    "joss/paper.md",
     *(f"docs/{path.name}" for path in (book.ROOT / "docs").glob("*.md")),
 ]
 WITHOUT = {"docs/changelog.md", "docs/contributing.md", "docs/examples.md"}  # they include other files

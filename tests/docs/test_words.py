@@ -85,7 +85,10 @@ def problems(text: str) -> list[str]:
 
 def pages() -> list[str]:
     """Return the paths of all pages that are written by hand."""
-    paths = [*(ROOT / "docs").rglob("*.md"), *ROOT.glob("*.md"), *(ROOT / "examples").glob("*.md")]
+    paths = [
+        *(ROOT / "docs").rglob("*.md"),
+        *(page for each in (".", "examples", "joss") for page in (ROOT / each).glob("*.md")),
+    ]
     written = (path.relative_to(ROOT) for path in paths)
     return sorted(path.as_posix() for path in written if not {"_build", "gallery"} & set(path.parts))
 
