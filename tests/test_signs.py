@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["version"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+VERSION = PROJECT["version"]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 RECORDS = sorted((ROOT / "docs" / "decisions").glob("[0-9]*.md"))
 SECTIONS = ["Context", "Choice", "Measured consequence", "Sources"]
@@ -57,6 +58,13 @@ def test_the_changelog_has_known_headings_and_says_what_results_changed():
         headings = re.findall(r"^### (.*)$", text, re.MULTILINE)
         assert headings == [each for each in CHANGES if each in headings]
         assert "Results changed" in headings
+
+
+def test_badges_say_what_the_project_says():
+    """No badge needs a public host of this repository, as those of CI, coverage and downloads would."""
+    badges = re.findall(r"https://img\.shields\.io/([a-z]+)/([^)]*)", read("README.md"))
+    license_, python = PROJECT["license"].replace("-", "--"), PROJECT["requires-python"].removeprefix(">=")
+    assert badges == [("badge", f"license-{license_}-blue"), ("badge", f"python-{python}_or_later-blue")]
 
 
 def test_the_citation_names_the_program_and_the_paper():
