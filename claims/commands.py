@@ -61,6 +61,7 @@ def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
         shutil.copytree(ROOT / "examples", Path(folder, "examples"))
         for name, text in files.items():
             Path(folder, name).write_text(text, encoding="utf-8")
+        before = set(Path(folder).rglob("*.*"))
         environment = {
             **os.environ,
             "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT), os.environ.get("PYTHONPATH", "")]),
@@ -71,8 +72,9 @@ def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
         )
         if done.returncode != 0:
             raise SystemExit(f"{command}\nended with status {done.returncode}:\n{done.stderr}")
-        data = sorted(path for path in Path(folder).rglob("*.*") if path.suffix in (".csv", ".json"))
-        written = {path.name: path.read_text(encoding="utf-8") for path in data if path.name not in files}
+        made = sorted(set(Path(folder).rglob("*.*")) - before)
+        data = [path for path in made if path.suffix in (".csv", ".json")]
+        written = {path.name: path.read_text(encoding="utf-8") for path in data}
     return {"printed": done.stdout, "files": written}
 
 

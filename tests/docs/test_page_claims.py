@@ -222,6 +222,15 @@ def test_a_command_runs_beside_the_files_that_the_page_has(kept, tmp_path):
     assert commands.outcome(there, "a")["feasible"] is True
 
 
+def test_data_of_an_example_is_no_outcome_of_a_command(kept, tmp_path):
+    """Else the file that examples/irsim has would make a Record of each table that `compare` writes."""
+    (tmp_path / "x.md").write_text("", encoding="utf-8")
+    assert list((commands.ROOT / "examples").rglob("*.json"))
+    compare = "feasibee compare --strategies dmmd --tasks 10,20 --runs 2 --seed 1 --set run.steps=10"
+    table = commands.outcome(page(path=tmp_path / "x.md", command=compare), "a")
+    assert [row.tasks for row in table] == [10, 20]
+
+
 def test_a_command_that_fails_is_told(kept, tmp_path):
     (tmp_path / "x.md").write_text("", encoding="utf-8")
     wrong = page(path=tmp_path / "x.md", command="feasibee truth none.toml")
