@@ -201,7 +201,7 @@ def responding(draw, path):
     changes = {
         "decision.declare": None,
         "run.stop_at_decision": False,
-        "events": draw(st.lists(events(scenario.run.steps), max_size=2)),
+        "events": draw(st.lists(events(scenario), max_size=2)),
         "tasks.arrival_rate": draw(st.sampled_from([None, 0.3])),
         "robots.failure_rate": draw(st.sampled_from([None, 0.05])),
         "robots.most": scenario.robots.count + draw(st.integers(1, 40)),

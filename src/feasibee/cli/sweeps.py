@@ -272,6 +272,8 @@ def export(
     click.echo(f"{rows} runs are in {target}")
 
 
+TEXT_LIMIT = 200
+"""Most characters of a text in a figure."""
 INCHES = {"mm": 1 / 25.4, "cm": 1 / 2.54, "in": 1.0}
 """Units of a journal's column, in inches."""
 COLUMN = 84 * INCHES["mm"]
@@ -292,8 +294,14 @@ def _inches(context: click.Context, parameter: click.Parameter, text: str | None
     return inches
 
 
+def _printable(context: click.Context, parameter: click.Parameter, text: str) -> str:
+    if len(text) > TEXT_LIMIT or not text.isprintable():
+        raise click.BadParameter(f"must be a line of at most {TEXT_LIMIT} printable characters.")
+    return text
+
+
 _length = partial(option, metavar="LENGTH", callback=_inches)
-_words = partial(option, default="", show_default=False)
+_words = partial(option, default="", show_default=False, callback=_printable)
 
 
 @command(make=results.command)

@@ -39,6 +39,9 @@ LOGS = {"no text", "right to left", "bytes", "zeros", "noise", "nothing", "full"
 BESIDE = {"no text", "right to left"}
 """Names that a file may have, odd as they are."""
 
+TEXTS = {"empty", "blank", "unknown", "dot", "dunder", "private", "model", "format", "markup"}
+"""Words that may stand in a figure."""
+
 VARY = ["tune", "--sensitivity"]
 LIMITS = ["compare", "--limits", "--strategies", "none"]
 
@@ -175,7 +178,8 @@ def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
         fine = {"zero", "minus zero"} if (name, option) in free else set()
         yield from ((each, word) for each, word in LENGTHS.items() if each not in fine)
     else:
-        yield from WORDS.items()
+        fine = TEXTS if option in ("--title", "--xlabel", "--ylabel") else set()
+        yield from ((each, word) for each, word in WORDS.items() if each not in fine)
 
 
 def _paths(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
