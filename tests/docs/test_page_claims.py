@@ -21,7 +21,12 @@ NUMBERED = [
     "joss/paper.md",
     *(f"docs/{path.name}" for path in (book.ROOT / "docs").glob("*.md")),
 ]
-WITHOUT = {"docs/changelog.md", "docs/contributing.md", "docs/examples.md"}  # they include other files
+WITHOUT = {
+    "docs/changelog.md",
+    "docs/contributing.md",
+    "docs/examples.md",
+    "docs/findings.md",
+}  # they include other files
 
 
 def page(*claims, path="x.md", command="feasibee", files=(), tables=(), given=(), parts=()):
