@@ -31,11 +31,11 @@ from feasibee.engine.motion import head
 from feasibee.engine.params import Action
 from feasibee.engine.sensing import label_of
 from feasibee.engine.starting import (
-    is_clear,
     place_robot,
     place_task,
     prepare_robot,
     put,
+    put_clear,
     set_inventions,
     set_quorum,
     sort_tasks,
@@ -259,17 +259,10 @@ def take_or_put_robot(params, state, i, x, y):
         return
     old_x, old_y = int64(state.robots[Robot.X, i]), int64(state.robots[Robot.Y, i])
     set_member(state.sets, Set.THERE, i, False)  # it isn't in its own way
-    if not put_clear(params, state, i, x, y):
+    if not put_clear(params, state, i, x, y, True):
         put(state.robots, i, old_x, old_y)
     set_member(state.sets, Set.THERE, i, True)
     state.clock[Clock.CHANGED] = 1
-
-
-@called
-def put_clear(params, state, i, x, y):
-    """Put a robot at a point; return whether it is clear of those there, or need not be."""
-    put(state.robots, i, x, y)
-    return not params.robots.avoid_collisions or is_clear(params, state, i, True)
 
 
 @called
@@ -431,7 +424,7 @@ def join(params, state, now, x, y):
     i = WORD * w + (lowest(~(there[w] | away[w])) if w < there.size else int64(0))
     if i >= params.robots.count:
         return
-    if not (place_robot(params, state, i, True) if x < 0 else put_clear(params, state, i, x, y)):
+    if not (place_robot(params, state, i, True) if x < 0 else put_clear(params, state, i, x, y, True)):
         return
     for kind in (Set.THERE, Set.WORKING, Set.COUNTED, Set.JOINING, Set.PRESENT):
         set_member(state.sets, kind, i, True)

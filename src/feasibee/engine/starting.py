@@ -141,10 +141,16 @@ def place_robot(params, state, i, joins):
             x, y = on_ground(params, state, i, i, ATTEMPTS * joined + attempt, int64(purposes.PLACE_ROBOT))
         else:
             x, y = candidate(params, placing, run, i, joined, int64(attempt), ROBOT)
-        put(state.robots, i, x, y)
-        if not params.robots.avoid_collisions or is_clear(params, state, i, joins):
+        if put_clear(params, state, i, x, y, joins):
             return True
     return False
+
+
+@called
+def put_clear(params, state, i, x, y, joins):
+    """Put a robot at a point; return whether it is clear of those there, or need not be."""
+    put(state.robots, i, x, y)
+    return not params.robots.avoid_collisions or is_clear(params, state, i, joins)
 
 
 @called

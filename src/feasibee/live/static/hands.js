@@ -8,16 +8,14 @@
 
 export class Hands {
   /**
-   * @param {{arena: Arena}[]} lanes
    * @param {(change: Change, told: string) => void} happen Let an event happen.
-   * @param {() => void} redraw
+   * @param {(sketch: Point[]) => void} sketch
    * @param {(text: string) => void} say
    */
-  constructor(lanes, happen, redraw, say) {
+  constructor(happen, sketch, say) {
     this.say = say;
     this.happen = happen;
-    this.redraw = redraw;
-    this.arenas = lanes.map((each) => each.arena);
+    this.sketch = sketch;
     /** @type {Thing | null} */
     this.held = null;
     const drop = () => this.drop();
@@ -58,12 +56,6 @@ export class Hands {
     this.held = null;
     this.sketch([]);
     return Boolean(held);
-  }
-
-  /** @param {Point[]} sketch */
-  sketch(sketch) {
-    for (const each of this.arenas) each.sketch = sketch;
-    this.redraw();
   }
 
   /**
@@ -118,7 +110,8 @@ export class Hands {
    */
   put(event, arena) {
     const { held } = this;
-    if (!this.drop() || !held) return;
+    this.drop();
+    if (!held) return;
     const { kind, number } = held;
     this.happen({ [kind]: number, at: this.placeAt(event, arena, kind) }, `${kind} ${number} is elsewhere`);
   }

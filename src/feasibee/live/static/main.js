@@ -16,7 +16,7 @@ import { SeekBar } from "./seekbar.js";
 import { Seeker } from "./seeker.js";
 import { explainTerms } from "./terms.js";
 import { startTheme } from "./theme.js";
-import { Tools } from "./tools.js";
+import { sketching, Tools } from "./tools.js";
 import { EVENTS, handled, listenToCopy, sayTouching, touched } from "./touching.js";
 import { Walls } from "./walls.js";
 
@@ -76,8 +76,9 @@ const change = new RateOfChange(controls, (stream) => {
   startAfter = player.playing || stream;
   begin(0);
 });
-const walls = new Walls(lanes, drawWalls, () => player.wake());
-const hands = new Hands(lanes, happen, () => player.wake(), announce);
+const sketch = sketching(lanes, () => player.wake());
+const walls = new Walls(drawWalls, sketch);
+const hands = new Hands(happen, sketch, announce);
 const tools = new Tools($("tools"), lanes, { ...hands.tools, ...walls.tools });
 /** @type {Record<string, unknown> | null} */
 let accepted = null; // the changes before walls that the server has not accepted yet

@@ -12,7 +12,7 @@ import { showTooltip } from "./tooltip.js";
 import { Recording } from "./recording.js";
 import { Controls } from "./settings.js";
 import { drawHistogram, drawRuns, runAt, RUNS, Swarms } from "./swarms.js";
-import { Tools } from "./tools.js";
+import { sketching, Tools } from "./tools.js";
 import { handled, listenToCopy, scenarioOf } from "./touching.js";
 import { decisionOf, questionOf } from "./words.js";
 import { worldsOf } from "./world.js";
@@ -64,7 +64,8 @@ class Page {
       () => (this.present?.step ? this.present : null),
     );
     const lanes = [{ frame: $("frame"), arena: this.arena }],
-      hands = new Hands(lanes, this.happen.bind(this), () => this.player.wake(), announce);
+      sketch = sketching(lanes, () => this.player.wake()),
+      hands = new Hands(this.happen.bind(this), sketch, announce);
     this.tools = new Tools($("tools"), lanes, hands.tools);
     this.player.play(!this.player.calm.matches);
     this.setSpeed(this.player.speed);

@@ -11,6 +11,19 @@ import { make } from "./elements.js";
  * @typedef {{label: string, help: string, begin?: Act, move?: Act, end: Act, drop: () => boolean}} Tool
  */
 
+/**
+ * Return what shows in all arenas a line or polygon that is being drawn; none at all takes it away.
+ * @param {{arena: Arena}[]} lanes
+ * @param {() => void} redraw
+ * @returns {(sketch: Point[]) => void}
+ */
+export function sketching(lanes, redraw) {
+  return (sketch) => {
+    for (const { arena } of lanes) arena.sketch = sketch;
+    redraw();
+  };
+}
+
 export class Tools {
   /**
    * @param {HTMLElement} group Gets a button for each tool, and the help of that in use.

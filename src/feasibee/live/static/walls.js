@@ -4,7 +4,6 @@ import { announce } from "./elements.js";
 import { tracePolygons } from "./ground.js";
 
 /** @import { Arena, Opened } from "./arena.js" */
-/** @import { Lane } from "./lane.js" */
 /** @import { Point, Tool } from "./tools.js" */
 
 const DRAG = 6; // pixels: less is a click
@@ -13,14 +12,12 @@ const LONGEST = 12_000; // characters that fit into a message with other changes
 
 export class Walls {
   /**
-   * @param {Lane[]} lanes
    * @param {(walls: Point[][]) => void} change
-   * @param {() => void} redraw
+   * @param {(sketch: Point[]) => void} sketch
    */
-  constructor(lanes, change, redraw) {
+  constructor(change, sketch) {
     this.change = change;
-    this.redraw = redraw;
-    this.arenas = lanes.map((each) => each.arena);
+    this.sketch = sketch;
     /** @type {Point[][]} */
     this.walls = []; // of the run that is shown
     /** @type {Point[]} */
@@ -63,12 +60,6 @@ export class Walls {
     this.start = null;
     this.sketch([]);
     return some;
-  }
-
-  /** @param {Point[]} sketch */
-  sketch(sketch) {
-    for (const each of this.arenas) each.sketch = sketch;
-    this.redraw();
   }
 
   /**

@@ -8,7 +8,7 @@ import { Player, SPEEDS } from "./player.js";
 import { explainTerms } from "./terms.js";
 import { coloursOf } from "./theme.js";
 import { showTooltip } from "./tooltip.js";
-import { Tools } from "./tools.js";
+import { sketching, Tools } from "./tools.js";
 import { copy, EVENTS, handled, touched } from "./touching.js";
 
 /** @import { Opened } from "./arena.js" */
@@ -162,11 +162,10 @@ class WidgetView {
     );
     this.arena = new Arena(canvas, coloursOf(this.root), () => this.player.wake());
     const lanes = [{ frame: this.find(".frame"), arena: this.arena }],
-      redraw = () => this.player.wake(),
+      sketch = sketching(lanes, () => this.player.wake()),
       hands = new Hands(
-        lanes,
         (change) => this.happen(change),
-        redraw,
+        sketch,
         (text) => this.say(".kernel", text),
       );
     this.tools = new Tools(this.find(".tools"), lanes, hands.tools);
