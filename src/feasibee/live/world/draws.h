@@ -18,12 +18,12 @@ enum purpose {
 #define ATTEMPTS 256            /* draws of a place for each robot that comes, likewise */
 #define HALF_PI 1.5707963267948966
 
-struct words {
+struct draw {
     uint32_t word[4];
 };
 
 /* Return four random words: Philox4x32-10 (Salmon et al., SC 2011, section 4.3). */
-static struct words philox(uint64_t seed, uint32_t run, uint32_t robot, uint32_t counter, uint32_t purpose)
+static struct draw philox(uint64_t seed, uint32_t run, uint32_t robot, uint32_t counter, uint32_t purpose)
 {
     uint32_t low = (uint32_t)seed, high = (uint32_t)(seed >> 32);
     uint32_t a = counter, b = robot, c = run, d = purpose;
@@ -36,7 +36,7 @@ static struct words philox(uint64_t seed, uint32_t run, uint32_t robot, uint32_t
         low += 0x9E3779B9u;
         high += 0xBB67AE85u;
     }
-    return (struct words){{a, b, c, d}};
+    return (struct draw){{a, b, c, d}};
 }
 
 /* Return a product's rounding error, by Dekker's splitting. */

@@ -111,7 +111,7 @@ static bool happens(uint32_t robot, uint32_t other, enum number probability, enu
 /* Draw a heading and how long it lasts (model.md 2.1). */
 static void turn(struct body *body)
 {
-    struct words drawn = philox(seed, run, body->number, body->walks++, WALK);
+    struct draw drawn = philox(seed, run, body->number, body->walks++, WALK);
     double cosine, sine;
     cos_sin(drawn.word[0], &cosine, &sine);
     body->step_x = (int64_t)__builtin_floor(numbers[REACH] * cosine + 0.5);
@@ -131,7 +131,7 @@ static uint32_t draw_steps(void *context, const struct feasibee_mean *mean)
 static struct feasibee_choice choice(void *context)
 {
     const struct body *body = context;
-    struct words drawn = philox(seed, run, body->number, body->phases, PHASE);
+    struct draw drawn = philox(seed, run, body->number, body->phases, PHASE);
     return (struct feasibee_choice){drawn.word[1], drawn.word[2]};
 }
 
@@ -220,7 +220,7 @@ static void fill_pieces(void)
 }
 
 /* Draw a position in a piece's cells (model.md 6.20.7). */
-static void place_in(const struct words *drawn, const struct stands *stands, int piece, uint32_t *to_x, uint32_t *to_y)
+static void place_in(const struct draw *drawn, const struct stands *stands, int piece, uint32_t *to_x, uint32_t *to_y)
 {
     uint64_t first = stands->first[piece], count = stands->first[piece + 1] - first;
     int64_t cell = stands->cells[first + (drawn->word[0] * count >> 32)];
@@ -232,7 +232,7 @@ static void place_in(const struct words *drawn, const struct stands *stands, int
 static void place(uint32_t number, bool is_robot, uint32_t *to_x, uint32_t *to_y)
 {
     uint32_t counter = is_robot ? ATTEMPTS * bodies[number].joined : 0, margin = is_robot ? whole(RADIUS) : 0;
-    struct words drawn = philox(seed, run, number, counter, is_robot ? PLACE_ROBOT : PLACE_TASK);
+    struct draw drawn = philox(seed, run, number, counter, is_robot ? PLACE_ROBOT : PLACE_TASK);
     if (columns > 0) {
         const struct stands *stands = is_robot ? &robots_stand : &tasks_stand;
         place_in(&drawn, stands, is_robot ? robot_pieces[number] : task_pieces[number], to_x, to_y);
