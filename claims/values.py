@@ -107,10 +107,11 @@ def median(values: Iterable[Any]) -> Any:
     return ordered[len(ordered) // 2]
 
 
-def printed(text: str, start: str) -> list[float]:
-    """Return the numbers in the last line that starts with a word."""
-    line = [each for each in text.splitlines() if each.strip().startswith(start + " ")][-1]
-    return [number(each) for each in re.findall(r"[-+]?\d+(?:\.\d+)?", line.strip()[len(start) :])]
+def printed(text: str, start: str, table: str) -> list[float]:
+    """Return the numbers in the row of a printed table that starts with a word; ``table`` is its title."""
+    lines = [line.strip() for line in text.splitlines()]
+    row = next(each for each in lines[lines.index(table) :] if each.startswith(start + " "))
+    return [number(each) for each in re.findall(r"[-+]?\d+(?:\.\d+)?", row[len(start) :])]
 
 
 def _as_parts(value: Any) -> Any:

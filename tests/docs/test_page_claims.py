@@ -109,8 +109,20 @@ def test_a_step_that_is_never_reached_is_later_than_any():
     assert median([None, None, 5]) is None
 
 
-def test_numbers_of_what_was_printed_are_read_from_the_line_of_a_name():
-    assert printed("dmmd-2 first\n dmmd-2  82.3  81.1 to 83.4  +2.9", "dmmd-2") == [82.3, 81.1, 83.4, 2.9]
+def test_numbers_of_what_was_printed_are_read_from_the_row_of_a_name_in_the_named_table():
+    text = """ dmmd-2  1.0
+
+     All together
+ over all m  right
+ dmmd-2  82.3  81.1 to 83.4  +2.9
+
+     How sure the swarms are
+ dmmd-2  0.125
+"""
+    assert printed(text, "dmmd-2", "All together") == [82.3, 81.1, 83.4, 2.9]
+    assert printed(text, "dmmd-2", "How sure the swarms are") == [0.125]
+    with pytest.raises(ValueError, match="Together"):
+        printed(text, "dmmd-2", "Together")
 
 
 # --- Sentences ---
