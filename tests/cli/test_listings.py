@@ -86,8 +86,8 @@ def test_each_preset_has_a_line():
     _, *lines = invoke("presets").stdout.splitlines()
     assert [line.split()[0] for line in lines] == list(PRESETS) == list(ABOUT)
     rows = {row["preset"]: row for row in json_of("presets")}
-    assert rows["subcdm-2025"]["bits"] == 9
-    assert rows["subcdm-2025"]["steps"] == 10_000
+    assert rows["ros2swarm-voter"]["bits"] == 6
+    assert rows["ros2swarm-voter"]["steps"] == 10_000
     assert rows["valentini-2016"]["values"]["decision"]["inbox_size"] == 2
 
 

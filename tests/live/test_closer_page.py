@@ -281,11 +281,11 @@ def test_every_field_is_under_more(visit, port):
     control.fill("")
     control.press("Tab")
     expect(page.locator("#toml")).not_to_contain_text("[decision.declare]")
-    control_of(page, "preset").select_option("subcdm-2025")
+    control_of(page, "preset").select_option("ros2swarm-voter")
     expect(page.locator("#last")).to_have_text("10,000")
     page.reload()
     expect(page.locator("#last")).to_have_text("10,000")
-    expect(page.locator("[data-path='preset']")).to_have_value("subcdm-2025")
+    expect(page.locator("[data-path='preset']")).to_have_value("ros2swarm-voter")
 
 
 def expect_scenario(page, scenario):

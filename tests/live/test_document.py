@@ -104,7 +104,7 @@ def test_what_a_page_cannot_simulate(changes, paths):
     assert [problem.path for problem in told.value.problems] == paths
 
 
-@pytest.mark.parametrize("preset", ["valentini-2016", "minimize-surprise", "subcdm-2025"])
+@pytest.mark.parametrize("preset", ["valentini-2016", "minimize-surprise", "ros2swarm-majority"])
 def test_a_page_simulates_the_presets(preset):
     check_scenario(Scenario(preset=preset))
 

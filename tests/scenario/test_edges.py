@@ -366,7 +366,7 @@ EDGES = {
         (by("quiet-census"), None, {"quorum": 0.9}, "quiet-census declares by its own word")
     ],
     "decision.strategy": [
-        ({"preset": "subcdm-2025"}, "dmmd", "census", "decision.quality_floor = 1: census rates")
+        ({"decision.quality_floor": 1}, "dmmd", "census", "decision.quality_floor = 1: census rates")
     ],
 }
 

@@ -79,7 +79,15 @@ WORLDS = {
     "late listeners": {"decision.listen": {"last": 3}, "decision.dissemination_floor": 3},
     "commits": {"decision.declare": {"quorum": 0.75, "rounds": 2, "heard": 2}, "decision.own_vote": False},
     "team": TEAM,
-    "preset": {"preset": "subcdm-2025", "run.steps": 60},
+    "preset": {
+        "decision.exploration": 100.0,
+        "decision.gain": 100.0,
+        "decision.listen": "dissemination",
+        "decision.inbox_size": 2,
+        "decision.quality_floor": 1,
+        "radio.id_bits": 8,
+        "run.steps": 60,
+    },
     "stops": {"run.stop_at_decision": True, "run.steps": 300, "tasks.count": 100},
     "colluders that invent tasks": {"faults.byzantine": 0.1, "faults.byzantine_says": "colluding"},
     "colluders that invent robots": {

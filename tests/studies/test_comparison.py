@@ -56,9 +56,9 @@ def test_a_strategy_that_a_scenario_does_not_support_is_left_out_and_told():
 
 
 def test_presets_are_laid_under_the_scenario():
-    found = contenders_of(Scenario(decision={"gain": 7.0}), presets=["default", "subcdm-2025"])
+    found = contenders_of(Scenario(decision={"gain": 7.0}), presets=["default", "ros2swarm-voter"])
     assert [each.decision.gain for each in found.values()] == [7.0, 7.0]
-    assert found["subcdm-2025"].radio.id_bits == 8
+    assert found["ros2swarm-voter"].decision.exploration == 19
 
 
 @pytest.mark.parametrize(

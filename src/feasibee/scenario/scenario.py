@@ -155,7 +155,7 @@ class Scenario(Sections):
         Likewise.
     preset : str, optional
         Name of a published controller, whose values replace the paper's: ``"valentini-2016"``,
-        ``"minimize-surprise"`` or ``"subcdm-2025"``.
+        ``"minimize-surprise"``, ``"ros2swarm-majority"`` or ``"ros2swarm-voter"``.
 
     Raises
     ------

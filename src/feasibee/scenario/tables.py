@@ -73,21 +73,28 @@ def _point(cells: list[str]) -> Point | None:
 _LONG: Final = {"exploration": 100.0, "gain": 100.0}
 _WINDOW: Final = {"dissemination_floor": 30, "listen": {"last": 30}}
 
+
+def _once_per(steps: int) -> dict[str, Any]:
+    """Return the fields of a robot that broadcasts and decides once per so many steps on average."""
+    return {"exploration": steps - 1.0, "gain": 0.001, "own_vote": False}
+
+
 PRESETS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
     "valentini-2016": {"decision": {**_LONG, **_WINDOW, "inbox_size": 2}, "run": {"steps": 10_000}},
     "minimize-surprise": {"decision": {**_LONG, **_WINDOW, "inbox_size": 4}, "run": {"steps": 10_000}},
-    "subcdm-2025": {
-        "decision": {**_LONG, "listen": "dissemination", "inbox_size": 2, "quality_floor": 1},
-        "radio": {"id_bits": 8},
+    "ros2swarm-majority": {
+        "decision": {"strategy": "majority", **_once_per(50), "ties": "random-message"},
         "run": {"steps": 10_000},
     },
+    "ros2swarm-voter": {"decision": {"strategy": "voter", **_once_per(20)}, "run": {"steps": 10_000}},
     "first-sight": {"decision": {"start": "first-sight"}},
 }
 
 ABOUT: Final[Mapping[str, str]] = {
     "valentini-2016": "Pold87/blockchain-swarm-robotics, on the collective perception of 2016",
     "minimize-surprise": "Minimize-Surprise/Collective-Perception",
-    "subcdm-2025": "SooratiLab/subset_CDM, by the paper's group",
+    "ros2swarm-majority": "ROS2swarm/ROS2swarm, majority rule, a decision each 5 s",
+    "ros2swarm-voter": "ROS2swarm/ROS2swarm, voter model, a decision each 2 s",
     "first-sight": "the paper's, but a robot begins with what its first exploration favours",
 }
 """Whose controller each preset is."""
