@@ -93,8 +93,8 @@ PRESETS: Final[Mapping[str, Mapping[str, Mapping[str, Any]]]] = {
 ABOUT: Final[Mapping[str, str]] = {
     "valentini-2016": "Pold87/blockchain-swarm-robotics, on the collective perception of 2016",
     "minimize-surprise": "Minimize-Surprise/Collective-Perception",
-    "ros2swarm-majority": "ROS2swarm/ROS2swarm, majority rule, a decision each 5 s",
-    "ros2swarm-voter": "ROS2swarm/ROS2swarm, voter model, a decision each 2 s",
+    "ros2swarm-majority": "ROS2swarm/ROS2swarm, majority rule, a decision every 5 s",
+    "ros2swarm-voter": "ROS2swarm/ROS2swarm, voter model, a decision every 2 s",
     "first-sight": "the paper's, but a robot begins with what its first exploration favours",
 }
 """Whose controller each preset is."""
