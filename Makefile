@@ -5,13 +5,14 @@ BIN := $(VENV)/bin
 LOWEST ?= .venv-lowest
 LOWEST_PYTHON ?= python3.11
 
-.PHONY: help paper test test-all test-lowest lint lint-js format-js wasm bench sizes docs claims claims-short clean
+.PHONY: help paper test test-all test-lowest coverage lint lint-js format-js wasm bench sizes docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/, as docs/paper.md has them: 2,000 swarms at each ratio, seed 1"
 	@echo "make test    the tests that take minutes together"
 	@echo "make test-all    the slow ones, too"
 	@echo "make test-lowest   those of make test that need packages, with the lowest versions that pyproject.toml states, of"
 	@echo "             Python too; in $(LOWEST)"
+	@echo "make coverage   make test, and which lines of the package it runs; compiled functions aren't counted"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
 	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/live/world/world.wasm"
@@ -35,6 +36,11 @@ test-all: $(VENV)/with-test
 test-lowest: $(LOWEST)/installed
 	$(LOWEST)/bin/python -m pytest --numprocesses auto --dist worksteal -W ignore::DeprecationWarning \
 		-m "not slow and not browser" --ignore tests/docs --ignore tests/robot
+
+# What ran is reported after failures, too: tests of time may fail, since every line is counted.
+coverage: $(VENV)/with-test
+	$(BIN)/coverage run -m pytest --numprocesses auto --dist worksteal; status=$$?; \
+		$(BIN)/coverage combine --quiet; $(BIN)/coverage report && exit $$status
 
 lint: $(VENV)/with-lint
 	$(BIN)/ruff check
