@@ -27,6 +27,8 @@ ON_BOARDS = {"espnow", "network"}
 """Modules of MicroPython on an ESP32, which examples/micropython imports."""
 OF_IRSIM = {"shapely"}
 """What IR-SIM brings along, which examples/irsim imports."""
+OF_RIVALS = {"scipy"}
+"""What examples/rivals/evolve.py optimises with, as its docstring says."""
 PLACES = {
     "src": [*chain(*EXTRAS.values())],
     "tests": GROUPS["test"],
@@ -57,11 +59,9 @@ def imported_by(folder):
             else:
                 continue
             found |= {name.split(".")[0]: path for name in names}
-    return {
-        name: path
-        for name, path in found.items()
-        if name not in sys.stdlib_module_names | local | OWN | ON_BOARDS | OF_IRSIM
-    }
+    optional = ON_BOARDS | OF_IRSIM | OF_RIVALS if folder == "examples" else set()
+    known = sys.stdlib_module_names | local | OWN | optional
+    return {name: path for name, path in found.items() if name not in known}
 
 
 @pytest.mark.parametrize("folder", PLACES)
