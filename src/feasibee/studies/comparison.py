@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, replace
 from importlib.metadata import version
@@ -278,17 +278,43 @@ def compare(
             check_size(each.scenario, Runs(runs, seed), curves=False)
     with rounds_of(execution, RUNS) as rounds:
         rounds.phases = {RUNS: runs * sum(run_work(each.scenario) for each in designs)}
-        done = number = 0
-        with suppress(Enough):
-            while number < runs:
-                number = min(runs, max(FIRST_LOOK, 2 * number))
-                rounds.place = f"{number:,} of {runs:,}"
-                for study in studies_of(designs, number, seed, curves=curves):
-                    rounds.complete(study)  # to read curves takes long
-                done = number
-                if done < runs:
-                    rounds.so_far = leader(outcomes_of(rounds, designs, done, seed, curves=False))
+        done = looks_at(
+            rounds,
+            runs,
+            lambda number: studies_of(designs, number, seed, curves=curves),  # to read curves takes long
+            lambda number: leader(outcomes_of(rounds, designs, number, seed, curves=False)),
+        )
         return outcomes_of(rounds, designs, done, seed, curves=curves)
+
+
+def looks_at(
+    rounds: Rounds,
+    runs: int,
+    studies: Callable[[int], Iterable[Study]],
+    answer: Callable[[int], str],
+) -> int:
+    """Complete studies of so many runs, doubled at each look; return the number that time allowed.
+
+    Parameters
+    ----------
+    rounds : Rounds
+        What completes them, and may end them once there is an answer.
+    runs : int
+        Number of runs at the last look.
+    studies, answer : callable
+        Give the studies of a number of runs, and the answer from them in words.
+    """
+    done = number = 0
+    with suppress(Enough):
+        while number < runs:
+            number = min(runs, max(FIRST_LOOK, 2 * number))
+            rounds.place = f"{number:,} of {runs:,}"
+            for study in studies(number):
+                rounds.complete(study)
+            done = number
+            if done < runs:
+                rounds.so_far = answer(done)
+    return done
 
 
 def design_points(
