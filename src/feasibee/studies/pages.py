@@ -30,7 +30,7 @@ from feasibee.studies.report import (
     excluded_as_html,
     section_as_html,
     sections,
-    table_of,
+    table_as_html,
 )
 from feasibee.studies.size import panels_of, sentences
 
@@ -71,16 +71,26 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
         return
     first, *figures = [*_figures(assessment), *_maps(assessment)]
     brief, details = _parted(assessment)
-    body = _verdict(assessment) + "".join(section_as_html(*each) for each in brief.items()) + _figure(first)
+    body = (
+        _verdict(assessment)
+        + "".join(section_as_html(*each) for each in brief.items())
+        + figure_as_html(first)
+    )
     body = f'<div class="first"><h1>{TITLE}</h1>{body}</div><h1>Details</h1>'
-    body += "".join(section_as_html(*each) for each in details.items()) + "".join(map(_figure, figures))
-    body += "".join(table_of(*each) for each in _tables(assessment).items())
+    body += "".join(section_as_html(*each) for each in details.items()) + "".join(
+        map(figure_as_html, figures)
+    )
+    body += "".join(table_as_html(title, cells_of(each)) for title, each in _tables(assessment).items())
     body += excluded_as_html(assessment.recommendation.excluded)
     written = html.escape(assessment.scenario.to_toml())
     body += f"<details><summary>Scenario</summary><pre>{written}</pre></details>"
+    write_page(path, "assessment", body, command)
+
+
+def write_page(path: Path, title: str, body: str, command: str) -> None:
+    """Write an HTML file that needs no other, with the command that made it in its footer."""
     foot = f"<code>{html.escape(command)}</code>; {datetime.now(UTC):%Y-%m-%d}"
-    text = PAGE.replace("{body}", body).replace("{footer}", foot)
-    write_text(path, text)
+    write_text(path, PAGE.replace("{title}", title).replace("{body}", body).replace("{footer}", foot))
 
 
 def _write_sheets(assessment: Assessment, path: Path, command: str) -> None:
@@ -237,7 +247,8 @@ def _best_in_words(assessment: Assessment) -> str:
     return f"{when}: {'; '.join([f'{OWN} {percent(assessment.outcome.judged)}', *best])}."
 
 
-def _figure(shown: Shown) -> str:
+def figure_as_html(shown: Shown) -> str:
+    """Return a figure in HTML, with its pixels and what it shows in words."""
     buffer = io.BytesIO()
     shown.drawn.savefig(buffer, format="png", dpi=150)
     data = base64.b64encode(buffer.getvalue()).decode()
@@ -253,7 +264,7 @@ FIRST: Final = ("What to do", "What to expect", "If something fails", "What this
 """Sections of page one, below the verdict."""
 PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
-<title>feasibee: assessment</title><style>
+<title>feasibee: {title}</title><style>
 :root { color-scheme: light dark; --line: color-mix(in srgb, currentColor 22%, transparent); }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 52rem; margin: 2rem auto; padding: 0 1rem; }
 h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin: 2rem 0 .4rem; }
@@ -270,6 +281,7 @@ figcaption { font-size: .9rem; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 td, th { text-align: left; padding: .25rem .7rem .25rem 0; white-space: nowrap; font-weight: normal; }
 thead th { font-weight: 600; } td.text { white-space: normal; }
+td.share { background: color-mix(in srgb, #0b7a53 calc(100% * max(0, var(--share) - .5)), transparent); }
 tr + tr, tbody tr { border-top: 1px solid var(--line); }
 pre { overflow-x: auto; font-size: 13px; } summary { cursor: pointer; margin-top: 2rem; }
 footer { border-top: 1px solid var(--line); margin-top: 2rem; padding-top: .6rem; font-size: .85rem; }

@@ -190,7 +190,10 @@ class Assessment:
         """Return the assessment as HTML, for notebooks."""
         tables = {"Strategies": self.strategies, "Changes": self.limits, "Faults": self.faults}
         parts = [section_as_html(*each) for each in sections(self).items()]
-        parts += [folded(name, table_of(name, trials)) for name, trials in tables.items()]
+        parts += [
+            folded(name, table_as_html(name, cells_of(trials)) if trials else "")
+            for name, trials in tables.items()
+        ]
         return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
 
     def _recommended_as_dict(self) -> dict[str, Any] | None:
@@ -608,17 +611,24 @@ def section_as_html(title: str, lines: Sequence[str]) -> str:
     return f"<h2>{html.escape(title)}</h2><ul>{listed}</ul>"
 
 
-def table_of(title: str, trials: Sequence[Trial]) -> str:
-    """Return trials as a table in HTML that scrolls where it is too wide."""
-    if not trials:
-        return ""
-    heads, *rows = cells_of(trials)
-    head = "".join(f'<th scope="col">{name}</th>' for name in heads)
+def table_as_html(title: str, cells: Sequence[Sequence[str | float | None]]) -> str:
+    """Return a table in HTML that scrolls where it is too wide; the names of its columns are first.
+
+    A number is a share, shown in percent and as a shade; None is a dash.
+    """
+    heads, *rows = cells
+    head = "".join(f'<th scope="col">{html.escape(str(name))}</th>' for name in heads)
     body = "".join(
-        f'<tr><th scope="row">{html.escape(name)}</th>{"".join(f"<td>{cell}</td>" for cell in cells)}</tr>'
-        for name, *cells in rows
+        f'<tr><th scope="row">{html.escape(str(name))}</th>{"".join(map(_cell, others))}</tr>'
+        for name, *others in rows
     )
     return _framed(title, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>")
+
+
+def _cell(cell: str | float | None) -> str:
+    if isinstance(cell, float):
+        return f'<td class="share" style="--share: {cell:.3f}">{100 * cell:.0f}</td>'
+    return f"<td>{'-' if cell is None else html.escape(cell)}</td>"
 
 
 def cells_of(trials: Sequence[Trial]) -> list[list[str]]:
