@@ -15,6 +15,7 @@ import click
 from click.exceptions import NoArgsIsHelpError
 
 from feasibee.cli import interrupts, streams
+from feasibee.cli.benchmark import benchmark
 from feasibee.cli.decide import assess, recommend, size
 from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
 from feasibee.cli.own import check
@@ -112,7 +113,7 @@ def fail(message: str) -> NoReturn:
 
 GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Start": (run, watch, paper, new),
-    "Decide": (assess, size, recommend, compare, pays, predict, check),
+    "Decide": (assess, size, recommend, compare, pays, predict, check, benchmark),
     "Study": (sweep, results, reproduce, tune),
     "Share": (page, lesson, animate),
     "Robots": (launch, robot, replay, header),

@@ -226,8 +226,9 @@ def reproduce(
 ) -> None:
     """Simulate saved results again, and compare every byte of all runs and figures with what was saved.
 
-    FILE is one that feasibee run --out has written, .nc. FOLDER is that of a journal, as of feasibee sweep;
-    its figures are those of feasibee results plot, whose files say what they show.
+    FILE is one that feasibee run --out has written, .nc, or a card of feasibee benchmark, .json. FOLDER is
+    that of a journal, as of feasibee sweep; its figures are those of feasibee results plot, whose files say
+    what they show.
     The exit status is 0 if all bytes are the same, 1 if some differ, and 2 after an error.
 
     \b
@@ -235,10 +236,12 @@ def reproduce(
       feasibee reproduce mine.nc
       feasibee reproduce mine.nc --figure paper/mine.pdf
       feasibee reproduce results --figure paper/ratio.pdf
+      feasibee reproduce benchmark.json --trust
     """
-    from feasibee.studies.reproduce import reproduce_file, reproduce_journal
+    from feasibee.studies.reproduce import reproduce_card, reproduce_file, reproduce_journal
 
-    again = reproduce_journal if path.is_dir() else reproduce_file
+    kinds = {".json": reproduce_card}
+    again = reproduce_journal if path.is_dir() else kinds.get(path.suffix.lower(), reproduce_file)
     with progress("Simulating again") as advance:
         found = again(path, figure, trust, workers, advance)
     if as_json:

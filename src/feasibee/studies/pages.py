@@ -281,7 +281,8 @@ figcaption { font-size: .9rem; }
 table { border-collapse: collapse; font-size: .9rem; font-variant-numeric: tabular-nums; }
 td, th { text-align: left; padding: .25rem .7rem .25rem 0; white-space: nowrap; font-weight: normal; }
 thead th { font-weight: 600; } td.text { white-space: normal; }
-td.share { background: color-mix(in srgb, #0b7a53 calc(100% * max(0, var(--share) - .5)), transparent); }
+td.share { padding-left: .4rem; --shade: calc(100% * max(0, var(--share) - .5));
+  background: color-mix(in srgb, #0b7a53 var(--shade), transparent); }
 tr + tr, tbody tr { border-top: 1px solid var(--line); }
 pre { overflow-x: auto; font-size: 13px; } summary { cursor: pointer; margin-top: 2rem; }
 footer { border-top: 1px solid var(--line); margin-top: 2rem; padding-top: .6rem; font-size: .85rem; }

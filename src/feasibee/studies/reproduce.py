@@ -19,10 +19,13 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.results.dataset import open_results, recipe_of, scenario_of, to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.studies.benchmark import Card, again
 from feasibee.studies.sweep_figure import View, view_in
 from feasibee.sweeps.content import name_of
+from feasibee.sweeps.executors import threads
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schema import Kind, difference, encode
+from feasibee.sweeps.sweep import Execution
 from feasibee.sweeps.table import Summary, summaries, varied
 
 NAMED = 10
@@ -104,6 +107,20 @@ def _same_bytes(path: Path, save: Callable[[Path], None]) -> bool:
     with TemporaryDirectory() as folder:
         save(drawn := Path(folder, path.name))
         return drawn.read_bytes() == path.read_bytes()
+
+
+def reproduce_card(
+    path: Path, figures: Sequence[Path], trust: bool, workers: int | None, progress: Advance
+) -> Reproduction:
+    """Simulate all runs of a card of the benchmark again; it has no figures."""
+    if figures:
+        raise FeasibeeError(f"--figure {figures[0]}: a card has no figures; leave it out")
+    card = Card.read(path)
+    execution = Execution(pool=threads(workers), progress=lambda each: progress(each.work_done / each.most))
+    differences = again(card, trust, execution)
+    saved = {"version": card.version, "model_version": card.model_version}
+    now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
+    return Reproduction(sum(row.runs for row in card.rows), _versions(saved, now), differences, {})
 
 
 def reproduce_journal(

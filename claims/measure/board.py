@@ -1,0 +1,34 @@
+"""The worlds of the benchmark's suite, and the board of the built-in strategies: docs/benchmark.md."""
+
+from __future__ import annotations
+
+import json
+
+from feasibee.studies.benchmark import board
+from feasibee.studies.board import standings
+
+
+def main() -> None:
+    """Print them as one JSON object."""
+    card = board()
+    worlds = [{"name": each.name, "group": each.group, "about": each.about} for each in card.worlds]
+    rows = [
+        {
+            "given": given,
+            "name": each.contender,
+            "right": each.right._asdict(),
+            "word": "-" if each.word is None else f"{each.word:.2f}",
+            "wrong": "-" if each.wrong is None else f"{each.wrong:.2f}",
+            "steps": " / ".join("never" if step is None else f"{step}" for step in (each.median, each.p95)),
+            "bits": f"{each.bits:,.3g}",
+            "memory": f"{each.memory:,}",
+            "brier": each.brier,
+        }
+        for given, group in standings(card).items()
+        for each in group
+    ]
+    print(json.dumps({"worlds": worlds, "rows": rows}))
+
+
+if __name__ == "__main__":
+    main()
