@@ -38,7 +38,7 @@ OPEN = {
 }
 """Choices that the paper's text leaves open: our default, and another value."""
 AGAINST = {"decision.listen": ("always", "dissemination"), "sensing.count_self": (False, True)}
-"""Choices of docs/paper.md's table of effects that the paper's text does settle, as our default has them."""
+"""Choices of docs/paper.md's table of effects that the paper's text answers as our defaults do."""
 ALL = OPEN | AGAINST
 DESIGN_RUNS, DESIGN_STEPS = 200, 5000
 """5,000 steps, so that long phases end. The interval of a share is at most 0.14 wide. 400 runs were planned;
