@@ -1,6 +1,6 @@
 """Answer what a referee would ask of the findings: docs/referee.md. Each question is a subcommand.
 
-The margins and samples below were committed before the first number was computed.
+Margins and samples were committed before the first number was computed; docs/referee.md lists what changed.
 """
 
 from __future__ import annotations
@@ -227,14 +227,14 @@ def wider_band(points: list[RatioSummary]) -> float:
 
 
 def holm(found: list[tuple[str, float]]) -> dict[str, Any]:
-    """Return p-values with Holm's correction (1979), and how many hold at 5 % and at 2.5 %."""
+    """Return p-values with Holm's correction (1979), and how many hold at 2.5 %."""
     ordered, last, corrected = sorted(range(len(found)), key=lambda at: found[at][1]), 0.0, {}
     for rank, at in enumerate(ordered):
         last = corrected[at] = min(1.0, max(last, (len(found) - rank) * found[at][1]))
     rows = [{"claim": name, "p": p, "holm": corrected[at]} for at, (name, p) in enumerate(found)]
     return {
         "rows": rows,
-        "hold": sum(row["holm"] < 0.025 for row in rows),
+        "hold": sum(each < 0.025 for each in corrected.values()),
         "largest": max(corrected.values()),
     }
 
@@ -287,7 +287,7 @@ def ablations() -> dict[str, Any]:
     The difference of a pair from the sum of its two effects is taken on the scale of log odds.
     """
     runs, base = 2000, {"tasks.count": 10}
-    counts = {(): decided(base, runs)}
+    counts: dict[tuple[str, ...], int] = {(): decided(base, runs)}
     for size in (1, 2):
         for names in combinations(PARTS, size):
             counts[names] = decided(
@@ -301,7 +301,7 @@ def ablations() -> dict[str, Any]:
     return {"rows": rows, "pairs": pairs, "clear": len(clear)}
 
 
-def interaction(names: tuple[str, str], counts: dict[Any, int], runs: int) -> dict[str, Any]:
+def interaction(names: tuple[str, ...], counts: dict[Any, int], runs: int) -> dict[str, Any]:
     """Return by how much two effects together differ from their sum, in log odds, with a 95 % interval.
 
     The interval is Bonferroni's for the 15 pairs.
