@@ -44,6 +44,8 @@ class Objective:
     """One of `TUNED`."""
     false_alarms: float | None = None
     """Parameters with more false alarms per 1,000 steps aren't chosen."""
+    worst: bool = False
+    """Whether the search is for the worst parameters instead."""
 
     @property
     def of(self) -> Measure:
@@ -53,7 +55,7 @@ class Objective:
     @property
     def sign(self) -> int:
         """1 if more is better, otherwise -1."""
-        return -1 if self.of.less else 1
+        return -1 if self.of.less != self.worst else 1
 
     def score(self, runs: Scored) -> float:
         """Return the mean of the measure, negative if less is better; -inf where it must not be chosen."""
