@@ -17,6 +17,7 @@ from click.exceptions import NoArgsIsHelpError
 from feasibee.cli import interrupts, streams
 from feasibee.cli.benchmark import benchmark
 from feasibee.cli.decide import assess, recommend, size
+from feasibee.cli.lies import lies
 from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
 from feasibee.cli.own import check
 from feasibee.cli.pays import pays
@@ -114,7 +115,7 @@ def fail(message: str) -> NoReturn:
 GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Start": (run, watch, paper, new),
     "Decide": (assess, size, recommend, compare, pays, predict, check, benchmark),
-    "Study": (sweep, results, reproduce, tune),
+    "Study": (sweep, results, reproduce, tune, lies),
     "Share": (page, lesson, animate),
     "Robots": (launch, robot, replay, header),
     "Look up": (scenario, truth, strategies, presets, schema, compile_engines),

@@ -191,7 +191,7 @@ def _parsed(name: str, source: str) -> Manifest:
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
         raise FeasibeeError(f"{file}{line}: {type(error).__name__}: {error.args[0]}") from None
     _check_imports(tree, file)
-    bound = dict(_bindings(tree))
+    bound = dict(bindings(tree))
     functions = frozenset(ARGUMENTS).intersection(bound)
     for function in ARGUMENTS:
         _check_function(function, bound.get(function), file)
@@ -233,7 +233,7 @@ def _check_imports(tree: ast.Module, file: str) -> None:
                     raise FeasibeeError(f"{file}, line {node.lineno}: {rule}")
 
 
-def _bindings(tree: ast.Module) -> list[tuple[str, ast.AST]]:
+def bindings(tree: ast.Module) -> list[tuple[str, ast.AST]]:
     """Return the names bound at the file's top level, each with its statement; the last one counts."""
     found: list[tuple[str, ast.AST]] = []
     for node in tree.body:

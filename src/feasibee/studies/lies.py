@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import inspect
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from itertools import product
 from typing import Any, Final, NamedTuple
@@ -15,6 +14,7 @@ from feasibee.results.statistics import Interval, wilson
 from feasibee.robot.controller import Message
 from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.wire import Wire, WireError
+from feasibee.scenario.plugins import ALLOWED, bindings
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import ARGUMENTS, Me, Setting, Strategy, Thing
 from feasibee.studies.recommend import opposite_of, strategy_for
@@ -31,6 +31,7 @@ DEFAULTS: Final = {"form": float(OWN), "share": 1.0, "holds": 1.0, "duty": 1.0}
 """Numbers of a lie on each side: its form, the share of words that it replaces, for how many steps a random
 word stays, and the share of steps in which the robot lies."""
 SAYS: Final = "faults.byzantine_says"
+PACKAGE: Final = "feasibee.strategies."
 WIRED: Final = ("layout", "pack", "unpack")
 LIE: Final = """
 from feasibee.strategies.contract import Thing
@@ -80,88 +81,54 @@ class Found(NamedTuple):
     """Share right with the worst lie found, on runs that the search didn't use."""
 
 
-@dataclass(frozen=True)
-class _Rename(ast.NodeTransformer):
-    """Gives names of a module the names that they have in the joined text."""
-
-    names: Mapping[str, str]
-
-    def visit_Name(self, node: ast.Name) -> ast.Name:
-        return ast.Name(self.names.get(node.id, node.id), node.ctx)
-
-    def visit_arg(self, node: ast.arg) -> ast.arg:
-        return ast.arg(self.names.get(node.arg, node.arg))
-
-    def visit_FunctionDef(self, node: ast.FunctionDef) -> ast.AST:
-        node.name = self.names.get(node.name, node.name)
-        return self.generic_visit(node)
-
-
-def _bound(tree: ast.Module) -> Iterator[str]:
-    """Yield the names of functions and constants that a module defines."""
-    for node in tree.body:
-        if isinstance(node, ast.FunctionDef):
-            yield node.name
-        elif isinstance(node, ast.Assign):
-            yield from (each.id for target in node.targets for each in ast.walk(target) if _is_name(each))
-
-
-def _is_name(node: ast.AST) -> bool:
-    return isinstance(node, ast.Name)
-
-
 def _join(tree: ast.Module, prefix: str, done: dict[str, dict[str, str]]) -> list[ast.stmt]:
-    """Return a module's statements after those of the strategies that it imports; add its names to ``done``."""
+    """Return a module's statements after those that it imports of strategies; add its names to ``done``."""
+    bound = [name for name, node in bindings(tree) if not isinstance(node, ast.Import | ast.ImportFrom)]
+    names = {name: prefix + name for name in bound} if prefix else {"lie": "lie_own"}
     body: list[ast.stmt] = []
-    names = {name: prefix + name for name in _bound(tree)} if prefix else {"lie": "lie_own"}
     own: list[ast.stmt] = []
     for node in tree.body:
         module = node.module or "" if isinstance(node, ast.ImportFrom) else ""
-        if not module.startswith("feasibee.strategies.") or module.endswith(".contract"):
+        if isinstance(node, ast.ImportFrom) and module.startswith(PACKAGE) and module not in ALLOWED:
+            if module not in done:
+                imported = ast.parse(inspect.getsource(import_module(module)))
+                body += _join(imported, f"{module.removeprefix(PACKAGE)}_", done)
+            names |= {each.asname or each.name: done[module][each.name] for each in node.names}
+        else:
             own.append(node)
-            continue
-        if module not in done:
-            imported = ast.parse(inspect.getsource(import_module(module)))
-            body += _join(imported, f"{module.rpartition('.')[2]}_", done)
-        names |= {each.asname or each.name: done[module][each.name] for each in node.names}
-    done[f"feasibee.strategies.{prefix[:-1]}"] = names
-    return [*body, *(_Rename(names).visit(node) for node in own)]
+    done[PACKAGE + prefix[:-1]] = names
+    for each in ast.walk(ast.Module(own, [])):
+        for name in ("id", "arg", "name"):
+            if isinstance(each, ast.Name | ast.arg | ast.FunctionDef) and hasattr(each, name):
+                setattr(each, name, names.get(getattr(each, name), getattr(each, name)))
+    return [*body, *own]
 
 
-def _text(strategy: Strategy, runs: Sequence[tuple[int, int]]) -> str:
+def _text(strategy: Strategy, tops: Sequence[tuple[int, int]]) -> str:
     """Return the text of a strategy with all that it imports, and a lie that its parameters describe."""
-    module = f"feasibee.strategies.{strategy.name.replace('-', '_')}"
-    tree = ast.parse(strategy.source or inspect.getsource(import_module(module)))
+    source = strategy.source or inspect.getsource(import_module(PACKAGE + strategy.name.replace("-", "_")))
     done: dict[str, dict[str, str]] = {}
-    body = [node for node in _join(tree, "", done) if not _is_left_out(node)]
-    names = done["feasibee.strategies."]
-    wrapped = {name: names[name] for name in ARGUMENTS if name in names and name not in ("lie", *WIRED)}
-    if "lie" in names and names["lie"] != "lie_own":
-        wrapped["lie_own"] = names["lie"]
+    body = _join(ast.parse(source), "", done)
+    imported = {("lie_own" if name == "lie" else name): name for name in done[PACKAGE] if name in ARGUMENTS}
     wraps = [
-        f"def {name}({', '.join(ARGUMENTS[name.removesuffix('_own')])}):\n"
-        f"    return {inner}({', '.join(ARGUMENTS[name.removesuffix('_own')])})"
-        for name, inner in wrapped.items()
+        f"def {name}({', '.join(ARGUMENTS[of])}):\n    return {done[PACKAGE][of]}({', '.join(ARGUMENTS[of])})"
+        for name, of in imported.items()
+        if of not in WIRED and done[PACKAGE][of] != "lie_own"
     ]
-    tops = "".join(f"    if k < {end}:\n        return {top}\n" for end, top in runs)
-    parameters = {**strategy.parameters, **{f"{name}_{side}": each for side, name, each in _defaults()}}
-    numbers = f"LIE_FIRST = {len(strategy.parameters)}\nPARAMETERS = {parameters!r}"
-    most = f"def lie_most(k):\n{tops}    return 0"
-    invent = [] if strategy.lie is not None else [INVENT]
-    return "\n".join((ast.unparse(ast.Module(body, [])), *wraps, numbers, most, LIE, *invent))
-
-
-def _defaults() -> Iterator[tuple[str, str, float]]:
-    """Yield side, name and default of each parameter of a lie, in their order."""
-    for side in SIDES:
-        yield from ((side, name, value) for name, value in DEFAULTS.items())
-
-
-def _is_left_out(node: ast.stmt) -> bool:
-    """Whether a statement defines the parameters, or how messages are written as bits, which no run needs."""
-    if isinstance(node, ast.FunctionDef):
-        return node.name in WIRED
-    return isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "PARAMETERS"
+    parameters = {
+        **strategy.parameters,
+        **{f"{name}_{side}": DEFAULTS[name] for side in SIDES for name in DEFAULTS},
+    }
+    most = "".join(f"    if k < {end}:\n        return {top}\n" for end, top in tops)
+    kept = [node for node in body if not (isinstance(node, ast.FunctionDef) and node.name in WIRED)]
+    return "\n".join(
+        (
+            ast.unparse(ast.Module(kept, [])),
+            *wraps,
+            f"LIE_FIRST = {len(strategy.parameters)}\nPARAMETERS = {parameters!r}",
+            f"def lie_most(k):\n{most}    return 0{LIE}{'' if strategy.lie else INVENT}",
+        )
+    )
 
 
 def _robot(strategy: Strategy, setting: Setting, number: int, invents: bool) -> Knowledge:
@@ -191,12 +158,14 @@ def _samples(strategy: Strategy, setting: Setting) -> Iterator[tuple[int, ...]]:
 
 def _tops(strategy: Strategy, setting: Setting) -> list[tuple[int, int]]:
     """Return the largest value of each word of a message, as runs: the word after the last, and the value."""
-    tops = [max(word) & 0xFFFFFFFF if min(word) >= 0 else 2**32 - 1 for word in zip(*_samples(strategy, setting), strict=True)]
+    tops = [
+        max(word) & 0xFFFFFFFF if min(word) >= 0 else 2**32 - 1
+        for word in zip(*_samples(strategy, setting), strict=True)
+    ]
     runs: list[tuple[int, int]] = []
     for k, top in enumerate(tops):
-        if k > 1 and runs[-1][1].bit_length() == top.bit_length():
-            top = max(top, runs.pop()[1])
-        runs.append((k + 1, top))
+        alike = k > 1 and runs[-1][1].bit_length() == top.bit_length()
+        runs.append((k + 1, max(top, runs.pop()[1]) if alike else top))
     return runs
 
 
@@ -299,7 +268,8 @@ def worst_lie(
     FeasibeeError
         If Optuna isn't installed, or the scenario has no opposite side.
     """
-    world = scenario.replace({**strategy_for(scenario, name, liars), "run.stop_at_decision": False})
+    changes = {"faults.byzantine": 0.0, "run.stop_at_decision": False}
+    world = scenario.replace({**strategy_for(scenario, name, liars), **changes})
     other = opposite_of(world)
     if other is None:
         raise FeasibeeError("tasks: must have a reciprocal ratio; leave out classes and tasks.points")

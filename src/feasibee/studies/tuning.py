@@ -220,7 +220,9 @@ def tune(
     with Rounds(execution, _total(trials, proposed is not None) * runs) as rounds:
         rounds.phase = "trying"
         swarms = _Swarms(rounds, scenario, seed, objective)
-        tried = proposed or [_try_one(search, space, swarms.score_of(runs)) for _ in range(trials)]
+        tried = proposed or []
+        while len(tried) < trials and not (proposed or (objective.worst and tried and tried[-1].score == 0)):
+            tried.append(_try_one(search, space, swarms.score_of(runs)))  # nothing is worse than 0
         return _judge(swarms, tried, runs, proposed is not None)
 
 
