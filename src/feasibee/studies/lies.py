@@ -28,8 +28,8 @@ OWN: Final = 16
 SIDES: Final = ("infeasible", "feasible")
 """What the robots speak for: the opposite of the truth, which they know."""
 DEFAULTS: Final = {"form": float(OWN), "share": 1.0, "holds": 1.0, "duty": 1.0}
-"""Numbers of a lie on each side: its form, the share of words that it replaces, for how many steps a random
-word stays, and the share of steps in which the robot lies."""
+"""Parameters of a lie on each side: form, share of words replaced, steps for which a random word stays, and
+share of steps in which the robot lies."""
 SAYS: Final = "faults.byzantine_says"
 PACKAGE: Final = "feasibee.strategies."
 WIRED: Final = ("layout", "pack", "unpack")
