@@ -28,8 +28,8 @@ OWN: Final = 16
 SIDES: Final = ("infeasible", "feasible")
 """What the robots speak for: the opposite of the truth, which they know."""
 DEFAULTS: Final = {"form": float(OWN), "share": 1.0, "holds": 1.0, "duty": 1.0}
-"""Parameters of a lie on each side: form, share of words replaced, steps for which a random word stays, and
-share of steps in which the robot lies."""
+"""Parameters of a lie on each side. ``share`` is that of words replaced, and ``duty`` that of false steps.
+A random word stays for ``holds`` steps."""
 SAYS: Final = "faults.byzantine_says"
 PACKAGE: Final = "feasibee.strategies."
 WIRED: Final = ("layout", "pack", "unpack")
@@ -283,14 +283,14 @@ def worst_lie(
 
 
 def _side(scenario: Scenario) -> int:
-    """Return what liars speak for that know the truth: 1 for feasible."""
+    """Return what Byzantine robots speak for that know the truth: 1 for feasible."""
     return int(scenario.tasks.count > scenario.robots.count)
 
 
 def _summary(
     honest: Sequence[Scenario], found: Sequence[Tuned], runs: int, seed: int, execution: Execution | None
 ) -> Found:
-    """Return the shares over both sides, without Byzantine robots, with the own lie, and with the worst."""
+    """Return the shares over both sides, without Byzantine robots, with the strategy's lie, and the worst."""
     fresh = FRESH_RUNS * runs
     with Rounds(execution) as rounds:
         designs = [DesignPoint({}, each) for each in honest]

@@ -220,9 +220,7 @@ def tune(
     with Rounds(execution, _total(trials, proposed is not None) * runs) as rounds:
         rounds.phase = "trying"
         swarms = _Swarms(rounds, scenario, seed, objective)
-        tried = proposed or []
-        while len(tried) < trials and not (proposed or (objective.worst and tried and tried[-1].score == 0)):
-            tried.append(_try_one(search, space, swarms.score_of(runs)))  # nothing is worse than 0
+        tried = proposed or _try_all(search, space, swarms.score_of(runs), trials, objective)
         return _judge(swarms, tried, runs, proposed is not None)
 
 
@@ -296,6 +294,20 @@ def _try_one(
     score = score_of(values)
     search.tell(trial, max(score, WORST))
     return Trial(dict(trial.params), score)
+
+
+def _try_all(
+    search: Any,
+    space: Sequence[Dimension],
+    score_of: Callable[[Mapping[str, Any]], float],
+    trials: int,
+    objective: Objective,
+) -> list[Trial]:
+    """Score trials in order; end early if the search is for the worst, and the last one had a share of 0."""
+    tried: list[Trial] = []
+    while len(tried) < trials and not (objective.worst and tried and tried[-1].score == 0):
+        tried.append(_try_one(search, space, score_of))
+    return tried
 
 
 def _suggested(trial: Any, each: Dimension) -> Any:
