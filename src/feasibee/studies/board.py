@@ -22,11 +22,11 @@ from feasibee.studies.suite import SIDES
 
 COIN: Final = 0.5
 """What counts as right in a world that a strategy can't take: that of a coin."""
-HEADS: Final = ("right", "interval", "by word", "wrong", "half by", "95 % by", "bits", "Brier", "memory", "C")
+HEADS: Final = ("right", "interval", "word", "wrong", "half", "95 %", "bits", "Brier", "memory", "C")
 CAPTION: Final = (
     "right: swarms that are right at the end (%), with the 95 % interval, over all worlds, each of which "
-    "counts alike; one that a strategy can't take counts as a coin. by word: swarms that declared rightly "
-    "(%); wrong: those with a robot that did wrongly (%). half by, 95 % by: steps by which so many swarms "
+    "counts alike; one that a strategy can't take counts as a coin. word: swarms that declared rightly "
+    "(%); wrong: those with a robot that did wrongly (%). half, 95 %: steps by which so many swarms "
     "had decided, medians over the worlds. bits: per robot-step"
 )
 COSTS: Final = (
