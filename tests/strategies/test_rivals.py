@@ -11,6 +11,7 @@ from scipy import stats
 from feasibee import Scenario, simulate
 from feasibee.scenario.plugins import load
 from feasibee.strategies.contract import Inbox, Mind
+from feasibee.studies.benchmark import Card
 
 FOLDER = Path(__file__).parents[2] / "examples" / "rivals"
 NAMES = ["crosscombe_2017", "ebert_2020", "evolved", "subcdm", "valentini_2016"]
@@ -134,3 +135,10 @@ def test_the_weights_of_the_net_are_those_that_evolution_found():
     parameters = strategy("evolved").parameters
     loss = imported("evolve").wrong(list(parameters.values()), list(parameters))
     assert loss == pytest.approx(0.013392857, abs=1e-9)
+
+
+def test_the_card_of_the_rivals_has_the_texts_of_their_files():
+    card = Card.read(FOLDER / "benchmark.json")
+    assert {name: each.source for name, each in card.contenders.items()} == {
+        path.name: path.read_text() for path in FOLDER.glob("*.py") if path.name != "evolve.py"
+    }
