@@ -153,6 +153,9 @@ def test_what_differs_from_a_card_is_named(small, tmp_path):
         (lambda card: card | {"rows": [["a", "b"]]}, "rows.0"),
         (lambda card: card | {"seed": -1}, "seed"),
         (lambda card: card | {"more": 1}, "more"),
+        (lambda card: card | {"\x1b[2J": 1}, r"benchmark: [^\x1b]*2J"),
+        (lambda card: card | {"contenders": {"\u202ex": {"source": "x"}}}, "contenders"),
+        (lambda card: card | {"rows": [["\x1b[2J", *card["rows"][0][1:]]]}, "rows.0"),
         (lambda card: card | {"contenders": {"secret.py": {}}}, "neither built in, nor is its text there"),
         (lambda card: card | {"rows": [[*card["rows"][0][:4], "NaN", *card["rows"][0][5:]]]}, "rows.0"),
     ],
@@ -161,8 +164,9 @@ def test_a_file_that_is_no_card_is_an_error(small, tmp_path, change, rule):
     path = tmp_path / "card.json"
     benchmark(["tally"], runs=1).write(path)
     path.write_text(json.dumps(change(json.loads(path.read_text()))))
-    with pytest.raises(FeasibeeError, match=rule):
+    with pytest.raises(FeasibeeError, match=rule) as raised:
         Card.read(path)
+    assert "\x1b" not in str(raised.value)
 
 
 def test_a_card_of_another_suite_is_refused(small, tmp_path):

@@ -13,9 +13,9 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Final, NamedTuple, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from feasibee.errors import FeasibeeError, ScenarioError
+from feasibee.errors import FeasibeeError, ScenarioError, one_line
 from feasibee.files import read_text, write_text
 from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.record import Record
@@ -36,6 +36,15 @@ PLAIN: Final = "near"
 """The world in which memory and size in C are measured."""
 PROCESSOR: Final = "x86-64"
 PHASE: Final = "runs of each side"
+
+
+def _printable(name: str) -> str:
+    if one_line(name) != name:
+        raise ValueError("must be one short printable line")
+    return name
+
+
+Name = Annotated[str, AfterValidator(_printable)]
 Count = Annotated[int, Field(ge=0, le=2**53)]
 Share = Annotated[float, Field(ge=0, le=1)]
 
@@ -43,8 +52,8 @@ Share = Annotated[float, Field(ge=0, le=1)]
 class Row(NamedTuple):
     """What was counted of a contender in one side of a world."""
 
-    contender: str
-    world: str
+    contender: Name
+    world: Name
     side: Side
     runs: Annotated[int, Field(ge=1, le=2**31)]
     right: Annotated[float, Field(ge=0)]
@@ -87,7 +96,7 @@ class Card(BaseModel):
     seed: Annotated[int, Field(ge=0, lt=2**64)]
     runs: Annotated[int, Field(ge=1, le=100_000)]
     """Number of runs of each side of a world."""
-    contenders: dict[str, Contender]
+    contenders: dict[Name, Contender]
     rows: tuple[Row, ...]
 
     @model_validator(mode="after")
@@ -111,8 +120,10 @@ class Card(BaseModel):
             return cls.model_validate_json(read_text(path, "a card of feasibee benchmark"))
         except ValidationError as error:
             first = error.errors()[0]
-            place = ".".join(map(str, first["loc"]))
-            rule = f"isn't a card of feasibee benchmark: {place + ': ' if place else ''}{first['msg']}"
+            place = one_line(".".join(map(str, first["loc"])))
+            rule = (
+                f"isn't a card of feasibee benchmark: {place + ': ' if place else ''}{one_line(first['msg'])}"
+            )
             raise FeasibeeError(f"{path}: {rule}; use its file benchmark.json") from None
 
     def write(self, path: Path) -> None:
