@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Final, NamedTuple, Self
+from typing import Annotated, Final, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -77,7 +77,7 @@ class Contender(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
     source: str = ""
     """The text of its file; a built-in strategy has none."""
-    given: tuple[str, ...] = ()
+    given: tuple[Literal["names", "ids", "count"], ...] = ()
     """What its robots are given or recognise: ``"names"``, ``"ids"`` or ``"count"``."""
     memory: Count = 0
     """Bits that a robot remembers in the plain world."""
