@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from scipy import stats
 
-from feasibee import Scenario, simulate
+from feasibee import Scenario, simulate, truth
 from feasibee.scenario.plugins import load
 from feasibee.strategies.contract import Inbox, Mind
 from feasibee.studies.benchmark import Card
@@ -47,7 +47,7 @@ def decision(name, opinion, votes, *, seen=0.5, chance=0.0, heard=-1, value=1.0,
 
 def test_every_file_is_tested():
     assert sorted(path.stem for path in FOLDER.glob("*.py")) == sorted([*NAMES, "evolve"])
-    assert {path.stem for path in FOLDER.glob("*.toml")} == {*NAMES} - {"evolved"}
+    assert {path.stem for path in FOLDER.glob("*.toml")} == {*NAMES, "tiles"} - {"evolved"}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -135,6 +135,16 @@ def test_the_weights_of_the_net_are_those_that_evolution_found():
     parameters = strategy("evolved").parameters
     loss = imported("evolve").wrong(list(parameters.values()), list(parameters))
     assert loss == pytest.approx(0.013392857, abs=1e-9)
+
+
+def test_robots_on_tiles_read_colours_only():
+    """At the rates of the tiles and of a sensor, alike in both implementations."""
+    scenario = Scenario.read(FOLDER / "tiles.toml").replace({"run.steps": 60, "decision.exploration": 1000.0})
+    assert not truth(scenario)
+    assert scenario.sensing.false_tasks == pytest.approx(0.675 * 0.95 + 0.325 * 0.05)
+    assert scenario.sensing.false_robots == pytest.approx(1 - scenario.sensing.false_tasks)
+    one, other = (simulate(scenario, runs=2, seed=3, backend=each) for each in ("engine", "reference"))
+    assert one.equals(other)
 
 
 def test_the_card_of_the_rivals_has_the_texts_of_their_files():

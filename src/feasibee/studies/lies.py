@@ -246,7 +246,7 @@ def worst_lie(
 ) -> Found:
     """Search for the lie with which swarms are right least often, at a ratio and at its reciprocal.
 
-    The liars collude and know the truth, so that the lie of each side is searched by itself, by `tune`.
+    The liars collude and know the truth, so that the lie of each side is searched by itself, by Optuna.
 
     Parameters
     ----------
