@@ -14,7 +14,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache
 from hashlib import sha256
-from importlib import import_module
 from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
@@ -24,7 +23,7 @@ from typing import Any, Final, TypeGuard
 from feasibee.errors import FeasibeeError
 from feasibee.files import UnreadableError, read_text
 from feasibee.model.codes import is_whole
-from feasibee.strategies import STRATEGIES
+from feasibee.strategies import STRATEGIES, module_of
 from feasibee.strategies.contract import (
     ARGUMENTS,
     CONSTANTS,
@@ -120,7 +119,7 @@ def rule_of(manifest: Manifest) -> str:
     if manifest.source:
         text = ast.get_docstring(ast.parse(manifest.source)) or ""
     else:
-        text = import_module(f"feasibee.strategies.{manifest.name.replace('-', '_')}").__doc__ or ""
+        text = module_of(manifest.name).__doc__ or ""
     line = text.partition("\n")[0]
     name, _, rule = line.partition(": ")
     return line if "," in name or not rule else rule

@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from importlib import import_module
+from types import ModuleType
 from typing import Final
 
 from feasibee.strategies.contract import ARGUMENTS, CONSTANTS, Strategy
 from feasibee.strategies.layout import both_ways
 
 
+def module_of(name: str) -> ModuleType:
+    """Return the module of this package that defines a built-in strategy."""
+    return import_module(f"{__name__}.{name.replace('-', '_')}")
+
+
 def _strategy_of(name: str) -> Strategy:
     """Return the strategy that a module of this package defines."""
-    module = import_module(f"{__name__}.{name.replace('-', '_')}")
+    module = module_of(name)
     if hasattr(module, "layout"):  # other files may import pack and unpack
         vars(module).update(both_ways(module.layout))
     functions = {each: getattr(module, each) for each in ARGUMENTS if hasattr(module, each)}

@@ -16,6 +16,7 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.wire import Wire, WireError
 from feasibee.scenario.plugins import ALLOWED, bindings
 from feasibee.scenario.scenario import Scenario
+from feasibee.strategies import module_of
 from feasibee.strategies.contract import ARGUMENTS, Me, Setting, Strategy, Thing
 from feasibee.studies.recommend import opposite_of, strategy_for
 from feasibee.studies.space import Dimension
@@ -106,7 +107,7 @@ def _join(tree: ast.Module, prefix: str, done: dict[str, dict[str, str]]) -> lis
 
 def _text(strategy: Strategy, tops: Sequence[tuple[int, int]]) -> str:
     """Return the text of a strategy with all that it imports, and a lie that its parameters describe."""
-    source = strategy.source or inspect.getsource(import_module(PACKAGE + strategy.name.replace("-", "_")))
+    source = strategy.source or inspect.getsource(module_of(strategy.name))
     done: dict[str, dict[str, str]] = {}
     body = _join(ast.parse(source), "", done)
     imported = {("lie_own" if name == "lie" else name): name for name in done[PACKAGE] if name in ARGUMENTS}
