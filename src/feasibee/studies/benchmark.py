@@ -185,7 +185,7 @@ def benchmark(
         done = looks_at(
             rounds,
             runs,
-            lambda number: (study for study, _ in studies_of(designs, number, seed)),
+            lambda number: studies_of(designs, number, seed),
             lambda number: _so_far(rows_of(rounds, designs, number, seed)),
         )
         rows = rows_of(rounds, designs, done, seed)
@@ -269,19 +269,18 @@ def designs_of(
             yield DesignPoint(values, scenario, Runs.of_point(place, 1, seed).first), world
 
 
-def studies_of(designs: Sequence[Design], runs: int, seed: int) -> Iterator[tuple[Study, list[DesignPoint]]]:
-    """Yield what to run, worlds with the same number of runs together, and its points."""
+def studies_of(designs: Sequence[Design], runs: int, seed: int) -> Iterator[Study]:
+    """Yield what to run, worlds with the same number of runs together."""
     for number in dict.fromkeys(world.of(runs) for _, world in designs):
-        points = [point for point, world in designs if world.of(runs) == number]
-        yield Study(points, number, seed, False), points
+        yield Study([point for point, world in designs if world.of(runs) == number], number, seed, False)
 
 
 def rows_of(rounds: Rounds, designs: Sequence[Design], runs: int, seed: int) -> list[Row]:
     """Run some designs; return their rows, in their order."""
     found = [
         _row(point, record)
-        for study, points in studies_of(designs, runs, seed)
-        for point, record in zip(points, rounds.run(study), strict=True)
+        for study in studies_of(designs, runs, seed)
+        for point, record in zip(study.points, rounds.run(study), strict=True)
     ]
     order = {tuple(point.values.values()): place for place, (point, _) in enumerate(designs)}
     return sorted(found, key=lambda row: order[row[:3]])
