@@ -406,7 +406,7 @@ class Dynamics:
                 self._swarm.loss = event.radio.loss
 
     def _name(self, event: Event) -> None:
-        """Take away the robot or task of an event's number, or put that one at a point (model.md 6.17.12)."""
+        """Remove the robot or task that an event numbers, or put it at a point (model.md 6.17.12)."""
         swarm = self._swarm
         if event.task in swarm.tasks:
             if event.at is None:
