@@ -20,6 +20,7 @@ from scipy.special import bdtr  # type: ignore[import-untyped]
 from claims.measure.equivalence import RATE, difference, mean_difference, overall, tested
 from feasibee import Scenario, simulate
 from feasibee.errors import ScenarioError
+from feasibee.results.measures import decided_right, ended_right
 from feasibee.results.statistics import wilson
 from feasibee.studies.paper import RatioSummary, check_claims, run_study
 
@@ -77,20 +78,13 @@ def ended(changes: dict[str, Any], runs: int, seed: int = SEED) -> tuple[int, An
     """Return in how many runs the swarm is right at the end, and all outcomes."""
     scenario = Scenario().replace(changes)
     found = simulate(scenario, runs=runs, seed=seed)
-    held = found.feasible_at_end if feasible(scenario) else found.infeasible_at_end
-    total = found.feasible_at_end.values + found.infeasible_at_end.values
-    return int((held.values > scenario.decision.threshold * total).sum()), found
-
-
-def feasible(scenario: Scenario) -> bool:
-    """Return the truth."""
-    return scenario.robots.count >= scenario.tasks.count
+    return int(ended_right(found, scenario).sum()), found
 
 
 def decided(changes: dict[str, Any], runs: int) -> int:
     """Return in how many runs the first decision is right."""
     scenario = Scenario().replace(changes | {"run.stop_at_decision": True})
-    return int((simulate(scenario, runs=runs, seed=SEED).decision.values == int(feasible(scenario))).sum())
+    return int(decided_right(simulate(scenario, runs=runs, seed=SEED), scenario).sum())
 
 
 def design() -> dict[str, Any]:
