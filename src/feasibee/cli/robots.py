@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import json
 import os
-import random
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, nullcontext, suppress
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -104,6 +104,7 @@ def launch(
     in_c: bool = option(
         "Let the robots run the program in C that feasibee header gives.", name="--c", is_flag=True
     ),
+    ros: bool = option("Let world and robots be nodes of ROS 2; needs feasibee_ros.", is_flag=True),
     wait: float = option("Seconds that robots have to join.", FiniteRange(0.1, 86_400), 60.0),
     patience: float = option(
         "Seconds of silence after which a robot is lost.", FiniteRange(0.1, 86_400), 5.0
@@ -135,10 +136,11 @@ def launch(
     clocks = (lockstep, hz, drift, jitter, late)
     plan = Plan(scenario, one.seed, one.first, *clocks, faults, patience, wait)
     key = _read_key(key_file)
+    package = _package(ros, given_network=bool(key or port or not is_loopback(host)))
     if not (key or is_loopback(host)):
         click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
     with _brain(scenario) if in_c else nullcontext() as brain, _telling(scenario.run.steps, as_json) as tell:
-        network: dict[str, Any] = {"host": host, "port": port, "key": key}
+        network: dict[str, Any] = {"host": host, "port": port, "key": key, "package": package}
         result = Field(plan, out, tell, **network, starts_robots=not no_robots, brain=brain).run()
     result = {
         **result,
@@ -150,6 +152,18 @@ def launch(
         "scenario_hash": plan.scenario.hash,
     }
     click.echo(json.dumps(result, indent=2) if as_json else _in_words(result))
+
+
+def _package(ros: bool, *, given_network: bool) -> str:
+    """Return the package whose programs are the processes: they talk by UDP, or are nodes of ROS 2."""
+    if not ros:
+        return "feasibee.field"
+    if given_network:
+        rule = "ROS 2 has a network of its own; leave out --host, --port and the key"
+        raise FeasibeeError(f"--ros with an address or a key: {rule}")
+    if not all(map(find_spec, ("rclpy", "feasibee_ros"))):
+        raise FeasibeeError("--ros: needs ROS 2 and feasibee_ros; see ros2/README.md in the repository")
+    return "feasibee_ros.field"
 
 
 @contextmanager
@@ -288,21 +302,12 @@ def robot(
 
 
 def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: Path | None) -> None:
-    """Run a real robot until its driver ends; without a seed, each start has random numbers of its own."""
-    from feasibee.field.bodies import Bodies
+    """Run a real robot until its driver ends."""
     from feasibee.field.logs import LineLog
-    from feasibee.field.node import Node
-    from feasibee.field.senses import drive, open_senses
+    from feasibee.field.senses import drive, open_senses, real_robot
 
-    one = Runs.single(random.SystemRandom().getrandbits(64) if seed is None else seed, 0)
-    bodies = Bodies(scenario, one.seed, one.first)
-    count = scenario.robots.count
-    if number >= count:
-        raise FeasibeeError(f"--id {number}: must be below robots.count, {count}; use 0 or more")
     with closing(LineLog(log)) if log is not None else nullcontext() as lines:
-        orders = bodies.orders(bodies.everyone[number], real=True)
-        orders["settings"] = json.loads(json.dumps(orders["settings"]))
-        node = Node(orders, lines.write if lines is not None else None, strategy=scenario.strategy)
+        node = real_robot(scenario, number, seed, lines.write if lines is not None else None)
         with suppress(KeyboardInterrupt):
             drive(node, number, open_senses(senses), lambda line: click.echo(json.dumps(line)))
     for why, count in node.dropped.items():

@@ -324,6 +324,11 @@ class Server(_Side):
         self._known: dict[tuple[Hashable, bytes], tuple[Channel, bytes]] = {}
         """Channels by address and name, with the packets that accepted them; the last was heard last."""
 
+    @property
+    def address(self) -> str:
+        """Where robots find the world, HOST:PORT."""
+        return self._link.address
+
     def send(self, channel: Channel, kind: int, body: dict[str, Any]) -> None:
         """Send a packet; raise a ValueError if it is too large."""
         self._link.send(channel.write(kind, body), channel.peer)

@@ -136,6 +136,13 @@ class Node:
         return Status(*held, mind.phase_left, mind.phases, gap)
 
     @property
+    def confidence(self) -> float:
+        """How likely its opinion is, 0 to 1: by the strategy's own probability, or else by its quality."""
+        mind, own = self._mind, self._mind.strategy.gives_probability
+        feasible = mind.probability() if own else mind.feasible_quality
+        return {1: feasible, 0: 1.0 - feasible}.get(mind.opinion, 0.5)
+
+    @property
     def goes(self) -> list[int] | None:
         """What its body needs to know of its errand; None if it doesn't act."""
         return self._errands.goes if self._errands else None

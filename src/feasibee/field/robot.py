@@ -251,13 +251,15 @@ def take_part(
         return Robot(link, key, number, lines, strategy, patience, brain).run()
 
 
+TakePart = Callable[..., tuple[int, str]]
+"""Runs a robot as `take_part` does, with its arguments."""
 SIGNALS: Final = {KILL: "SIGKILL", PAUSE: "SIGSTOP", RESUME: "SIGCONT"}
 """Faults of robots' processes, and how they are caused."""
 LOOK = 0.1
 """Seconds between looks at which robots have ended."""
 
 
-def main() -> None:
+def main(take_part: TakePart = take_part) -> None:
     """Start the robots of an order and those that come later, and wait until they have ended."""
     order, parent = read_order()
     try:
@@ -268,7 +270,7 @@ def main() -> None:
             from feasibee.scenario.plugins import load
 
             strategy = load(order["strategy_file"])
-        Nursery(order, strategy, parent).watch()
+        Nursery(order, strategy, parent, take_part).watch()
     except (FeasibeeError, OSError) as error:  # OSError: no more processes
         with suppress(BrokenPipeError):
             parent.write(f"{one_line(str(error))}\n")
@@ -276,10 +278,15 @@ def main() -> None:
 
 
 class Nursery:
-    """The processes of a field's robots, started by an order; the field reads answers from ``parent``."""
+    """The processes of a field's robots, started by an order; the field reads answers from ``parent``.
 
-    def __init__(self, order: Mapping[str, Any], strategy: Strategy | None, parent: TextIO) -> None:
-        self._order, self._strategy, self._parent = order, strategy, parent
+    In each of them, ``take_part`` runs its robot.
+    """
+
+    def __init__(
+        self, order: Mapping[str, Any], strategy: Strategy | None, parent: TextIO, take_part: TakePart
+    ) -> None:
+        self._order, self._strategy, self._parent, self._take_part = order, strategy, parent, take_part
         self._ours, self._theirs = socket.socketpair()
         self._robots: dict[int, int] = {}
         self._is_last = False
@@ -344,7 +351,7 @@ class Nursery:
         self._parent.close()  # the pipe ends with the nursery, though a stopped robot lives on
         order = self._order
         try:
-            status, why = take_part(
+            status, why = self._take_part(
                 order["connect"],
                 number,
                 key=os.environ.get(KEY_VARIABLE, "").encode(),

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import json
+import random
 import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.checks import DEED, MESSAGE, PLACE, SIGHTING, TAKEN, anything, many, record, whole
 from feasibee.field.connections import split_address
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.files import named, why_not
+from feasibee.scenario.runs import Runs
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
 
 SENSES_LIMIT = 65_507
 """Largest object of a driver, in bytes: what a datagram holds."""
@@ -30,6 +35,28 @@ _SENSED = record(
     }
 )
 """The form of a driver's object; messages are checked one by one."""
+
+
+def real_robot(
+    scenario: Scenario,
+    number: int,
+    seed: int | None = None,
+    write: Callable[[Mapping[str, Any]], None] | None = None,
+) -> Node:
+    """Return the robot of a number; without a seed, each start has random numbers of its own.
+
+    Raise a FeasibeeError if the scenario has no robot of this number.
+    """
+    from feasibee.field.bodies import Bodies
+
+    one = Runs.single(random.SystemRandom().getrandbits(64) if seed is None else seed, 0)
+    bodies = Bodies(scenario, one.seed, one.first)
+    count = scenario.robots.count
+    if number >= count:
+        raise FeasibeeError(f"--id {number}: must be below robots.count, {count}; use 0 or more")
+    orders = bodies.orders(bodies.everyone[number], real=True)
+    orders["settings"] = json.loads(json.dumps(orders["settings"]))
+    return Node(orders, write, strategy=scenario.strategy)
 
 
 def drive(
@@ -51,13 +78,13 @@ def drive(
     """
     step = 0
     for text in senses:
-        sensed = _parsed(text)
+        sensed = sensed_from(text)
         if sensed is None:
             node.dropped["invalid object"] += 1
             continue
         step += 1
         said = node.speak(step, tuple(sensed["place"]))
-        acts = [node.goes[2], sensed["acts"]] if node.goes else None
+        acts = node.goes and [node.goes[2], sensed["acts"]]
         node.sense({"see": sensed["see"], "taken": sensed["taken"], "acts": acts})
         heard = [each for each in sensed["heard"] if MESSAGE(each)]
         node.dropped["malformed message"] += len(sensed["heard"]) - len(heard)
@@ -75,8 +102,8 @@ def open_senses(source: str) -> Iterator[bytes]:
     return _datagrams(rest) if kind == "udp" else _lines(Path(source))
 
 
-def _parsed(text: bytes) -> dict[str, Any] | None:
-    """Return what a robot senses in a step, or None if the text is invalid."""
+def sensed_from(text: bytes) -> dict[str, Any] | None:
+    """Return what a robot senses in a step, of a driver's object, or None if the text is invalid."""
     if len(text) > SENSES_LIMIT:
         return None
     try:

@@ -48,6 +48,8 @@ class Field:
         Whether the robots are started here; otherwise they join from elsewhere.
     brain : Path, optional
         The program in C of the robots that are started here: what `brain.compiled` made.
+    package : str
+        Where the programs ``world`` and ``robot`` are, which may talk in another way than by UDP.
     """
 
     def __init__(
@@ -61,6 +63,7 @@ class Field:
         key: str = "",
         starts_robots: bool = True,
         brain: Path | None = None,
+        package: str = "feasibee.field",
     ) -> None:
         if plan.scenario.robots.work is not None:
             rule = "robots of a field don't charge; leave out robots.work and robots.charge"
@@ -71,6 +74,7 @@ class Field:
             raise FeasibeeError(f"--restart-world with [acting]: {rule}")
         self._plan, self._named, self._tell = plan, folder, tell
         self._host, self._port, self._starts_robots, self._brain = host, port, starts_robots, brain
+        self._package = package
         self._session = secrets.randbits(63) + 1
         self._environment = {**os.environ, KEY_VARIABLE: key}
         self._world: Process | None = None
@@ -156,7 +160,7 @@ class Field:
             "temporary": self._named is None,
             "resumes": resumes,
         }
-        self._world = _started("world", order, self._environment)
+        self._world = self._begun("world", order)
 
     def _start_robots(self, host: str, numbers: list[int]) -> None:
         manifest = self._plan.scenario.manifest
@@ -169,7 +173,20 @@ class Field:
             "logs": str(self._named or ""),
             "brain": str(self._brain or ""),
         }
-        self._nursery = _started("robot", order, self._environment)
+        self._nursery = self._begun("robot", order)
+
+    def _begun(self, module: str, order: Mapping[str, Any]) -> Process:
+        """Start a process of the field, and write its order to its standard input."""
+        process = subprocess.Popen(
+            [sys.executable, "-m", f"{self._package}.{module}"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=self._environment,
+            process_group=0,  # Ctrl-C reaches the field, which ends its processes
+        )
+        _write(process, json.dumps(order) + "\n")
+        return process
 
     def _events(self) -> Iterator[dict[str, Any]]:
         """Yield the world's events; after a restart those of the new process."""
@@ -200,20 +217,6 @@ class Field:
             for process in (self._world, self._nursery):
                 if process is not None:
                     _end(process, grace)
-
-
-def _started(module: str, order: Mapping[str, Any], environment: Mapping[str, str]) -> Process:
-    """Start a process of a field, and write its order to its standard input."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", f"feasibee.field.{module}"],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
-        env=environment,
-        process_group=0,  # Ctrl-C reaches the field, which ends its processes
-    )
-    _write(process, json.dumps(order) + "\n")
-    return process
 
 
 def _write(process: Process | None, text: str) -> None:

@@ -15,7 +15,8 @@ import secrets
 import shutil
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
 from statistics import median
 from threading import Semaphore
@@ -544,7 +545,18 @@ PATIENCE = 2.0
 """Seconds in which standard input ends after standard output has been closed."""
 
 
-def main() -> None:
+@contextmanager
+def _serve(order: Mapping[str, Any]) -> Iterator[Server]:
+    """Listen for robots by UDP, where an order says."""
+    with closing(Link(order["host"], order["port"], listens=True)) as link:
+        yield Server(link, order["session"], os.environ.get(KEY_VARIABLE, "").encode())
+
+
+Serve = Callable[[Mapping[str, Any]], AbstractContextManager[Server]]
+"""Gives the world's side of the connections with the robots, for an order."""
+
+
+def main(serve: Serve = _serve) -> None:
     """Run the world of one field; report its result or its error as an event."""
     order, parent = read_order()
     ready = Semaphore(0)
@@ -559,35 +571,30 @@ def main() -> None:
     follower = follow_parent(sys.stdin.fileno(), lambda read: ready.release(read.count(b"\n")), remove_log)
     try:
         try:
-            event, status = {"event": "result", **_run(order, ready, report)}, 0
+            _run(order, serve, ready, report)
         except FeasibeeError as error:
-            event, status = {"event": "error", "why": str(error)}, 2
-        report(event)
+            report({"event": "error", "why": str(error)})
+            sys.exit(2)
     except BrokenPipeError:  # the field has ended
         follower.join(PATIENCE)
         os._exit(1)
-    sys.exit(status)
 
 
 def _run(
-    order: Mapping[str, Any], ready: Semaphore, report: Callable[[Mapping[str, Any]], None]
-) -> dict[str, Any]:
-    """Play the field of an order; return its result. ``ready`` is released after each fault of processes."""
+    order: Mapping[str, Any], serve: Serve, ready: Semaphore, report: Callable[[Mapping[str, Any]], None]
+) -> None:
+    """Play the field of an order; report its result. ``ready`` is released after each fault of processes."""
     plan = plan_from(order["plan"])
-    link = Link(order["host"], order["port"], listens=True)
-    try:
-        server = Server(link, order["session"], os.environ.get(KEY_VARIABLE, "").encode())
+    with serve(order) as server:
         log, resumes = Path(order["log"]), order["resumes"]
         kind = Lockstep if plan.lockstep else FreeRunning
         world = kind(plan, server, report, log, resumes, ready.acquire)
         robots = [body.process for body in world.bodies.bodies]
-        report({"event": "listening", "address": link.address, "robots": robots})
+        report({"event": "listening", "address": server.address, "robots": robots})
         if not resumes:
             world.gather()
         world.play()
-        return world.end()
-    finally:
-        link.close()
+        report({"event": "result", **world.end()})
 
 
 if __name__ == "__main__":

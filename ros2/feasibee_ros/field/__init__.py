@@ -1,0 +1,1 @@
+"""The processes of `feasibee launch --ros`: those of feasibee.field, whose robots and world are nodes."""
