@@ -23,7 +23,8 @@ from feasibee.errors import FeasibeeError
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.field.senses import real_robot
 from feasibee.model.codes import DECISIONS
-from feasibee.scenario.paths import read_value
+from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.paths import inline_toml, read_value
 from feasibee.scenario.scenario import Scenario
 from feasibee_ros.messages import frame_from, frame_message, goal_at, report
 from feasibee_ros.senses import OBJECTS, POSES, Senses
@@ -147,10 +148,10 @@ class Robot(LifecycleNode):
         """Return the scenario, with the parameters ``decision.FIELD`` that differ from those of its file."""
         file = self.value("scenario")
         base = Scenario.read(file) if file else Scenario()
-        changes = {}
-        for field, held in base.to_dict()["decision"].items():
-            plain = held if isinstance(held, bool | int | float | str) else json.dumps(held)
+        held, changes = base.to_dict()["decision"], {}
+        for field in SECTIONS["decision"].model_fields:
             name = f"decision.{field}"
+            plain = _plain(held.get(field))
             if not self.has_parameter(name):
                 self.declare_parameter(name, plain, ParameterDescriptor(dynamic_typing=True))
             value = self.value(name)
@@ -323,6 +324,13 @@ class Robot(LifecycleNode):
         warning = f"no odometry and no detections for {silent:.0f} s; check the topics" if is_silent else ""
         dropped = {**self.mind.dropped, "invalid detections": self.senses.dropped}
         self._diagnostics.publish(self.held(self.get_clock().now().to_msg(), warning, dropped=dropped))
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of a scenario as that of a parameter: text in TOML, if parameters have no such type."""
+    if value is None:
+        return ""
+    return value if isinstance(value, bool | int | float | str) else inline_toml(value)
 
 
 def _number(given: int, namespace: str) -> int:

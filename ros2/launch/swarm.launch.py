@@ -1,9 +1,10 @@
-"""Start n robots in namespaces /robot_0, /robot_1 and so on; one topic, /radio, is what all of them say and hear."""
+"""Start n robots in namespaces /robot_0, /robot_1 and so on; all say and hear one topic, /radio."""
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import LifecycleNode
+
+from launch import LaunchDescription
 
 ARGUMENTS = {
     "n": ("2", "number of robots on this machine"),

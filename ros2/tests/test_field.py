@@ -1,0 +1,104 @@
+"""A field of nodes equals the run in lockstep; with clocks it ends; faults happen as in one by UDP."""
+
+from __future__ import annotations
+
+import pytest
+from fields import PUT, STREAMS, a_plan, opinions, run, simulated, small
+
+from feasibee.field.plan import Fault
+from feasibee.field.replay import replay
+from feasibee.model.codes import DECISIONS
+from feasibee.reference import play
+
+NODES = "feasibee_ros.field"
+WORLDS = {
+    "opinions": {},
+    "names": {"decision.strategy": "turns", "robots.know_count": True},
+    "positions": {"decision.strategy": "map", "robots.know_count": True},
+    "a rule to declare": {"decision.declare": {"quorum": 0.7, "rounds": 1, "heard": 1}},
+    "liars": {"robots.count": 6, "faults.byzantine": 0.2, "faults.byzantine_says": "colluding"},
+    "bad senses and radio": {
+        "sensing.miss": 0.2,
+        "sensing.false_tasks": 0.3,
+        "sensing.observation": "unique",
+        "radio.loss": 0.3,
+    },
+    "metres": {"units.metres": 0.3},
+    "late messages": {"radio.delay": 3},
+    "acting": {"acting.start": 10, "arena.boundary": "walls", "run.stop_at_decision": False},
+}
+QUICK = "opinions", "names"
+
+
+def check_equal(scenario, folder, result, steps):
+    expected, (decision, decision_step) = simulated(scenario)
+    assert opinions(steps) == expected
+    for step, swarm in zip(steps, play(scenario, 1, 0), strict=True):
+        minds = [(mind[1], mind[3], mind[4]) for mind in step["minds"]]
+        held = [(each.mind.declared, each.mind.phase_left, each.mind.phases) for each in swarm.robots]
+        assert minds == held, step["step"]
+    assert (result["decision"], result["decision_step"]) == (DECISIONS[decision], decision_step)
+    assert result["lost"] == []
+    for log in folder.glob("robot-*.jsonl"):
+        replay(log)
+
+
+@pytest.mark.parametrize(
+    "world", [pytest.param(name, marks=[] if name in QUICK else pytest.mark.slow) for name in WORLDS]
+)
+def test_nodes_in_lockstep_equal_the_run(world, tmp_path):
+    scenario = small(**WORLDS[world])
+    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
+    check_equal(scenario, tmp_path, result, steps)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("changes", [STREAMS, {"events": PUT}], ids=["streams", "put"])
+def test_nodes_come_and_go_as_in_the_run(changes, tmp_path):
+    scenario = small(steps=20, **changes)
+    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
+    check_equal(scenario, tmp_path, result, steps)
+
+
+@pytest.mark.slow
+def test_twenty_nodes_over_300_steps_equal_the_run(tmp_path):
+    scenario = small(robots=20, steps=300, **{"arena.side": 20.0, "run.stop_at_decision": False})
+    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
+    assert len(steps) == 301
+    check_equal(scenario, tmp_path, result, steps)
+
+
+def test_nodes_with_clocks_step_as_often_as_their_hertz(tmp_path):
+    scenario = small(steps=30)
+    plan = a_plan(scenario, lockstep=False, hz=20.0, drift=0.05, jitter=0.3, delay=2.0)
+    result, _, steps = run(plan, tmp_path, package=NODES)
+    assert (result["steps"], result["lost"], len(steps)) == (30, [], 31)
+    assert result["achieved_hz"] <= 21.0
+    assert all(replay(tmp_path / f"robot-{number}.jsonl").steps >= 20 for number in range(4))
+
+
+@pytest.mark.slow
+def test_killed_and_stopped_nodes_are_lost_and_their_logs_replay(tmp_path):
+    scenario = small(robots=6)
+    faults = (Fault(10, "kill", 2, (4, 5)), Fault(20, "pause", 1, (3,)))
+    result, events, _ = run(a_plan(scenario, faults=faults, patience=5.0), tmp_path, package=NODES)
+    assert result["lost"] == [3, 4, 5]
+    assert [(e["robot"], e["step"]) for e in events if e["event"] == "lost"] == [(4, 10), (5, 10), (3, 20)]
+    assert [replay(tmp_path / f"robot-{number}.jsonl").steps for number in range(6)] == [40, 40, 40, 19, 9, 9]
+
+
+@pytest.mark.slow
+def test_a_world_that_starts_again_goes_on_with_the_same_nodes(tmp_path):
+    scenario = small()
+    plan = a_plan(scenario, faults=(Fault(15, "restart-world"),))
+    result, _, steps = run(plan, tmp_path, package=NODES)
+    check_equal(scenario, tmp_path, result, steps)
+
+
+@pytest.mark.slow
+def test_a_node_that_was_stopped_takes_part_again(tmp_path):
+    faults = (Fault(20, "pause", 1, (4,)), Fault(150, "resume", 1, (4,)))
+    plan = a_plan(small(robots=5, steps=300), lockstep=False, faults=faults, patience=3.0, hz=20.0)
+    result, events, _ = run(plan, tmp_path, package=NODES)
+    assert [event["robot"] for event in events if event["event"] in ("lost", "back")] == [4, 4]
+    assert result["lost"] == []
