@@ -4,14 +4,17 @@ VENV ?= .venv
 BIN := $(VENV)/bin
 LOWEST ?= .venv-lowest
 LOWEST_PYTHON ?= python3.11
+ROS ?= .venv-ros
+ROS_PYTHON ?= python3.11
 
-.PHONY: help paper test test-all test-lowest coverage lint lint-js format-js wasm bench sizes docs claims claims-short clean
+.PHONY: help paper test test-all test-lowest test-ros coverage lint lint-js format-js wasm bench sizes docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/, as docs/paper.md has them: 2,000 swarms at each ratio, seed 1"
 	@echo "make test    the tests that take minutes together"
 	@echo "make test-all    the slow ones, too"
 	@echo "make test-lowest   those of make test that need packages, with the lowest versions that pyproject.toml states, of"
 	@echo "             Python too; in $(LOWEST)"
+	@echo "make test-ros   the nodes of ROS 2, in $(ROS), whose wheels are for Python 3.11"
 	@echo "make coverage   make test, and which lines of the package it runs; compiled functions aren't counted"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
@@ -36,6 +39,10 @@ test-all: $(VENV)/with-test
 test-lowest: $(LOWEST)/installed
 	$(LOWEST)/bin/python -m pytest --numprocesses auto --dist worksteal -W ignore::DeprecationWarning \
 		-m "not slow and not browser" --ignore tests/docs --ignore tests/robot
+
+# One worker: nodes with clocks of their own need the processors.
+test-ros: $(ROS)/installed
+	cd ros2 && ../$(ROS)/bin/python -m pytest -m ""
 
 # What ran is reported after failures, too: tests of time may fail, since every line is counted.
 coverage: $(VENV)/with-test
@@ -72,14 +79,14 @@ docs: $(VENV)/with-docs
 	$(BIN)/sphinx-build --quiet --fail-on-warning --keep-going -d docs/_build/doctrees docs docs/_build/html
 	@echo "The documentation is docs/_build/html/index.html"
 
-claims: $(VENV)/with-bench $(VENV)/with-test $(VENV)/with-wasm
+claims: $(VENV)/with-bench $(VENV)/with-test $(VENV)/with-wasm $(ROS)/installed
 	$(BIN)/python -m claims $(PAGE) $(if $(CHECK),--check)
 
 claims-short: $(VENV)/installed
 	$(BIN)/python -m claims --check --short $(PAGE)
 
 clean:
-	rm -rf $(VENV) $(LOWEST) paper docs/_build docs/gallery docs/made .claims
+	rm -rf $(VENV) $(LOWEST) $(ROS) paper docs/_build docs/gallery docs/made .claims
 
 node_modules/installed: package-lock.json
 	npm ci --silent --no-audit --no-fund
@@ -98,6 +105,13 @@ $(LOWEST)/installed: pyproject.toml
 	$(LOWEST)/bin/uv pip install --quiet --python $(LOWEST)/bin/python --resolution lowest-direct \
 		--requirements pyproject.toml --all-extras --group test
 	$(LOWEST)/bin/uv pip install --quiet --python $(LOWEST)/bin/python --no-deps --editable .
+	@touch $@
+
+# Not in the usual environment: the wheels bring modules of general names, such as em.
+$(ROS)/installed: pyproject.toml ros2/setup.py
+	$(ROS_PYTHON) -m venv --clear $(ROS)
+	$(ROS)/bin/python -m pip install --quiet --upgrade pip
+	$(ROS)/bin/python -m pip install --quiet --editable . --editable './ros2[wheels,test]'
 	@touch $@
 
 $(VENV)/with-%: $(VENV)/installed

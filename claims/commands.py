@@ -66,9 +66,8 @@ def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
             **os.environ,
             "PYTHONPATH": os.pathsep.join([str(ROOT / "src"), str(ROOT), os.environ.get("PYTHONPATH", "")]),
         }
-        arguments = [sys.executable, *_arguments(command)]
         done = subprocess.run(
-            arguments, cwd=folder, env=environment, capture_output=True, text=True, check=False
+            _arguments(command), cwd=folder, env=environment, capture_output=True, text=True, check=False
         )
         if done.returncode != 0:
             raise SystemExit(f"{command}\nended with status {done.returncode}:\n{done.stderr}")
@@ -79,11 +78,11 @@ def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
 
 
 def _arguments(command: str) -> list[str]:
-    """Return the arguments of Python for ``feasibee ...``, or for ``python`` and a file of the repository."""
+    """Return what runs ``feasibee ...``, or ``python``, perhaps that of a folder, and a file of the repository."""
     program, *rest = shlex.split(command)
     if program == "feasibee":
-        return ["-m", "feasibee", *rest]
-    return [str(ROOT / rest[0]), *rest[1:]]
+        return [sys.executable, "-m", "feasibee", *rest]
+    return [str(ROOT / program) if "/" in program else sys.executable, str(ROOT / rest[0]), *rest[1:]]
 
 
 def _parsed(written: dict[str, Any]) -> Any:
@@ -103,7 +102,7 @@ def _parsed(written: dict[str, Any]) -> Any:
 
 
 def _key(command: str, files: dict[str, str]) -> str:
-    text = json.dumps([command, files, _sources(command.startswith("python"))])
+    text = json.dumps([command, files, _sources("python" in command.split()[0])])
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 

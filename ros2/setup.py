@@ -34,6 +34,11 @@ setup(
         (SHARE, ["package.xml"]),
         (f"{SHARE}/launch", [str(path) for path in Path("launch").glob("*.py")]),
     ],
-    entry_points={"console_scripts": ["feasibee_robot = feasibee_ros.robot:main"]},
+    entry_points={
+        "console_scripts": [
+            "feasibee_robot = feasibee_ros.robot:main",
+            "feasibee_field_robot = feasibee_ros.field.robot:join",
+        ]
+    },
     zip_safe=True,
 )

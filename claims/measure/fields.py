@@ -1,6 +1,7 @@
 """Decisions of fields by clocks, drift and delay, and simulated ones: docs/field.md. Takes an hour.
 
-With ``--quick``, two fields of a small swarm per case, to try the code.
+With ``--quick``, two fields of a small swarm per case, to try the code. With ``--ros``, robots are nodes of
+ROS 2, which the environment must have: docs/ros.md.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ QUICK = "--quick" in sys.argv
 SMALL = {"robots.count": 5, "arena.side": 5.0} if QUICK else {}
 CHANGES = {"tasks.count": 15, "run.stop_at_decision": True, **SMALL}
 DRIFTING = ("--drift", "0.1", "--jitter", "0.5")
-CASES = {
+ROS: dict[str, Any] = {"nodes, 10 steps per second": (30, "--ros", "--hz", "10")}
+CASES: dict[str, Any] = {
     "free, 10 steps per second": (30, "--hz", "10"),
     "free, 50 steps per second": (100, "--hz", "50"),
     "the same, drift up to 10 %, jitter up to 50 %": (100, "--hz", "50", *DRIFTING),
@@ -56,7 +58,7 @@ def main() -> None:
         row("simulated, the first 30", decisions[:30].tolist(), steps[:30].tolist(), None),
         row("simulated, the first 100", decisions[:100].tolist(), steps[:100].tolist(), None),
     ]
-    for case, (runs, *options) in CASES.items():
+    for case, (runs, *options) in (ROS if "--ros" in sys.argv else CASES).items():
         results = [played(run, *options) for run in range(2 if QUICK else runs)]
         decided = [result["decision"] == "feasible" for result in results]
         least = min(result["achieved_hz"] for result in results)

@@ -1,4 +1,8 @@
-"""Latency of packets, and what robots' processes take over it, on Linux: docs/field.md."""
+"""Latency of packets, and what robots' processes take over it, on Linux: docs/field.md.
+
+With ``--ros``, robots are nodes of ROS 2, which the environment must have: docs/ros.md. Packets are then
+messages of a topic, sent while the robots run.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +16,7 @@ from collections.abc import Mapping
 from multiprocessing import get_context
 from pathlib import Path
 from statistics import median
+from threading import Thread
 from typing import Any
 
 from feasibee import Scenario
@@ -21,7 +26,8 @@ from feasibee.field.supervisor import Field
 
 QUICK = "--quick" in sys.argv
 """Whether only to try the code, with small numbers."""
-ROBOTS, HZ = (4, 50.0) if QUICK else (50, 10.0)
+ROS = "--ros" in sys.argv
+ROBOTS, HZ = (4, 50.0) if QUICK else (20 if ROS else 50, 10.0)
 FIRST, LAST = 20, 120
 """Steps between which the robots' use of processors is measured."""
 PACKETS = 50 if QUICK else 2_000
@@ -71,22 +77,74 @@ def latency() -> float:
     return 1000.0 * median(times) / 2.0
 
 
+def answer() -> None:
+    """Publish each message of the topic of questions on that of answers."""
+    import rclpy
+    from std_msgs.msg import UInt8MultiArray
+
+    with rclpy.init():
+        node = rclpy.create_node("answers")
+        answers = node.create_publisher(UInt8MultiArray, "answers", 10)
+        node.create_subscription(UInt8MultiArray, "questions", answers.publish, 10)
+        rclpy.spin(node)
+
+
+def topic_latency() -> float:
+    """Return the median time of a message between two nodes in ms: half of that there and back."""
+    import rclpy
+    from std_msgs.msg import UInt8MultiArray
+
+    other = get_context("spawn").Process(target=answer, daemon=True)
+    other.start()
+    times: list[float] = []
+    with rclpy.init():
+        node = rclpy.create_node("questions")
+        questions = node.create_publisher(UInt8MultiArray, "questions", 10)
+        heard: list[Any] = []
+        answers = node.create_subscription(UInt8MultiArray, "answers", heard.append, 10)
+        while not (questions.get_subscription_count() and answers.get_publisher_count()):
+            rclpy.spin_once(node, timeout_sec=0.1)
+        while len(times) < PACKETS // 10:
+            began = time.perf_counter()
+            questions.publish(UInt8MultiArray(data=bytes(SIZE)))
+            while len(heard) <= len(times):
+                rclpy.spin_once(node)
+            times.append(time.perf_counter() - began)
+            time.sleep(1.0 / HZ / 10.0)
+    other.kill()
+    return 1000.0 * median(times) / 2.0
+
+
 class Watch:
     """What the robots of a field take, by its events."""
 
     def __init__(self) -> None:
-        self.began = time.monotonic()
-        self.joined = 0.0
+        self.began, self._before = time.monotonic(), loopback()
+        self.joined = self.finding = 0.0
         self._seen: dict[int, tuple[float, float]] = {}
         self.megabytes: list[float] = []
+        self._probe = Thread(target=self._measure)
+        self.milliseconds = 0.0
+
+    def _measure(self) -> None:
+        self.milliseconds = (topic_latency if ROS else latency)()
+
+    def wait(self) -> None:
+        """Wait until the latency is measured; of UDP, measure it now, as processors are free."""
+        if not ROS:
+            self._probe.start()
+        self._probe.join()
 
     def tell(self, event: Mapping[str, Any]) -> None:
         """Keep when all robots have joined, and what their processes take at two steps."""
         if event["event"] == "joined":
             self.joined = time.monotonic() - self.began
+            self.finding = (loopback() - self._before) / 1e6
         elif event["event"] == "step" and event["step"] in (FIRST, LAST):
             (nursery,) = (each for each in children(os.getpid()) if "field.robot" in command_of(each))
             robots = children(nursery)
+            if event["step"] == FIRST and ROS:
+                self._probe.start()
             self._seen[event["step"]] = time.monotonic(), sum(map(processor_seconds, robots))
             self.megabytes = [resident(each) for each in robots]
 
@@ -95,6 +153,12 @@ class Watch:
         """Share of a processor that one robot uses, in percent."""
         (began, before), (ended, after) = self._seen[FIRST], self._seen[LAST]
         return 100.0 * (after - before) / (ended - began) / ROBOTS
+
+
+def loopback() -> int:
+    """Return the bytes that the loopback has carried."""
+    lines = Path("/proc/net/dev").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.lstrip().startswith("lo:"))
 
 
 def children(process: int) -> list[int]:
@@ -122,15 +186,18 @@ def resident(process: int) -> float:
 def figures() -> dict[str, Any]:
     """Return what is measured."""
     scenario = Scenario().replace(
-        {"robots.count": ROBOTS, "run.steps": LAST + 1, "run.stop_at_decision": False}
+        {"robots.count": ROBOTS, "run.steps": LAST + 20, "run.stop_at_decision": False}
     )
     plan = Plan(scenario, 1, 0, False, HZ, 0.0, 0.0, 0.0, (), 20.0, 120.0)
     watch = Watch()
+    package = "feasibee_ros.field" if ROS else "feasibee.field"
     with tempfile.TemporaryDirectory() as folder:
-        result = Field(plan, Path(folder), watch.tell).run()
+        result = Field(plan, Path(folder), watch.tell, package=package).run()
+    watch.wait()
     return {
-        "milliseconds": latency(),
+        "milliseconds": watch.milliseconds,
         "joined": watch.joined,
+        "finding": watch.finding,
         "percent": watch.percent,
         "megabytes": median(watch.megabytes),
         "achieved_hz": result["achieved_hz"],

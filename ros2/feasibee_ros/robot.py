@@ -7,6 +7,7 @@ import re
 import sys
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any, ClassVar
 
 import rclpy
@@ -19,6 +20,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float32, Header, Int8, String, UInt8MultiArray
 
+from feasibee.cli.options import Given
 from feasibee.errors import FeasibeeError
 from feasibee.field.node import HEARD_LIMIT, Node
 from feasibee.field.senses import real_robot
@@ -69,11 +71,14 @@ class Robot(LifecycleNode):
     def __init__(self, name: str = "feasibee", **options: Any) -> None:
         super().__init__(name, **options)
         self.problem = ""
-        """Why it couldn't be configured."""
+        """Why it couldn't be configured or take part."""
+        self.status = 0
+        """Its exit status."""
         self.has_ended = False
         """Whether it has nothing to do any more."""
         for parameter, default in {**self.defaults, "autostart": True}.items():
             self.declare_parameter(parameter, default)
+        self.declare_parameter("set", None, ParameterDescriptor(dynamic_typing=True))
         for topic in {**HEARS, **SAYS, "log": String}:
             self.declare_parameter(f"topics.{topic}", topic)
         self._decision: dict[str, Any] = {}
@@ -86,11 +91,13 @@ class Robot(LifecycleNode):
         return self.get_parameter(parameter).value
 
     def start(self) -> None:
-        """Configure and activate it, unless somebody else does; raise a FeasibeeError if it can't be."""
-        if self.value("autostart"):
-            self.trigger_configure()
-            if self.problem:
-                raise FeasibeeError(self.problem)
+        """Configure and activate it, unless somebody else does; it ends if it can't be configured."""
+        if not self.value("autostart"):
+            return
+        self.trigger_configure()
+        if self.problem:
+            self.status, self.has_ended = 2, True
+        else:
             self.trigger_activate()
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -145,9 +152,9 @@ class Robot(LifecycleNode):
         self.sense_with(Senses(scenario.units.metres or 1.0, detections))
 
     def _scenario(self) -> Scenario:
-        """Return the scenario, with the parameters ``decision.FIELD`` that differ from those of its file."""
+        """Return the scenario with the changes of ``set``, and the ``decision.FIELD`` that differ."""
         file = self.value("scenario")
-        base = Scenario.read(file) if file else Scenario()
+        base = Given(Path(file) if file else None, tuple(self.value("set") or ())).read()
         held, changes = base.to_dict()["decision"], {}
         for field in SECTIONS["decision"].model_fields:
             name = f"decision.{field}"
@@ -343,29 +350,25 @@ def _number(given: int, namespace: str) -> int:
     return int(found[1])
 
 
-def spin(node: Robot) -> int:
-    """Run a robot until it ends; return its exit status."""
+def spin(node: Robot) -> None:
+    """Run a robot until it ends."""
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     with suppress(KeyboardInterrupt, ExternalShutdownException):
-        try:
-            node.start()
-        except FeasibeeError as error:
-            print(f"feasibee: {error}", file=sys.stderr)
-            return 2
+        node.start()
         while not node.has_ended:
             executor.spin_once()
-    return 0
 
 
 def main(kind: type[Robot] = Robot) -> None:
-    """Run one robot until it is shut down."""
-    rclpy.init()
+    """Run one robot until it is shut down; its exit status is 2 if something that it was given is wrong."""
     try:
-        status = spin(kind())
-    finally:
-        rclpy.try_shutdown()
-    sys.exit(status)
+        with rclpy.init():
+            robot = kind()
+            spin(robot)
+    except FeasibeeError as error:  # of the machine, such as a full disk
+        sys.exit(f"feasibee: {error}")
+    sys.exit(robot.status)
 
 
 if __name__ == "__main__":

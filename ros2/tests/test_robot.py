@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from pathlib import Path
 
 import pytest
 from builtin_interfaces.msg import Time
@@ -14,7 +15,6 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Float32, Header, Int8, String, UInt8MultiArray
 
 from feasibee import Scenario
-from feasibee.errors import FeasibeeError
 from feasibee.field.replay import replay
 from feasibee.robot import Message, Wire
 from feasibee.strategies import STRATEGIES
@@ -22,7 +22,7 @@ from feasibee_ros.messages import frame_from, frame_message, reported
 from feasibee_ros.robot import LOGGED, Robot
 from feasibee_ros.senses import OBJECTS, Senses
 
-RADIO = [f"topics.{name}:=/radio" for name in ("heard", "said")]
+EXAMPLES = Path(__file__).parents[1] / "examples"
 NEVER = 1e-3
 """Hertz of a robot whose steps a test takes."""
 
@@ -173,23 +173,41 @@ def test_a_robot_that_acts_gets_goals_until_it_has_its_task(nodes, tmp_path):
     assert robot.mind.way["stand"]
 
 
-def test_parameters_change_the_decision_and_wrong_ones_are_named(nodes):
+def test_parameters_change_the_decision(nodes):
     robot = robot_of(nodes, 1, decision__strategy="average", decision__gain=12.5)
     line = json.loads(json.dumps(robot.mind._line))
     assert (line["strategy"], line["settings"]["gain"]) == ("average", 12.5)
-    with pytest.raises(FeasibeeError, match=r"decision\.strategy"):
-        robot_of(nodes, 2, decision__strategy="nosuch")
-    with pytest.raises(FeasibeeError, match=r"decision\.gain"):
-        robot_of(nodes, 4, decision__gain=-1.0)
-    with pytest.raises(FeasibeeError, match="detections = lidar: must be poses or objects"):
-        robot_of(nodes, 5, detections="lidar")
-    with pytest.raises(FeasibeeError, match=r"must be below robots\.count, 20"):
-        robot_of(nodes, 20)
-    with pytest.raises(FeasibeeError, match="can't be read"):
-        robot_of(nodes, 6, scenario="nosuch.toml")
-    nameless = nodes.add(Robot(namespace="/alice"))
-    with pytest.raises(FeasibeeError, match="ends with no number; set id"):
-        nameless.start()
+
+
+def test_the_file_for_a_turtlebot_gives_its_parameters(nodes):
+    arguments = ["--ros-args", "--params-file", str(EXAMPLES / "turtlebot4.yaml")]
+    robot = nodes.add(Robot(namespace="/robot_4", cli_args=arguments))
+    robot.start()
+    assert (robot.number, robot.mind.goes is not None, robot.period) == (4, True, 0.2)
+    assert {each.topic_name for each in robot.ears} >= {"/robot_4/odom", "/radio", "/robot_4/task_poses"}
+    assert robot.topics["said"].topic_name == "/radio"
+
+
+@pytest.mark.parametrize(
+    ("parameters", "problem"),
+    [
+        ({"decision__strategy": "nosuch"}, "decision.strategy = 'nosuch': must be the path of a .py file"),
+        ({"decision__gain": -1.0}, "decision.gain = -1.0: must be > 0"),
+        ({"detections": "lidar"}, "detections = lidar: must be poses or objects"),
+        ({"number": 20}, "must be below robots.count, 20"),
+        ({"scenario": "nosuch.toml"}, "nosuch.toml: can't be read"),
+    ],
+)
+def test_wrong_parameters_are_named_and_end_the_robot(nodes, parameters, problem):
+    robot = robot_of(nodes, **parameters)
+    assert (robot.status, robot.has_ended, robot.mind) == (2, True, None)
+    assert problem in robot.problem
+
+
+def test_a_robot_without_a_number_says_what_to_do(nodes):
+    robot = nodes.add(Robot(namespace="/alice"))
+    robot.start()
+    assert "id: namespace /alice ends with no number; set id" in robot.problem
 
 
 def test_a_robot_lives_through_its_states_and_begins_anew(nodes):

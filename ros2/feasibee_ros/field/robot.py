@@ -21,6 +21,7 @@ from feasibee.field.robot import GONE, IDLE, RETRY, main
 from feasibee.strategies.contract import Strategy
 from feasibee_ros.messages import frame_message, stamp_of
 from feasibee_ros.robot import LATEST, Robot, spin
+from feasibee_ros.robot import main as main_of
 from feasibee_ros.senses import Senses
 
 
@@ -43,8 +44,6 @@ class SimulatedRobot(Robot):
     ) -> None:
         super().__init__(**options)
         self._file, self._strategy, self._brain, self._patience = log, strategy, brain, patience
-        self.status = 0
-        """Its exit status."""
         self._orders: dict[str, Any] = {}
         self._is_under_way = False
 
@@ -62,6 +61,7 @@ class SimulatedRobot(Robot):
     def _ask(self) -> None:
         """Say that it is there, if the world is silent; end if it is so for too long."""
         if self._now - self._heard_at > self._patience:
+            self.problem = f"the world was silent for {self._patience:g} s; start feasibee launch --ros"
             self.status, self.has_ended = GONE, True
         elif self.mind is None:
             self._hello.publish(UInt16(data=self.number))
@@ -82,6 +82,7 @@ class SimulatedRobot(Robot):
         orders = json.loads(message.data)
         if "why" in orders:
             self.problem, self.status, self.has_ended = orders["why"], 2, True
+            self.get_logger().error(self.problem)
             return
         self._period = orders["clock"]
         self.step = orders["settings"]["step"]
@@ -178,7 +179,13 @@ def take_part(
         robot = SimulatedRobot(
             namespace=f"/robot_{number}", log=lines, strategy=strategy, brain=brain, patience=patience
         )
-        return spin(robot) or robot.status, robot.problem
+        spin(robot)
+        return robot.status, robot.problem
+
+
+def join() -> None:
+    """Run one robot of a field that `feasibee launch --ros --no-robots` waits for."""
+    main_of(SimulatedRobot)
 
 
 if __name__ == "__main__":
