@@ -29,6 +29,8 @@ OF_IRSIM = {"shapely"}
 """What IR-SIM brings along, which examples/irsim imports."""
 OF_RIVALS = {"scipy"}
 """What examples/rivals/evolve.py optimises with, as its docstring says."""
+OF_ROS = {"rclpy", "std_msgs"}
+"""What claims/measure/links.py imports with --ros; the wheels are in ros2/setup.py."""
 PLACES = {
     "src": [*chain(*EXTRAS.values())],
     "tests": GROUPS["test"],
@@ -59,7 +61,7 @@ def imported_by(folder):
             else:
                 continue
             found |= {name.split(".")[0]: path for name in names}
-    optional = ON_BOARDS | OF_IRSIM | OF_RIVALS if folder == "examples" else set()
+    optional = {"examples": ON_BOARDS | OF_IRSIM | OF_RIVALS, "claims": OF_ROS}.get(folder, set())
     known = sys.stdlib_module_names | local | OWN | optional
     return {name: path for name, path in found.items() if name not in known}
 

@@ -132,8 +132,7 @@ def launch(
     one = Runs.single(seed, run)
     options = {"kill": kill, "pause": pause, "partition": partition}
     faults = _faults(options, restart_world, hz, scenario, starts_robots=not no_robots)
-    late = parse_length("--delay", delay, hz)
-    clocks = (lockstep, hz, drift, jitter, late)
+    clocks = (lockstep, hz, drift, jitter, parse_length("--delay", delay, hz))
     plan = Plan(scenario, one.seed, one.first, *clocks, faults, patience, wait)
     key = _read_key(key_file)
     package = _package(ros, given_network=bool(key or port or not is_loopback(host)))
