@@ -12,6 +12,8 @@ from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header, MultiArrayDimension, UInt8MultiArray
 
+from feasibee.field.checks import MESSAGE
+
 STEP = 10**8
 """Nanoseconds of a step in stamps of a simulated world."""
 SECOND = 10**9
@@ -38,13 +40,14 @@ def frame_message(sender: int, step: int, text: str) -> UInt8MultiArray:
 
 
 def frame_from(message: UInt8MultiArray) -> tuple[int, int, str] | None:
-    """Return sender, step and hexadecimal digits of a message; None if its label isn't ``SENDER STEP``."""
+    """Return sender, step and hexadecimal digits of a message; None if it can't be one."""
     try:
         (dimension,) = message.layout.dim
         sender, step = map(int, dimension.label.split(" "))
     except ValueError:
         return None
-    return sender, step, bytes(message.data).hex()
+    text = bytes(message.data).hex()
+    return (sender, step, text) if MESSAGE([sender, text]) else None
 
 
 def pose_at(place: Iterable[float], metres: float) -> Pose:

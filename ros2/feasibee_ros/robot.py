@@ -360,8 +360,18 @@ def spin(node: Robot) -> None:
             executor.spin_once()
 
 
-def main(kind: type[Robot] = Robot) -> None:
+USAGE = """One robot of a swarm as a node of ROS 2; docs/ros.md lists its topics and parameters.
+
+Example:
+  {program} --ros-args -r __ns:=/robot_3 -r heard:=/radio -r said:=/radio -p scenario:=hall.toml
+"""
+
+
+def main(kind: type[Robot] = Robot, usage: str = USAGE) -> None:
     """Run one robot until it is shut down; its exit status is 2 if something that it was given is wrong."""
+    if {"-h", "--help"} & {*sys.argv[1:]}:
+        print(usage.format(program=Path(sys.argv[0]).name), end="")
+        return
     try:
         with rclpy.init():
             robot = kind()

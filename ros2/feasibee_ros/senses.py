@@ -14,7 +14,7 @@ from std_msgs.msg import String
 
 from feasibee.field.checks import CHECKS
 from feasibee.field.checks import STEP as ORDER
-from feasibee.field.senses import sensed_from
+from feasibee.field.senses import COUNT_LIMIT, sensed_from
 from feasibee_ros.messages import step_of
 
 POSES, OBJECTS = "poses", "objects"
@@ -77,7 +77,8 @@ class Senses:
         own = bool(self._base) and message.header.frame_id == self._base
         is_robot = int(name == "robots")
         places = [self._place_of(pose, own) for pose in message.poses]
-        if not all(math.isfinite(each) for place in places for each in place):
+        finite = all(math.isfinite(each) for place in places for each in place)
+        if not finite or len(places) > COUNT_LIMIT:
             self.dropped += 1
             return
         self._seen[name] = [[is_robot, -1, 0, 0, *place, k] for k, place in enumerate(places)]

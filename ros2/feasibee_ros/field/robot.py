@@ -183,9 +183,16 @@ def take_part(
         return robot.status, robot.problem
 
 
+USAGE = """One robot of a field; feasibee launch --ros --no-robots is its world and waits for it.
+
+Example:
+  {program} --ros-args -r __ns:=/robot_3
+"""
+
+
 def join() -> None:
-    """Run one robot of a field that `feasibee launch --ros --no-robots` waits for."""
-    main_of(SimulatedRobot)
+    """Run one robot of a field."""
+    main_of(SimulatedRobot, USAGE)
 
 
 if __name__ == "__main__":
