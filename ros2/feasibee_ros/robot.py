@@ -81,7 +81,6 @@ class Robot(LifecycleNode):
         self.declare_parameter("set", None, ParameterDescriptor(dynamic_typing=True))
         for topic in {**HEARS, **SAYS, "log": String}:
             self.declare_parameter(f"topics.{topic}", topic)
-        self._decision: dict[str, Any] = {}
         self._made: list[tuple[Callable[[Any], Any], Any]] = []
         self._clocks: list[Any] = []
         self.mind: Node | None = None
@@ -194,15 +193,15 @@ class Robot(LifecycleNode):
     def sense_with(self, senses: Senses) -> None:
         """Subscribe to odometry and detections, and to other robots."""
         self.senses = senses
-        takers = {name: self._sensing(take) for name, take in senses.takers.items()} | {
-            "heard": self.take_frame
-        }
+        self._sensed_at = dict.fromkeys(senses.takers, self._now)
+        takers = {name: self._sensing(name, take) for name, take in senses.takers.items()}
+        takers["heard"] = self.take_frame
         self.ears = [self.listen(HEARS[name], self.value(f"topics.{name}"), takers[name]) for name in takers]
 
-    def _sensing(self, take: Callable[[Any], None]) -> Callable[[Any], None]:
+    def _sensing(self, name: str, take: Callable[[Any], None]) -> Callable[[Any], None]:
         def sense(message: Any) -> None:
             take(message)
-            self._sensed_at = self._now
+            self._sensed_at[name] = self._now
             self.has_sensed()
 
         return sense
@@ -234,12 +233,19 @@ class Robot(LifecycleNode):
 
     def set_out(self) -> None:
         """Begin to step."""
-        self._sensed_at = self._now
         self.each(self.period, self.tick)
         self.each(DIAGNOSED, self.diagnose)
 
+    @property
+    def silent(self) -> dict[str, float]:
+        """Topics of senses that say nothing, with the seconds since they last did."""
+        ages = {name: self._now - at for name, at in self._sensed_at.items()}
+        return {name: age for name, age in ages.items() if age > self.value("stale")}
+
     def tick(self) -> None:
-        """End the step that it is in, and begin the next one."""
+        """End the step that it is in, and begin the next one; old detections don't count any more."""
+        for name in self.silent:
+            self.senses.forget(name)
         if self._is_in_step:
             self.end()
         self.begin(self.step + 1)
@@ -322,13 +328,10 @@ class Robot(LifecycleNode):
         return report(header, self.number, DECISIONS[mind.status.opinion], {**values, **more}, warning)
 
     def diagnose(self) -> None:
-        """Publish diagnostics; warn of senses that are silent, whose last detections don't count any more."""
+        """Publish diagnostics; warn of senses that say nothing."""
         assert self.mind is not None
-        silent = self._now - self._sensed_at
-        is_silent = silent > self.value("stale")
-        if is_silent:
-            self.senses.forget()
-        warning = f"no odometry and no detections for {silent:.0f} s; check the topics" if is_silent else ""
+        ages = [f"{name} for {age:.0f} s" for name, age in self.silent.items()]
+        warning = f"silent: {', '.join(ages)}; check the topics" if ages else ""
         dropped = {**self.mind.dropped, "invalid detections": self.senses.dropped}
         self._diagnostics.publish(self.held(self.get_clock().now().to_msg(), warning, dropped=dropped))
 

@@ -57,7 +57,7 @@ class Senses:
     @property
     def step(self) -> int:
         """The step of the simulated world of which all is there; -1 for none."""
-        needed = ("odom", "robots", "tasks") if self._detections == POSES else ("object",)
+        needed = ("odom", "robots", "tasks") if self._detections == POSES else (OBJECTS,)
         steps = {self._steps.get(name, -1) for name in needed}
         return steps.pop() if len(steps) == 1 else -1
 
@@ -102,9 +102,9 @@ class Senses:
             self.place = (found["place"][0], found["place"][1])
         if not self._simulated:
             self._acts += found["acts"]
-        self._seen = {"object": found["see"]}
+        self._seen = {OBJECTS: found["see"]}
         self._told = found
-        self._steps["object"] = found.get("t", -1)
+        self._steps[OBJECTS] = found.get("t", -1)
 
     def _ordered(self, text: str) -> dict[str, Any] | None:
         """Return what the simulated world shows in a step; None if it has no such form."""
@@ -118,9 +118,9 @@ class Senses:
         """Return what a simulated Byzantine robot newly knows."""
         return self._told.pop("insight", None)
 
-    def forget(self) -> None:
-        """See nothing any more: the newest detections are too old."""
-        self._seen = {}
+    def forget(self, name: str) -> None:
+        """See nothing of a topic any more: its newest detections are too old."""
+        self._seen.pop(name, None)
 
     def sensed(self, goes: list[int] | None, arrival: list[list[Any]]) -> dict[str, Any]:
         """Return what the robot has sensed; ``arrival`` is what its body did, unless a driver says it."""

@@ -228,16 +228,19 @@ def test_a_robot_lives_through_its_states_and_begins_anew(nodes):
     assert (robot.mind, robot.has_ended) == (None, True)
 
 
-def test_diagnostics_warn_of_silent_senses_which_dont_count_any_more(nodes):
+def test_a_silent_sense_is_reported_and_its_last_detections_dont_count_any_more(nodes):
     robot = robot_of(nodes, 0, stale=3600.0)
-    told = Listener(nodes, DiagnosticArray, "/diagnostics")
+    diagnostics = Listener(nodes, DiagnosticArray, "/diagnostics")
+    robot.senses.take_poses("robots", poses((1.0, 1.0)))
     robot.senses.take_poses("tasks", poses((1.0, 1.0)))
+    robot.tick()
     robot.diagnose()
-    robot.set_parameters([Parameter("stale", value=0.0)])
+    robot._sensed_at["tasks"] -= 4000.0
+    robot.tick()
     robot.diagnose()
-    nodes.until(lambda: len(told.heard) == 2)
-    levels = [message.status[0].level for message in told.heard]
-    assert levels == [DiagnosticStatus.OK, DiagnosticStatus.WARN]
-    assert "no detections" in told.heard[1].status[0].message
-    assert robot.senses.sensed(None, [])["see"] == []
-    assert told.heard[0].header.stamp != Time()
+    nodes.until(lambda: len(diagnostics.heard) == 2)
+    fine, warned = (message.status[0] for message in diagnostics.heard)
+    assert (fine.level, warned.level) == (DiagnosticStatus.OK, DiagnosticStatus.WARN)
+    assert warned.message == "silent: tasks for 4000 s; check the topics"
+    assert [each[0] for each in robot.senses.sensed(None, [])["see"]] == [1]
+    assert diagnostics.heard[0].header.stamp != Time()

@@ -6,6 +6,7 @@ Run as a program, this module is the nursery of `feasibee.field.robot`: it start
 from __future__ import annotations
 
 import json
+import math
 import random
 from collections.abc import Mapping
 from contextlib import ExitStack, closing
@@ -31,7 +32,7 @@ class SimulatedRobot(Robot):
     ``log``, ``strategy``, ``brain`` and ``patience`` are those of `feasibee.field.robot.Robot`.
     """
 
-    defaults: ClassVar = {"id": -1}
+    defaults: ClassVar = {"id": -1, "stale": math.inf}
 
     def __init__(
         self,
