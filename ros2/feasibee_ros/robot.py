@@ -176,7 +176,8 @@ class Robot(LifecycleNode):
         self._diagnostics = self.publisher(DiagnosticArray, "/diagnostics")
         self._heard: list[list[Any]] = []
         self._goal: Any = None
-        self.step, self._said, self._is_in_step = 0, None, False
+        self.step, self._is_in_step = 0, False
+        self._said: str | None = None
 
     def publisher(self, kind: Any, topic: str, qos: QoSProfile = KEPT) -> Any:
         """Return a publisher of its own, which is silent while the robot is inactive."""
