@@ -29,10 +29,10 @@ help:
 paper: $(VENV)/installed
 	$(BIN)/feasibee paper --runs 2000 --seed 1 --out paper
 
-test: $(VENV)/with-test
+test: $(VENV)/with-test $(VENV)/with-recipes
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
-test-all: $(VENV)/with-test
+test-all: $(VENV)/with-test $(VENV)/with-recipes
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -m ""
 
 # Old versions warn of what new ones, brought along by others, no longer want. Robots in C and pages need no version.

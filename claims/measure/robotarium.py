@@ -3,7 +3,7 @@
     PYTHONPATH=SIMULATOR python -m claims.measure.robotarium --jobs 2
 
 runs the plan in the simulator and appends each run to robotarium.csv. Started again, it continues. Without
-options, it prints the comparison as JSON. CI lacks the simulator, so only feasibee's swarms are computed again.
+options, it prints the comparison as JSON. CI lacks the simulator, so only our swarms are computed again.
 """
 
 from __future__ import annotations
