@@ -78,7 +78,7 @@ def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
 
 
 def _arguments(command: str) -> list[str]:
-    """Return what runs ``feasibee ...``, or ``python``, perhaps that of a folder, and a file of the repository."""
+    """Return what runs ``feasibee ...``, or a ``python``, such as that of a folder, and one of our files."""
     program, *rest = shlex.split(command)
     if program == "feasibee":
         return [sys.executable, "-m", "feasibee", *rest]
@@ -102,7 +102,7 @@ def _parsed(written: dict[str, Any]) -> Any:
 
 
 def _key(command: str, files: dict[str, str]) -> str:
-    text = json.dumps([command, files, _sources("python" in command.split()[0])])
+    text = json.dumps([command, files, _sources("python" in command.partition(" ")[0])])
     return hashlib.sha256(text.encode()).hexdigest()[:24]
 
 
