@@ -42,6 +42,7 @@ from feasibee.field.plan import (
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
+    from feasibee.field.replay import Replay
     from feasibee.scenario.scenario import Scenario
     from feasibee.strategies.contract import Strategy
 
@@ -325,17 +326,26 @@ def replay(
 ) -> None:
     """Replay logs of robots, and check that each decision is the same to the bit.
 
-    LOG is a robot's log, or the folder of a field with those of all robots.
+    LOG is a robot's log, or the folder of a field with those of all robots. It can also be a bag of ROS 2
+    with their logs on topics such as /robot_3/log: a .mcap, a .db3 or a folder. That needs the extra 'bag'.
 
     \b
     Examples:
       feasibee replay logs
       feasibee replay logs/robot-3.jsonl --json
+      feasibee replay rosbag2_2026_11_28/
     """
+    from feasibee.field.bags import is_bag
     from feasibee.field.replay import replay as replay_log
+    from feasibee.field.replay import replay_bag
 
     own = _strategy(strategy)
-    replays = [(path, replay_log(path, own)) for path in _log_files(logs)]
+    replays: list[tuple[str | Path, Replay]] = []
+    for path in logs:
+        if is_bag(path):
+            replays += [(f"{path}: {topic}", found) for topic, found in replay_bag(path, own).items()]
+        else:
+            replays += [(log, replay_log(log, own)) for log in _log_files(path)]
     if as_json:
         print_json([{"log": str(path), **found._asdict()} for path, found in replays])
         return
@@ -369,16 +379,14 @@ def _strategy(path: Path | None) -> Strategy | None:
     return None if path is None else own_strategy(str(path))
 
 
-def _log_files(paths: tuple[Path, ...]) -> Iterator[Path]:
-    """Yield robots' logs, those of a folder by the robots' numbers."""
-    for path in paths:
-        if not path.is_dir():
-            yield path
-            continue
-        found = sorted(path.glob("robot-*.jsonl"), key=lambda each: (len(each.name), each.name))
-        if not found:
-            raise FeasibeeError(f"{path}: has no logs of robots; run feasibee launch --out {path}")
-        yield from found
+def _log_files(path: Path) -> list[Path]:
+    """Return a robot's log, or those of a folder by the robots' numbers."""
+    if not path.is_dir():
+        return [path]
+    found = sorted(path.glob("robot-*.jsonl"), key=lambda each: (len(each.name), each.name))
+    if not found:
+        raise FeasibeeError(f"{path}: has no logs of robots; run feasibee launch --out {path}")
+    return found
 
 
 @command()

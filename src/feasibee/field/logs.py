@@ -101,12 +101,17 @@ def read_log(path: Path, what: str, first: Mapping[str, Any], wrong: str) -> tup
     *lines, rest = read_text(path, what, LOG_LIMIT).split("\n")
     if not lines:
         raise damaged(path, 1, "is incomplete")
-    if not first.items() <= parsed(path, 1, lines[0]).items():
-        raise FeasibeeError(f"{named(path)}: {wrong}")
+    check_head(path, lines[0], first, wrong)
     return lines, rest
 
 
-def parsed(path: Path, at: int, text: str, forms: Mapping[str, Form] | None = None) -> dict[str, Any]:
+def check_head(path: str | Path, text: str, first: Mapping[str, Any], wrong: str) -> None:
+    """Raise an error that says what is ``wrong``, if the first line of a log lacks what is in ``first``."""
+    if not first.items() <= parsed(path, 1, text).items():
+        raise FeasibeeError(f"{named(path)}: {wrong}")
+
+
+def parsed(path: str | Path, at: int, text: str, forms: Mapping[str, Form] | None = None) -> dict[str, Any]:
     """Return a line of a log, which must be a JSON object whose values have these forms."""
     try:
         line = json.loads(text)
@@ -118,13 +123,13 @@ def parsed(path: Path, at: int, text: str, forms: Mapping[str, Form] | None = No
     return line
 
 
-def check_line(path: Path, at: int, line: Mapping[str, Any], forms: Mapping[str, Form]) -> None:
+def check_line(path: str | Path, at: int, line: Mapping[str, Any], forms: Mapping[str, Form]) -> None:
     """Raise the error of the first value of a line that lacks its form."""
     for name, form in forms.items():
         if not form(line.get(name)):
             raise damaged(path, at, f"has no valid {name}")
 
 
-def damaged(path: Path, at: int, what: str) -> FeasibeeError:
+def damaged(path: str | Path, at: int, what: str) -> FeasibeeError:
     """Return the error of a damaged line of a log."""
     return FeasibeeError(f"{named(path)}: line {at}: {what}; the log is damaged: use an intact copy")

@@ -24,7 +24,7 @@ from feasibee.field.checks import (
     row,
     whole,
 )
-from feasibee.field.logs import damaged, parsed, read_log
+from feasibee.field.logs import check_head, damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
@@ -36,6 +36,8 @@ from feasibee.strategies.contract import Setting, Strategy
 
 _UNFIT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """Errors of a strategy that is given what its own robots never see, or that isn't the robot's."""
+_HEAD: Final = {"feasibee": "robot", "version": VERSION}
+"""What the first line of a robot's log has."""
 _CLASSES: Final = 16
 """Largest number of classes of robots, and of tasks."""
 
@@ -235,12 +237,26 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
     A log never says which file to run. Raise a FeasibeeError if the file is no log of a robot, is damaged, or
     says anything else than the replay.
     """
-    lines, rest = read_log(
-        path,
-        "the log of a robot, such as robot-3.jsonl",
-        {"feasibee": "robot", "version": VERSION},
-        f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl",
-    )
+    wrong = f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl"
+    lines, rest = read_log(path, "the log of a robot, such as robot-3.jsonl", _HEAD, wrong)
+    return _replayed(path, lines, bool(rest), strategy)
+
+
+def replay_bag(path: Path, strategy: Strategy | None = None) -> dict[str, Replay]:
+    """Replay the logs in a bag, by topic, as `replay` does with files."""
+    from feasibee.field.bags import logs_in
+
+    wrong = f"doesn't begin as the log of a robot, version {VERSION}; record it from the robot's start"
+    replays = {}
+    for topic, lines in logs_in(path).items():
+        name = f"{path}: {topic}"
+        check_head(name, lines[0], _HEAD, wrong)
+        replays[topic] = _replayed(name, lines, False, strategy)
+    return replays
+
+
+def _replayed(path: str | Path, lines: list[str], cut: bool, strategy: Strategy | None) -> Replay:
+    """Replay the lines of a log; errors name ``path``."""
     head = parsed(path, 1, lines[0], _DRAWS)
     draws = deque(_draws(head))
     node, written = _node(path, head, draws, strategy)
@@ -260,11 +276,11 @@ def replay(path: Path, strategy: Strategy | None = None) -> Replay:
         decisions += bool(explores) and not disseminating
         explores = disseminating
     robot, opinion = head["settings"]["coordinates"][2], DECISIONS[node.status.opinion]
-    return Replay(robot, len(lines) - 1, opinion, decisions, bool(rest))
+    return Replay(robot, len(lines) - 1, opinion, decisions, cut)
 
 
 def _node(
-    path: Path, head: dict[str, Any], draws: deque[Words], strategy: Strategy | None
+    path: str | Path, head: dict[str, Any], draws: deque[Words], strategy: Strategy | None
 ) -> tuple[Node, list[Any]]:
     """Return a robot as at the begin of its log, and the list of the lines that it writes."""
     name = head.get("strategy")
@@ -284,7 +300,7 @@ def _node(
         raise _unfit(path, 1, error, draws) from None
 
 
-def _unfit(path: Path, at: int, error: Exception, draws: deque[Words]) -> FeasibeeError:
+def _unfit(path: str | Path, at: int, error: Exception, draws: deque[Words]) -> FeasibeeError:
     """Return the error of a line that no robot with this head and this strategy has written."""
     if isinstance(error, IndexError) and not draws:
         return damaged(path, at, "has too few draws")
@@ -297,7 +313,7 @@ def _draws(line: dict[str, Any]) -> list[Words]:
     return [(a, b, c, d) for a, b, c, d in line["draws"]]
 
 
-def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque[Words]) -> None:
+def _compare(path: str | Path, at: int, line: dict[str, Any], again: Any, draws: deque[Words]) -> None:
     """Raise an error if the log says anything else than the replay."""
     if draws:
         raise damaged(path, at, "has too many draws")
@@ -306,5 +322,6 @@ def _compare(path: Path, at: int, line: dict[str, Any], again: Any, draws: deque
         if kept != found:
             raise FeasibeeError(
                 f"{named(path)}: line {at}: {name} is {quoted(kept)} in the log and {quoted(found)} in the "
-                "replay; the log was changed, or another version or strategy wrote it: use an intact copy"
+                "replay; a line is missing or was changed, or another version or strategy wrote it: use an "
+                "intact copy"
             )
