@@ -327,7 +327,7 @@ def replay(
     """Replay logs of robots, and check that each decision is the same to the bit.
 
     LOG is a robot's log, or the folder of a field with those of all robots. It can also be a bag of ROS 2
-    with their logs on topics such as /robot_3/log: a .mcap, a .db3 or a folder. That needs the extra 'bag'.
+    with their logs on topics such as /robot_3/log: a .mcap, a .db3 or their folder. It needs the extra 'bag'.
 
     \b
     Examples:
@@ -335,14 +335,14 @@ def replay(
       feasibee replay logs/robot-3.jsonl --json
       feasibee replay rosbag2_2026_11_28/
     """
-    from feasibee.field.bags import is_bag
+    from feasibee.field.bags import files_of
     from feasibee.field.replay import replay as replay_log
     from feasibee.field.replay import replay_bag
 
     own = _strategy(strategy)
     replays: list[tuple[str | Path, Replay]] = []
     for path in logs:
-        if is_bag(path):
+        if files_of(path):
             replays += [(f"{path}: {topic}", found) for topic, found in replay_bag(path, own).items()]
         else:
             replays += [(log, replay_log(log, own)) for log in _log_files(path)]
