@@ -17,10 +17,15 @@ from nets import play
 from test_edited_logs import bounded
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.bags import files_of
-from feasibee.field.replay import replay, replay_bag
+from feasibee.field.bags import files_of, logs_in
+from feasibee.field.replay import replay
 
 STORAGES = ("mcap", "sqlite3")
+
+
+def replay_bag(path):
+    """Replay the logs of a bag, as the command does."""
+    return {topic: replay(topic, None, lines) for topic, lines in logs_in(path).items()}
 
 
 @pytest.fixture(scope="module")
@@ -73,15 +78,13 @@ def test_a_bag_without_logs_is_refused_with_what_it_lacks(topics, tmp_path):
         "type": write_bag(tmp_path / "type", {"/robot_1/log": [1]}, kind="std_msgs/msg/Int8"),
         "empty": write_bag(tmp_path / "empty", {"/robot_1/log": [], "/a": ["b"]}),
     }.items():
-        assert f"{name}: has no messages of {STRING} on a topic that ends with /log" in refused_in_a_line(
-            "replay", bag
-        )
+        assert f"{name}: has no {STRING} on a topic that ends with /log" in refused_in_a_line("replay", bag)
 
 
 def test_a_missing_file_a_pipe_and_a_missing_package_are_told(topics, tmp_path, monkeypatch):
     assert "can't be read" in refused_in_a_line("replay", tmp_path / "none.mcap")
     os.mkfifo(tmp_path / "pipe.mcap")
-    assert "isn't a plain file" in refused_in_a_line("replay", tmp_path / "pipe.mcap")
+    assert "it isn't a plain file" in refused_in_a_line("replay", tmp_path / "pipe.mcap")
     bag = write_bag(tmp_path / "bag", topics)
     monkeypatch.setitem(sys.modules, "rosbags.rosbag2", None)
     assert 'pip install ".[bag]"' in refused_in_a_line("replay", bag)

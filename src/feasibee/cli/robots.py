@@ -335,15 +335,15 @@ def replay(
       feasibee replay logs/robot-3.jsonl --json
       feasibee replay rosbag2_2026_11_28/
     """
-    from feasibee.field.bags import files_of
+    from feasibee.field.bags import files_of, logs_in
     from feasibee.field.replay import replay as replay_log
-    from feasibee.field.replay import replay_bag
 
     own = _strategy(strategy)
     replays: list[tuple[str | Path, Replay]] = []
     for path in logs:
         if files_of(path):
-            replays += [(f"{path}: {topic}", found) for topic, found in replay_bag(path, own).items()]
+            named = ((f"{path}: {topic}", lines) for topic, lines in logs_in(path).items())
+            replays += [(name, replay_log(name, own, lines)) for name, lines in named]
         else:
             replays += [(log, replay_log(log, own)) for log in _log_files(path)]
     if as_json:

@@ -7,20 +7,17 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import Final
 
 from feasibee.errors import FeasibeeError, how_to_install, one_line
-from feasibee.field.logs import LOG_LIMIT
 from feasibee.files import named
 
-_SUFFIXES: Final = (".mcap", ".db3")
 _TOPIC, _TYPE = "/log", "std_msgs/msg/String"
 
 
 def files_of(path: Path) -> list[Path]:
     """Return the files of a bag, a file or a folder, in their order; none if the path isn't one."""
     files = path.iterdir() if path.is_dir() else [path]
-    found = (each for each in files if each.suffix in _SUFFIXES)
+    found = (each for each in files if each.suffix in (".mcap", ".db3") and each.is_file())
     return sorted(found, key=lambda each: (len(each.name), each))
 
 
@@ -30,22 +27,19 @@ def logs_in(path: Path) -> dict[str, list[str]]:
     The definitions of types in the bag aren't used, because rosbags would make code of them. Its metadata
     aren't read. Raise a FeasibeeError if the bag can't be read or has no such topic.
     """
-    found, size = defaultdict[str, list[str]](list), 0
+    found = defaultdict[str, list[str]](list)
     try:
         for file in files_of(path):
             for topic, text in _texts(file):
                 found[topic].append(text)
-                size += len(text)
-                if size > LOG_LIMIT:
-                    raise FeasibeeError(f"it has more than {LOG_LIMIT // 2**20} MiB of logs")
     except ImportError:
         raise FeasibeeError(f"{named(path)}: reading bags needs rosbags; {how_to_install('bag')}") from None
     except Exception as error:  # whatever rosbags, SQLite, zstd or lz4 meet in damaged bytes
         why = one_line(str(error).rstrip("."), 100) or type(error).__name__
         raise FeasibeeError(f"{named(path)}: can't be read: {why}; name an intact bag") from None
     if not found:
-        rule = f"has no messages of {_TYPE} on a topic that ends with {_TOPIC}"
-        raise FeasibeeError(f"{named(path)}: {rule}; record the robots' logs, too")
+        rule = f"has no {_TYPE} on a topic that ends with {_TOPIC}; record the robots' logs, too"
+        raise FeasibeeError(f"{named(path)}: {rule}")
     return found
 
 
@@ -55,21 +49,14 @@ def _texts(file: Path) -> Iterator[tuple[str, str]]:
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.LATEST)
-    if file.exists() and not file.is_file():
-        raise FeasibeeError("it isn't a plain file")
-    if file.suffix == ".db3":
-        _check_tables(file)
+    if file.suffix == ".db3":  # reading it could run the queries of views
+        with closing(sqlite3.connect(f"{file.absolute().as_uri()}?immutable=1", uri=True)) as base:
+            found = base.execute("SELECT count(*) FROM sqlite_master WHERE type NOT IN ('table', 'index')")
+            if found.fetchone() != (0,):
+                raise FeasibeeError("it has views or triggers")
     with Reader(file) as reader:
         of_strings = (each for each in reader.connections if each.msgtype == _TYPE)
         logs = [each for each in of_strings if each.topic.endswith(_TOPIC)]
         for connection, _, raw in reader.messages(logs) if logs else ():
             text: str = store.deserialize_cdr(raw, _TYPE).data  # type: ignore[attr-defined]
             yield connection.topic, text
-
-
-def _check_tables(file: Path) -> None:
-    """Raise an error if a database has views or triggers, whose queries reading it could run."""
-    with closing(sqlite3.connect(f"{file.absolute().as_uri()}?immutable=1", uri=True)) as base:
-        found = base.execute("SELECT count(*) FROM sqlite_master WHERE type NOT IN ('table', 'index')")
-        if found.fetchone() != (0,):
-            raise FeasibeeError("it has views or triggers")

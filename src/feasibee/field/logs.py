@@ -101,14 +101,9 @@ def read_log(path: Path, what: str, first: Mapping[str, Any], wrong: str) -> tup
     *lines, rest = read_text(path, what, LOG_LIMIT).split("\n")
     if not lines:
         raise damaged(path, 1, "is incomplete")
-    check_head(path, lines[0], first, wrong)
-    return lines, rest
-
-
-def check_head(path: str | Path, text: str, first: Mapping[str, Any], wrong: str) -> None:
-    """Raise an error that says what is ``wrong``, if the first line of a log lacks what is in ``first``."""
-    if not first.items() <= parsed(path, 1, text).items():
+    if not first.items() <= parsed(path, 1, lines[0]).items():
         raise FeasibeeError(f"{named(path)}: {wrong}")
+    return lines, rest
 
 
 def parsed(path: str | Path, at: int, text: str, forms: Mapping[str, Form] | None = None) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from feasibee.field.checks import (
     row,
     whole,
 )
-from feasibee.field.logs import check_head, damaged, parsed, read_log
+from feasibee.field.logs import damaged, parsed, read_log
 from feasibee.field.node import VERSION, Node
 from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
@@ -36,8 +36,6 @@ from feasibee.strategies.contract import Setting, Strategy
 
 _UNFIT = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """Errors of a strategy that is given what its own robots never see, or that isn't the robot's."""
-_HEAD: Final = {"feasibee": "robot", "version": VERSION}
-"""What the first line of a robot's log has."""
 _CLASSES: Final = 16
 """Largest number of classes of robots, and of tasks."""
 
@@ -231,32 +229,23 @@ class Replay(NamedTuple):
     """Whether the last line is incomplete, as of a process that was killed."""
 
 
-def replay(path: Path, strategy: Strategy | None = None) -> Replay:
+def replay(path: str | Path, strategy: Strategy | None = None, lines: list[str] | None = None) -> Replay:
     """Replay a robot's log; ``strategy`` is that of the robot, if it isn't built in.
 
-    A log never says which file to run. Raise a FeasibeeError if the file is no log of a robot, is damaged, or
-    says anything else than the replay.
+    ``lines`` are those of a log that isn't a file; ``path`` then names it in errors. A log never says which
+    file to run. Raise a FeasibeeError if this is no log of a robot, is damaged, or says anything else than
+    the replay.
     """
-    wrong = f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl"
-    lines, rest = read_log(path, "the log of a robot, such as robot-3.jsonl", _HEAD, wrong)
-    return _replayed(path, lines, bool(rest), strategy)
-
-
-def replay_bag(path: Path, strategy: Strategy | None = None) -> dict[str, Replay]:
-    """Replay the logs in a bag, by topic, as `replay` does with files."""
-    from feasibee.field.bags import logs_in
-
-    wrong = f"doesn't begin as the log of a robot, version {VERSION}; record it from the robot's start"
-    replays = {}
-    for topic, lines in logs_in(path).items():
-        name = f"{path}: {topic}"
-        check_head(name, lines[0], _HEAD, wrong)
-        replays[topic] = _replayed(name, lines, False, strategy)
-    return replays
-
-
-def _replayed(path: str | Path, lines: list[str], cut: bool, strategy: Strategy | None) -> Replay:
-    """Replay the lines of a log; errors name ``path``."""
+    first, rest = {"feasibee": "robot", "version": VERSION}, ""
+    if lines is None:
+        what, wrong = (
+            "the log of a robot, such as robot-3.jsonl",
+            f"isn't the log of a robot, version {VERSION}",
+        )
+        lines, rest = read_log(Path(path), what, first, f"{wrong}; name robot-K.jsonl")
+    elif not first.items() <= parsed(path, 1, lines[0]).items():
+        wrong = f"doesn't begin as the log of a robot, version {VERSION}"
+        raise FeasibeeError(f"{named(path)}: {wrong}; record it from the robot's start")
     head = parsed(path, 1, lines[0], _DRAWS)
     draws = deque(_draws(head))
     node, written = _node(path, head, draws, strategy)
@@ -276,7 +265,7 @@ def _replayed(path: str | Path, lines: list[str], cut: bool, strategy: Strategy 
         decisions += bool(explores) and not disseminating
         explores = disseminating
     robot, opinion = head["settings"]["coordinates"][2], DECISIONS[node.status.opinion]
-    return Replay(robot, len(lines) - 1, opinion, decisions, cut)
+    return Replay(robot, len(lines) - 1, opinion, decisions, bool(rest))
 
 
 def _node(
