@@ -16,9 +16,12 @@ from fields import a_plan, small
 from nets import play
 from test_edited_logs import bounded
 
+from feasibee import Swarm
 from feasibee.errors import FeasibeeError
 from feasibee.field.bags import files_of, logs_in
+from feasibee.field.recording import Recording
 from feasibee.field.replay import replay
+from feasibee.figures.bag import Bag
 
 STORAGES = ("mcap", "sqlite3")
 
@@ -54,6 +57,17 @@ def test_the_command_replays_a_bag_and_names_the_topics(topics, tmp_path):
     assert "Robot 3: 60 steps" in invoke("replay", bag).stdout
     found = json.loads(invoke("replay", bag, "--json").stdout)
     assert [each["log"] for each in found] == [f"{bag}: {topic}" for topic in topics]
+
+
+def test_a_recording_of_a_field_gives_the_bag_of_its_run(tmp_path):
+    scenario = small(steps=20, **{"run.stop_at_decision": False})
+    play(a_plan(scenario), tmp_path)
+    bags = []
+    for name, source in {"field": Recording(tmp_path), "run": Swarm(scenario, seed=1)}.items():
+        path = tmp_path / f"{name}.mcap"
+        Bag(scenario, path).write(source, 20, lambda share: None)
+        bags.append(path.read_bytes())
+    assert bags[0] == bags[1]
 
 
 def test_a_changed_or_missing_message_is_named_with_its_topic(topics, tmp_path):

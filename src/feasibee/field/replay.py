@@ -232,17 +232,13 @@ class Replay(NamedTuple):
 def replay(path: str | Path, strategy: Strategy | None = None, lines: list[str] | None = None) -> Replay:
     """Replay a robot's log; ``strategy`` is that of the robot, if it isn't built in.
 
-    ``lines`` are those of a log that isn't a file; ``path`` then names it in errors. A log never says which
-    file to run. Raise a FeasibeeError if this is no log of a robot, is damaged, or says anything else than
-    the replay.
+    ``lines`` are those of a log in a bag, which ``path`` names in errors. A log never says which file to run.
+    Raise a FeasibeeError if it is no log of a robot, is damaged, or says anything else than the replay.
     """
     first, rest = {"feasibee": "robot", "version": VERSION}, ""
     if lines is None:
-        what, wrong = (
-            "the log of a robot, such as robot-3.jsonl",
-            f"isn't the log of a robot, version {VERSION}",
-        )
-        lines, rest = read_log(Path(path), what, first, f"{wrong}; name robot-K.jsonl")
+        wrong = f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl"
+        lines, rest = read_log(Path(path), "the log of a robot, such as robot-3.jsonl", first, wrong)
     elif not first.items() <= parsed(path, 1, lines[0]).items():
         wrong = f"doesn't begin as the log of a robot, version {VERSION}"
         raise FeasibeeError(f"{named(path)}: {wrong}; record it from the robot's start")

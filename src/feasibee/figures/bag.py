@@ -70,8 +70,7 @@ class Bag:
     def write_step(self) -> None:
         """Write the present step: the map once, then poses, opinions, frames and markers."""
         self.time = START + round(1e9 * self.seconds * self.swarm.step)
-        sec, nanosec = divmod(self.time, 10**9)
-        self.header = {"stamp": {"sec": sec, "nanosec": nanosec}, "frame_id": "map"}
+        self.header = {"stamp": {"sec": self.time // 10**9, "nanosec": self.time % 10**9}, "frame_id": "map"}
         if self.scenario.plan is not None and "/map" not in self.ways:
             self.write_map(self.scenario.plan)
         self.write_robots()
