@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
+from typing import Any
 
 from feasibee.errors import FeasibeeError, how_to_install, one_line
 from feasibee.files import named
@@ -48,7 +49,7 @@ def _texts(file: Path) -> Iterator[tuple[str, str]]:
     from rosbags.rosbag2 import Reader
     from rosbags.typesys import Stores, get_typestore
 
-    store = get_typestore(Stores.LATEST)
+    store: Any = get_typestore(Stores.LATEST)
     if file.suffix == ".db3":  # reading it could run the queries of views
         with closing(sqlite3.connect(f"{file.absolute().as_uri()}?immutable=1", uri=True)) as base:
             found = base.execute("SELECT count(*) FROM sqlite_master WHERE type NOT IN ('table', 'index')")
@@ -58,5 +59,4 @@ def _texts(file: Path) -> Iterator[tuple[str, str]]:
         of_strings = (each for each in reader.connections if each.msgtype == _TYPE)
         logs = [each for each in of_strings if each.topic.endswith(_TOPIC)]
         for connection, _, raw in reader.messages(logs) if logs else ():
-            text: str = store.deserialize_cdr(raw, _TYPE).data  # type: ignore[attr-defined]
-            yield connection.topic, text
+            yield connection.topic, store.deserialize_cdr(raw, _TYPE).data
