@@ -69,10 +69,15 @@ def at(place):
     return place.x, place.y
 
 
-def test_the_bag_of_a_plain_run_has_what_the_reference_computes(tmp_path):
-    steps = written(PLAIN, tmp_path / "run.mcap")
+@pytest.mark.parametrize(("strategy", "held"), [("dmmd", {0, 1}), ("map", {-1})])
+def test_the_bag_of_a_plain_run_has_what_the_reference_computes(strategy, held, tmp_path):
+    scenario = PLAIN.replace({"decision.strategy": strategy})
+    steps = written(scenario, tmp_path / "run.mcap")
     assert list(steps) == [START + 10**8 * step for step in range(41)]
-    for messages, swarm in zip(steps.values(), reference.play(PLAIN, 1, 0), strict=True):
+    assert {
+        each.data for step in steps.values() for topic, each in step.items() if "opinion" in topic
+    } == held
+    for messages, swarm in zip(steps.values(), reference.play(scenario, 1, 0), strict=True):
         unit = float(swarm.world.unit)
         shown = {marker.id: marker for marker in messages["/robots"].markers}
         frames = {each.child_frame_id: each for each in messages["/tf"].transforms}
