@@ -71,7 +71,7 @@ def at(place):
 
 @pytest.mark.parametrize(("strategy", "held"), [("dmmd", {0, 1}), ("map", {-1})])
 def test_the_bag_of_a_plain_run_has_what_the_reference_computes(strategy, held, tmp_path):
-    scenario = PLAIN.replace({"decision.strategy": strategy})
+    scenario = PLAIN.replace({"decision.strategy": strategy, "robots.know_count": True})
     steps = written(scenario, tmp_path / "run.mcap")
     assert list(steps) == [START + 10**8 * step for step in range(41)]
     assert {
