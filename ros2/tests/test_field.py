@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from fields import PUT, STREAMS, a_plan, opinions, run, simulated, small
+from std_msgs.msg import String
 
+from feasibee.field.bodies import Bodies
 from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
+from feasibee_ros.field.robot import SimulatedRobot
 
 NODES = "feasibee_ros.field"
 WORLDS = {
@@ -68,13 +73,28 @@ def test_twenty_nodes_over_300_steps_equal_the_run(tmp_path):
     check_equal(scenario, tmp_path, result, steps)
 
 
-def test_nodes_with_clocks_step_as_often_as_their_hertz(tmp_path):
+def test_nodes_with_clocks_play_all_steps_and_their_logs_replay(tmp_path):
     scenario = small(steps=30)
     plan = a_plan(scenario, lockstep=False, hz=20.0, drift=0.05, jitter=0.3, delay=2.0)
     result, _, steps = run(plan, tmp_path, package=NODES)
     assert (result["steps"], result["lost"], len(steps)) == (30, [], 31)
-    assert result["achieved_hz"] <= 21.0
     assert all(replay(tmp_path / f"robot-{number}.jsonl").steps >= 20 for number in range(4))
+
+
+def test_a_simulated_robot_has_one_clock_however_often_it_sees(nodes):
+    scenario = small()
+    bodies = Bodies(scenario, 1, 0)
+    orders = bodies.orders(bodies.everyone[0])
+    clock = {"clock": {"period": 1000.0, "drift": 0.0, "jitter": 0.0}}
+    robot = nodes.add(SimulatedRobot(namespace="/robot_0"))
+    robot.start()
+    robot._take_orders(String(data=json.dumps({**orders, **clock, "metres": 1.0, "detections": "objects"})))
+    before = len(robot._clocks)
+    for step in range(3):
+        seen = {"t": step, "place": [1.0, 2.0], "see": []}
+        robot.senses.take_object(String(data=json.dumps(seen)))
+        robot.has_sensed()
+    assert len(robot._clocks) == before + 1
 
 
 @pytest.mark.slow
