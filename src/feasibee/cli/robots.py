@@ -327,7 +327,7 @@ def replay(
     """Replay logs of robots, and check that each decision is the same to the bit.
 
     LOG is a robot's log, or the folder of a field with those of all robots. It can also be a bag of ROS 2
-    with their logs on topics such as /robot_3/log: a .mcap, a .db3 or their folder. It needs the extra 'bag'.
+    with their logs on topics such as /robot_3/log: a .mcap, a .db3 or their folder (extra 'bag').
 
     \b
     Examples:

@@ -34,8 +34,8 @@ class Bag:
     def __init__(self, scenario: Scenario, path: Path) -> None:
         self.seconds, self.metres = scenario.units.seconds or STEP, scenario.units.metres or 1.0
         if scenario.most.robots > ROBOTS_LIMIT:
-            rule = f"has two topics per robot, of at most {ROBOTS_LIMIT:,}; use fewer robots"
-            raise FeasibeeError(f"{named(path)}: {rule}, or feasibee animate")
+            rule = f"a bag has topics for at most {ROBOTS_LIMIT:,} robots"
+            raise FeasibeeError(f"{named(path)}: {rule}; use fewer robots, or feasibee animate")
         if self.seconds * scenario.run.steps > 2 * 10**9:
             rule = "ROS has 31 bits for the seconds of a time; use a smaller units.seconds"
             raise FeasibeeError(f"{named(path)}: {rule}, or fewer steps")
