@@ -42,7 +42,6 @@ from feasibee.field.plan import (
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
-    from feasibee.field.replay import Replay
     from feasibee.scenario.scenario import Scenario
     from feasibee.strategies.contract import Strategy
 
@@ -159,8 +158,7 @@ def _package(ros: bool, *, given_network: bool) -> str:
     if not ros:
         return "feasibee.field"
     if given_network:
-        rule = "ROS 2 has a network of its own; leave out --host, --port and the key"
-        raise FeasibeeError(f"--ros with an address or a key: {rule}")
+        raise FeasibeeError("--ros with an address or a key: ROS 2 has its own network; leave them out")
     if not all(map(find_spec, ("rclpy", "feasibee_ros"))):
         raise FeasibeeError("--ros: needs ROS 2 and feasibee_ros; see ros2/README.md in the repository")
     return "feasibee_ros.field"
@@ -335,17 +333,11 @@ def replay(
       feasibee replay logs/robot-3.jsonl --json
       feasibee replay rosbag2_2026_11_28/
     """
-    from feasibee.field.bags import files_of, logs_in
     from feasibee.field.replay import replay as replay_log
 
     own = _strategy(strategy)
-    replays: list[tuple[str | Path, Replay]] = []
-    for path in logs:
-        if files_of(path):
-            named = ((f"{path}: {topic}", lines) for topic, lines in logs_in(path).items())
-            replays += [(name, replay_log(name, own, lines)) for name, lines in named]
-        else:
-            replays += [(log, replay_log(log, own)) for log in _log_files(path)]
+    given = [log for path in logs for log in _logs(path)]
+    replays = [(name, replay_log(name, own, lines)) for name, lines in given]
     if as_json:
         print_json([{"log": str(path), **found._asdict()} for path, found in replays])
         return
@@ -379,14 +371,19 @@ def _strategy(path: Path | None) -> Strategy | None:
     return None if path is None else own_strategy(str(path))
 
 
-def _log_files(path: Path) -> list[Path]:
-    """Return a robot's log, or those of a folder by the robots' numbers."""
+def _logs(path: Path) -> list[tuple[str | Path, list[str] | None]]:
+    """Return a robot's log, or those of a folder or bag by the robots' numbers; those of a bag have lines."""
+    from feasibee.field.bags import files_of, logs_in
+
+    if files_of(path):
+        topics = sorted(logs_in(path).items(), key=lambda each: (len(each[0]), each))
+        return [(f"{path}: {topic}", lines) for topic, lines in topics]
     if not path.is_dir():
-        return [path]
+        return [(path, None)]
     found = sorted(path.glob("robot-*.jsonl"), key=lambda each: (len(each.name), each.name))
     if not found:
         raise FeasibeeError(f"{path}: has no logs of robots; run feasibee launch --out {path}")
-    return found
+    return [(log, None) for log in found]
 
 
 @command()

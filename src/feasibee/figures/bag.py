@@ -120,12 +120,8 @@ class Bag:
     def put_markers(self, group: str, shape: int, shown: Mapping[int, tuple[Any, str, float]]) -> None:
         """Write a marker for each robot or task, and remove those that a viewer may still show."""
         side = self.scenario.robots.diameter * self.metres
-        of = {
-            "header": self.header,
-            "ns": group,
-            "pose": self.pose((0.0, 0.0)),
-            "scale": {"x": side, "y": side, "z": side / 2},
-        }
+        of = {"header": self.header, "ns": group, "pose": self.pose((0.0, 0.0))}
+        of["scale"] = {"x": side, "y": side, "z": side / 2}
         markers = []
         for number, (pose, colour, opacity) in shown.items():
             look = dict(zip("rgba", (*(each / 255 for each in getrgb(colour)), opacity), strict=True))
