@@ -29,7 +29,7 @@ help:
 paper: $(VENV)/installed
 	$(BIN)/feasibee paper --runs 2000 --seed 1 --out paper
 
-test: $(VENV)/with-test $(VENV)/with-recipes
+test: $(VENV)/with-test
 	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
 
 test-all: $(VENV)/with-test $(VENV)/with-recipes
