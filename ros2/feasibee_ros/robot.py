@@ -333,6 +333,8 @@ class Robot(LifecycleNode):
         assert self.mind is not None
         ages = [f"{name} for {age:.0f} s" for name, age in self.silent.items()]
         warning = f"silent: {', '.join(ages)}; check the topics" if ages else ""
+        if self.senses.foreign:
+            warning = f"poses in frame {self.senses.foreign}: publish them in {self.senses.frame}"
         dropped = {**self.mind.dropped, "invalid detections": self.senses.dropped}
         self._diagnostics.publish(self.held(self.get_clock().now().to_msg(), warning, dropped=dropped))
 

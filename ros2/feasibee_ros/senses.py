@@ -38,6 +38,8 @@ class Senses:
         self.place: tuple[float, float] = (0.0, 0.0)
         self.frame = "map"
         self.dropped = 0
+        self.foreign = ""
+        """The frame of the newest poses, if it is neither the odometry's nor the robot's own."""
         self.metres, self._detections, self._simulated = metres, detections, simulated
         self._heading = 0.0
         self._base = ""
@@ -74,11 +76,13 @@ class Senses:
 
     def take_poses(self, name: str, message: PoseArray) -> None:
         """Keep the poses of ``robots`` or ``tasks``, in the robot's frame or that of its odometry."""
-        own = bool(self._base) and message.header.frame_id == self._base
+        frame = message.header.frame_id
+        own = bool(self._base) and frame == self._base
+        self.foreign = frame if self._base and frame not in (self._base, self.frame) else ""
         is_robot = int(name == "robots")
         places = [self._place_of(pose, own) for pose in message.poses]
         finite = all(math.isfinite(each) for place in places for each in place)
-        if not finite or len(places) > COUNT_LIMIT:
+        if self.foreign or not finite or len(places) > COUNT_LIMIT:
             self.dropped += 1
             return
         self._seen[name] = [[is_robot, -1, 0, 0, *place, k] for k, place in enumerate(places)]

@@ -128,7 +128,9 @@ def test_poses_in_the_robots_frame_are_turned_and_moved():
     assert robot[4:6] == [1.0, 0.0]
     senses.take_poses("tasks", poses((math.nan, 0.0)))
     senses.take_odometry(odometry(math.inf, 0.0))
-    assert (senses.dropped, senses.place) == (2, (2.0, 4.0))
+    senses.take_poses("tasks", poses((0.5, 0.0), frame="camera"))
+    assert (senses.dropped, senses.place, senses.foreign) == (3, (2.0, 4.0), "camera")
+    assert senses.sensed(None, [])["see"] == [task, robot]
 
 
 def test_objects_are_those_of_a_driver_and_invalid_ones_are_counted():
