@@ -37,7 +37,7 @@ setup(
     entry_points={
         "console_scripts": [
             "feasibee_robot = feasibee_ros.robot:main",
-            "feasibee_field_robot = feasibee_ros.field.robot:join",
+            "feasibee_field_robot = feasibee_ros.simulated:join",
         ]
     },
     zip_safe=True,

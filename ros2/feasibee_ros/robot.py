@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
@@ -20,16 +20,14 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float32, Header, Int8, String, UInt8MultiArray
 
-from feasibee.cli.options import Given
 from feasibee.errors import FeasibeeError
 from feasibee.field.node import HEARD_LIMIT, Node
-from feasibee.field.senses import real_robot
 from feasibee.model.codes import DECISIONS
-from feasibee.scenario.fields import SECTIONS
-from feasibee.scenario.paths import inline_toml, read_value
-from feasibee.scenario.scenario import Scenario
 from feasibee_ros.messages import frame_from, frame_message, goal_at, report
 from feasibee_ros.senses import OBJECTS, POSES, Senses
+
+if TYPE_CHECKING:
+    from feasibee.scenario.scenario import Scenario
 
 KEPT = QoSProfile(depth=1000)
 """Reliable; so many messages of a swarm wait for a busy robot."""
@@ -136,6 +134,8 @@ class Robot(LifecycleNode):
 
     def configure(self) -> None:
         """Make the topics and the mind of a robot that has its parameters."""
+        from feasibee.field.senses import real_robot  # heavy, and not for simulated robots
+
         self._make_publishers()
         scenario = self._scenario()
         seed, hz, detections = (self.value(name) for name in ("seed", "hz", "detections"))
@@ -152,6 +152,10 @@ class Robot(LifecycleNode):
 
     def _scenario(self) -> Scenario:
         """Return the scenario with the changes of ``set``, and the ``decision.FIELD`` that differ."""
+        from feasibee.cli.options import Given
+        from feasibee.scenario.fields import SECTIONS
+        from feasibee.scenario.paths import read_value
+
         file = self.value("scenario")
         base = Given(Path(file) if file else None, tuple(self.value("set") or ())).read()
         held, changes = base.to_dict()["decision"], {}
@@ -341,6 +345,8 @@ class Robot(LifecycleNode):
 
 def _plain(value: Any) -> Any:
     """Return a value of a scenario as that of a parameter: text in TOML, if parameters have no such type."""
+    from feasibee.scenario.paths import inline_toml
+
     if value is None:
         return ""
     return value if isinstance(value, bool | int | float | str) else inline_toml(value)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import subprocess
+import sys
 
 import pytest
 from fields import PUT, STREAMS, a_plan, opinions, run, simulated, small
@@ -13,7 +15,7 @@ from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
-from feasibee_ros.field.robot import SimulatedRobot
+from feasibee_ros.simulated import SimulatedRobot
 
 NODES = "feasibee_ros.field"
 WORLDS = {
@@ -79,6 +81,12 @@ def test_nodes_with_clocks_play_all_steps_and_their_logs_replay(tmp_path):
     result, _, steps = run(plan, tmp_path, package=NODES)
     assert (result["steps"], result["lost"], len(steps)) == (30, [], 31)
     assert all(replay(tmp_path / f"robot-{number}.jsonl").steps >= 20 for number in range(4))
+
+
+def test_the_process_that_forks_has_one_thread():
+    look = "import os, feasibee_ros.field.robot; print(len(os.listdir('/proc/self/task')))"
+    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
+    assert done.stdout == "1\n"
 
 
 def test_a_simulated_robot_has_one_clock_however_often_it_sees(nodes):
