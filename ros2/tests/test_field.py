@@ -10,6 +10,7 @@ import pytest
 from fields import PUT, STREAMS, a_plan, opinions, run, simulated, small
 from std_msgs.msg import String
 
+from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies
 from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
@@ -37,6 +38,21 @@ WORLDS = {
 QUICK = "opinions", "names"
 
 
+TRIES = 3
+"""Fields that are begun: in 1 of about 30 with 20 nodes, a process ends at its start (docs/ros.md)."""
+
+
+def run_nodes(plan, folder):
+    """Run a field of nodes; begin again if one didn't join, and for no other error."""
+    for _ in range(TRIES - 1):
+        try:
+            return run(plan, folder, package=NODES)
+        except FeasibeeError as error:
+            if "did not join" not in str(error):
+                raise
+    return run(plan, folder, package=NODES)
+
+
 def check_equal(scenario, folder, result, steps):
     expected, (decision, decision_step) = simulated(scenario)
     assert opinions(steps) == expected
@@ -55,7 +71,7 @@ def check_equal(scenario, folder, result, steps):
 )
 def test_nodes_in_lockstep_equal_the_run(world, tmp_path):
     scenario = small(**WORLDS[world])
-    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
+    result, _, steps = run_nodes(a_plan(scenario), tmp_path)
     check_equal(scenario, tmp_path, result, steps)
 
 
@@ -63,14 +79,14 @@ def test_nodes_in_lockstep_equal_the_run(world, tmp_path):
 @pytest.mark.parametrize("changes", [STREAMS, {"events": PUT}], ids=["streams", "put"])
 def test_nodes_come_and_go_as_in_the_run(changes, tmp_path):
     scenario = small(steps=20, **changes)
-    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
+    result, _, steps = run_nodes(a_plan(scenario), tmp_path)
     check_equal(scenario, tmp_path, result, steps)
 
 
 @pytest.mark.slow
 def test_twenty_nodes_over_300_steps_equal_the_run(tmp_path):
     scenario = small(robots=20, steps=300, **{"arena.side": 20.0, "run.stop_at_decision": False})
-    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
+    result, _, steps = run_nodes(a_plan(scenario), tmp_path)
     assert len(steps) == 301
     check_equal(scenario, tmp_path, result, steps)
 
@@ -78,7 +94,7 @@ def test_twenty_nodes_over_300_steps_equal_the_run(tmp_path):
 def test_nodes_with_clocks_play_all_steps_and_their_logs_replay(tmp_path):
     scenario = small(steps=30)
     plan = a_plan(scenario, lockstep=False, hz=20.0, drift=0.05, jitter=0.3, delay=2.0)
-    result, _, steps = run(plan, tmp_path, package=NODES)
+    result, _, steps = run_nodes(plan, tmp_path)
     assert (result["steps"], result["lost"], len(steps)) == (30, [], 31)
     assert all(replay(tmp_path / f"robot-{number}.jsonl").steps >= 20 for number in range(4))
 
@@ -109,7 +125,7 @@ def test_a_simulated_robot_has_one_clock_however_often_it_sees(nodes):
 def test_killed_and_stopped_nodes_are_lost_and_their_logs_replay(tmp_path):
     scenario = small(robots=6)
     faults = (Fault(10, "kill", 2, (4, 5)), Fault(20, "pause", 1, (3,)))
-    result, events, _ = run(a_plan(scenario, faults=faults, patience=5.0), tmp_path, package=NODES)
+    result, events, _ = run_nodes(a_plan(scenario, faults=faults, patience=5.0), tmp_path)
     assert result["lost"] == [3, 4, 5]
     assert [(e["robot"], e["step"]) for e in events if e["event"] == "lost"] == [(4, 10), (5, 10), (3, 20)]
     assert [replay(tmp_path / f"robot-{number}.jsonl").steps for number in range(6)] == [40, 40, 40, 19, 9, 9]
@@ -119,7 +135,7 @@ def test_killed_and_stopped_nodes_are_lost_and_their_logs_replay(tmp_path):
 def test_a_world_that_starts_again_goes_on_with_the_same_nodes(tmp_path):
     scenario = small()
     plan = a_plan(scenario, faults=(Fault(15, "restart-world"),))
-    result, _, steps = run(plan, tmp_path, package=NODES)
+    result, _, steps = run_nodes(plan, tmp_path)
     check_equal(scenario, tmp_path, result, steps)
 
 
@@ -127,6 +143,6 @@ def test_a_world_that_starts_again_goes_on_with_the_same_nodes(tmp_path):
 def test_a_node_that_was_stopped_takes_part_again(tmp_path):
     faults = (Fault(20, "pause", 1, (4,)), Fault(150, "resume", 1, (4,)))
     plan = a_plan(small(robots=5, steps=300), lockstep=False, faults=faults, patience=3.0, hz=20.0)
-    result, events, _ = run(plan, tmp_path, package=NODES)
+    result, events, _ = run_nodes(plan, tmp_path)
     assert [event["robot"] for event in events if event["event"] in ("lost", "back")] == [4, 4]
     assert result["lost"] == []
