@@ -111,7 +111,7 @@ class Robot(LifecycleNode):
         return super().on_configure(state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Let it step."""
+        """Start the robot's clock."""
         done = super().on_activate(state)
         self.set_out()
         return done
@@ -122,12 +122,12 @@ class Robot(LifecycleNode):
         return super().on_deactivate(state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take its mind and its topics away."""
+        """Remove the robot's mind and topics."""
         self._remove()
         return super().on_cleanup(state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Take its mind and its topics away, for good."""
+        """Remove the robot's mind and topics, and end the robot."""
         self._remove()
         self.has_ended = True
         return super().on_shutdown(state)
@@ -183,9 +183,9 @@ class Robot(LifecycleNode):
         self.step, self._is_in_step = 0, False
         self._said: str | None = None
 
-    def publisher(self, kind: Any, topic: str, qos: QoSProfile = KEPT) -> Any:
+    def publisher(self, kind: Any, topic: str) -> Any:
         """Return a publisher of its own, which is silent while the robot is inactive."""
-        made = self.create_lifecycle_publisher(kind, topic, qos)
+        made = self.create_lifecycle_publisher(kind, topic, KEPT)
         self._made.append((self.destroy_lifecycle_publisher, made))
         return made
 

@@ -56,7 +56,7 @@ class SimulatedRobot(Robot):
         self.each(RETRY, self._ask)
 
     def _ask(self) -> None:
-        """Say that it is there, if the world is silent; end if it is so for too long."""
+        """Ask the world for orders, or repeat the last answer; end if the world is silent for too long."""
         if self._now - self._heard_at > self._patience:
             self.problem = f"the world was silent for {self._patience:g} s; start feasibee launch --ros"
             self.status, self.has_ended = GONE, True
@@ -158,24 +158,13 @@ class SimulatedRobot(Robot):
         super().keep(line)
 
 
-def take_part(
-    _: str,
-    number: int,
-    *,
-    key: bytes = b"",
-    log: Path | None = None,
-    strategy: Strategy | None = None,
-    patience: float = 20.0,
-    brain: Path | None = None,
-) -> tuple[int, str]:
+def take_part(_: str, number: int, *, key: bytes, log: Path | None = None, **options: Any) -> tuple[int, str]:
     """Run a robot until its world ends, as `feasibee.field.robot.take_part` does; ROS 2 finds the world."""
     assert not key
     with ExitStack() as opened:
         opened.enter_context(rclpy.init())
         lines = opened.enter_context(closing(LineLog(log))) if log is not None else None
-        robot = SimulatedRobot(
-            namespace=f"/robot_{number}", log=lines, strategy=strategy, brain=brain, patience=patience
-        )
+        robot = SimulatedRobot(namespace=f"/robot_{number}", log=lines, **options)
         spin(robot)
         return robot.status, robot.problem
 

@@ -105,7 +105,7 @@ class Topics:
         return self._frames.popleft() if self._frames else None
 
     def _take(self, kind: int, number: int, body: dict[str, Any]) -> None:
-        """Keep what a robot sent, if it has its form."""
+        """Queue a packet of a robot, if its content has the form of its kind."""
         if CHECKS[kind](body):
             endpoint = self._robots[number]
             self._frames.append(Frame(kind, endpoint.robot, body, endpoint))
@@ -113,7 +113,7 @@ class Topics:
             self.dropped["malformed"] += 1
 
     def _greet(self, message: UInt16) -> None:
-        """Take a robot that asks for its orders."""
+        """Queue the greeting of a robot that asks for its orders."""
         number = message.data
         if number >= ROBOTS_LIMIT:
             self.dropped["malformed"] += 1
@@ -123,7 +123,7 @@ class Topics:
         self._take(HELLO, number, {"robot": number, "nonce": number})
 
     def take_said(self, number: int, message: UInt8MultiArray) -> None:
-        """Take a robot's message, with what it last told."""
+        """Queue the message of a robot, with the state that the robot last reported."""
         found, endpoint = frame_from(message), self._robots[number]
         if found is None:
             self.dropped["malformed"] += 1
@@ -133,7 +133,7 @@ class Topics:
             self._take(SAID if self._lockstep else TICK, number, body)
 
     def take_status(self, number: int, message: DiagnosticArray) -> None:
-        """Take what a robot holds: at the end of a step, or before its first one."""
+        """Queue the state of a robot, at the end of a step or before the first one."""
         told, endpoint = reported(message), self._robots[number]
         if told is None:
             self.dropped["malformed"] += 1
