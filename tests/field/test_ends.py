@@ -129,6 +129,17 @@ def test_a_field_whose_robots_are_killed_with_their_parent_ends_with_an_error(st
     assert line == "feasibee: the process that starts robots has ended; run the field again"
 
 
+def test_a_robot_that_crashes_is_named_with_the_signal(start):
+    field = start().wait_for("have joined")
+    nursery = field.nursery()
+    robot = min(number for number, parent in field.others().items() if parent == nursery)
+    os.kill(robot, signal.SIGSEGV)
+    field.wait_for("feasibee: robot 0: ended by SIGSEGV")
+    field.process.terminate()
+    assert field.process.wait(PATIENCE) == 128 + signal.SIGTERM
+    assert field.sees_all_end()
+
+
 def test_a_second_field_in_a_folder_is_refused_and_names_the_process(start, tmp_path):
     out = tmp_path / "logs"
     field = start("--out", out).wait_for("have joined")

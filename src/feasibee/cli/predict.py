@@ -85,7 +85,8 @@ def predict(
     if plot is not None:
         _draw(found, over.partition("=")[0] if over else "", plot)
     if as_json:
-        print_json(_json(found, over) if over else {**_json_of(found[0]), **_about(scenario)})
+        about = {"scenario": scenario.to_dict(), "scenario_hash": scenario.hash}
+        print_json(_json(found, over) if over else {**_json_of(found[0]), **about})
     elif over:
         _print_over(found, over.partition("=")[0])
     else:
@@ -122,10 +123,6 @@ def _points(
     if all(isinstance(prediction, str) for _, prediction, _ in found):
         raise FeasibeeError(str(found[0][1]))
     return found
-
-
-def _about(scenario: Scenario) -> dict[str, Any]:
-    return {"scenario": scenario.to_dict(), "scenario_hash": scenario.hash}
 
 
 def _json_of(point: Point) -> dict[str, Any]:

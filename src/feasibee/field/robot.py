@@ -320,8 +320,12 @@ class Nursery:
                 for line in lines:
                     self._obey(*line.decode().split())
             for number, process in [*self._robots.items()]:
-                if os.waitpid(process, os.WNOHANG)[0]:
+                gone, status = os.waitpid(process, os.WNOHANG)
+                if gone:
                     del self._robots[number]
+                    if os.WIFSIGNALED(status) and os.WTERMSIG(status) != signal.SIGKILL:  # not by a fault
+                        name = signal.Signals(os.WTERMSIG(status)).name
+                        os.write(2, f"feasibee: robot {number}: ended by {name}\n".encode())
 
     def _obey(self, what: str, *numbers: str) -> None:
         self._is_last |= what == "end"

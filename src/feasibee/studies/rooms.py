@@ -52,7 +52,8 @@ def rooms_of(scenario: Scenario) -> NDArray[np.int32]:
     """
     ground = ground_of(scenario)
     assert ground is not None
-    cores = connected(ground.passable & ~_near(~ground.passable, _reach(scenario, ground)), 0)
+    near = grown(~ground.passable, math.ceil(_reach(scenario, ground) ** 2) - 1)  # closed cells, or the edges
+    cores = connected(ground.passable & ~near, 0)
     areas = np.bincount(cores.ravel())
     large = areas >= LEAST_AREA * ground.passable.sum()
     large[0] = False
@@ -62,11 +63,6 @@ def rooms_of(scenario: Scenario) -> NDArray[np.int32]:
 def _reach(scenario: Scenario, ground: Ground) -> float:
     """Return half the range of sight, in cells."""
     return float(exact(scenario.sensing.range) / ground.plan.cell / 2)
-
-
-def _near(closed: Cells, reach: float) -> Cells:
-    """Return which cells are nearer than so many cells to closed ones, or to the edges."""
-    return grown(closed, math.ceil(reach**2) - 1)
 
 
 def split_of(scenario: Scenario, seed: int, runs: int = RUNS) -> Split | None:
