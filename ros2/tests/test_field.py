@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from fields import PUT, STREAMS, a_plan, opinions, run, simulated, small
 from std_msgs.msg import String
 
-from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies
 from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
@@ -38,21 +39,6 @@ WORLDS = {
 QUICK = "opinions", "names"
 
 
-TRIES = 3
-"""Fields that are begun: in 1 of about 30 with 20 nodes, a process ends at its start (docs/ros.md)."""
-
-
-def run_nodes(plan, folder):
-    """Run a field of nodes; begin again if one didn't join, and for no other error."""
-    for _ in range(TRIES - 1):
-        try:
-            return run(plan, folder, package=NODES)
-        except FeasibeeError as error:
-            if "did not join" not in str(error):
-                raise
-    return run(plan, folder, package=NODES)
-
-
 def check_equal(scenario, folder, result, steps):
     expected, (decision, decision_step) = simulated(scenario)
     assert opinions(steps) == expected
@@ -71,7 +57,7 @@ def check_equal(scenario, folder, result, steps):
 )
 def test_nodes_in_lockstep_equal_the_run(world, tmp_path):
     scenario = small(**WORLDS[world])
-    result, _, steps = run_nodes(a_plan(scenario), tmp_path)
+    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
     check_equal(scenario, tmp_path, result, steps)
 
 
@@ -79,14 +65,14 @@ def test_nodes_in_lockstep_equal_the_run(world, tmp_path):
 @pytest.mark.parametrize("changes", [STREAMS, {"events": PUT}], ids=["streams", "put"])
 def test_nodes_come_and_go_as_in_the_run(changes, tmp_path):
     scenario = small(steps=20, **changes)
-    result, _, steps = run_nodes(a_plan(scenario), tmp_path)
+    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
     check_equal(scenario, tmp_path, result, steps)
 
 
 @pytest.mark.slow
 def test_twenty_nodes_over_300_steps_equal_the_run(tmp_path):
     scenario = small(robots=20, steps=300, **{"arena.side": 20.0, "run.stop_at_decision": False})
-    result, _, steps = run_nodes(a_plan(scenario), tmp_path)
+    result, _, steps = run(a_plan(scenario), tmp_path, package=NODES)
     assert len(steps) == 301
     check_equal(scenario, tmp_path, result, steps)
 
@@ -94,7 +80,7 @@ def test_twenty_nodes_over_300_steps_equal_the_run(tmp_path):
 def test_nodes_with_clocks_play_all_steps_and_their_logs_replay(tmp_path):
     scenario = small(steps=30)
     plan = a_plan(scenario, lockstep=False, hz=20.0, drift=0.05, jitter=0.3, delay=2.0)
-    result, _, steps = run_nodes(plan, tmp_path)
+    result, _, steps = run(plan, tmp_path, package=NODES)
     assert (result["steps"], result["lost"], len(steps)) == (30, [], 31)
     assert all(replay(tmp_path / f"robot-{number}.jsonl").steps >= 20 for number in range(4))
 
@@ -103,6 +89,27 @@ def test_the_process_that_forks_has_one_thread():
     look = "import os, feasibee_ros.field.robot; print(len(os.listdir('/proc/self/task')))"
     done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
     assert done.stdout == "1\n"
+
+
+def test_nodes_that_have_ended_leave_no_shared_memory(tmp_path):
+    def abandoned():
+        return [
+            path
+            for path in Path("/dev/shm").glob("fastdds_*_el")
+            if "port" not in path.name and is_free(path)
+        ]
+
+    def is_free(path):
+        with path.open() as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                return False
+        return True
+
+    before = set(abandoned())
+    run(a_plan(small(steps=3)), tmp_path, package=NODES)
+    assert set(abandoned()) <= before
 
 
 def test_a_simulated_robot_has_one_clock_however_often_it_sees(nodes):
@@ -125,7 +132,7 @@ def test_a_simulated_robot_has_one_clock_however_often_it_sees(nodes):
 def test_killed_and_stopped_nodes_are_lost_and_their_logs_replay(tmp_path):
     scenario = small(robots=6)
     faults = (Fault(10, "kill", 2, (4, 5)), Fault(20, "pause", 1, (3,)))
-    result, events, _ = run_nodes(a_plan(scenario, faults=faults, patience=5.0), tmp_path)
+    result, events, _ = run(a_plan(scenario, faults=faults, patience=5.0), tmp_path, package=NODES)
     assert result["lost"] == [3, 4, 5]
     assert [(e["robot"], e["step"]) for e in events if e["event"] == "lost"] == [(4, 10), (5, 10), (3, 20)]
     assert [replay(tmp_path / f"robot-{number}.jsonl").steps for number in range(6)] == [40, 40, 40, 19, 9, 9]
@@ -135,7 +142,7 @@ def test_killed_and_stopped_nodes_are_lost_and_their_logs_replay(tmp_path):
 def test_a_world_that_starts_again_goes_on_with_the_same_nodes(tmp_path):
     scenario = small()
     plan = a_plan(scenario, faults=(Fault(15, "restart-world"),))
-    result, _, steps = run_nodes(plan, tmp_path)
+    result, _, steps = run(plan, tmp_path, package=NODES)
     check_equal(scenario, tmp_path, result, steps)
 
 
@@ -143,6 +150,6 @@ def test_a_world_that_starts_again_goes_on_with_the_same_nodes(tmp_path):
 def test_a_node_that_was_stopped_takes_part_again(tmp_path):
     faults = (Fault(20, "pause", 1, (4,)), Fault(150, "resume", 1, (4,)))
     plan = a_plan(small(robots=5, steps=300), lockstep=False, faults=faults, patience=3.0, hz=20.0)
-    result, events, _ = run_nodes(plan, tmp_path)
+    result, events, _ = run(plan, tmp_path, package=NODES)
     assert [event["robot"] for event in events if event["event"] in ("lost", "back")] == [4, 4]
     assert result["lost"] == []

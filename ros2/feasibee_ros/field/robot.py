@@ -5,6 +5,7 @@ It forks, so it must have one thread: rclpy, which has more, is loaded by its ch
 
 from __future__ import annotations
 
+import gc
 from typing import Any
 
 from feasibee.field.robot import main
@@ -14,7 +15,10 @@ def take_part(*about: Any, **options: Any) -> tuple[int, str]:
     """Run a robot as `feasibee_ros.simulated.take_part` does."""
     from feasibee_ros.simulated import take_part
 
-    return take_part(*about, **options)
+    try:
+        return take_part(*about, **options)
+    finally:
+        gc.collect()  # lifecycle nodes are in cycles; the process ends at once, and would leave shared memory
 
 
 if __name__ == "__main__":
