@@ -13,6 +13,7 @@ setup(
     description="Robots that decide together whether they can do the tasks they see: feasibee on ROS 2.",
     license="Apache-2.0",
     packages=find_packages(include=[f"{NAME}*"]),
+    package_data={NAME: ["fastdds.xml"]},
     python_requires=">=3.11",
     install_requires=["feasibee"],
     extras_require={
@@ -40,5 +41,5 @@ setup(
             "feasibee_field_robot = feasibee_ros.simulated:join",
         ]
     },
-    zip_safe=True,
+    zip_safe=False,
 )

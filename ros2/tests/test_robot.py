@@ -37,6 +37,14 @@ def robot_of(nodes, number=0, start=True, **parameters):
     return robot
 
 
+def test_no_thread_of_fast_dds_looks_up_types(nodes):
+    """Two of them sometimes ended a node that started together with many."""
+    robot_of(nodes)
+    names = [path.read_text() for path in Path("/proc/self/task").glob("*/comm")]
+    assert any(name.startswith("dds.") for name in names)
+    assert not any(name.startswith("dds.tls") for name in names)
+
+
 class Listener:
     """Keeps what a topic says."""
 
