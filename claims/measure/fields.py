@@ -20,7 +20,16 @@ QUICK = "--quick" in sys.argv
 SMALL = {"robots.count": 5, "arena.side": 5.0} if QUICK else {}
 CHANGES = {"tasks.count": 15, "run.stop_at_decision": True, **SMALL}
 DRIFTING = ("--drift", "0.1", "--jitter", "0.5")
-ROS: dict[str, Any] = {"nodes, 10 steps per second": (30, "--ros", "--hz", "10")}
+SIMULATED: dict[str, Any] = {
+    "simulated": (10_000, {}),
+    "simulated, the first 30": (30, {}),
+    "simulated, the first 100": (100, {}),
+}
+LATE: dict[str, Any] = {"simulated, delay of 10 steps": (30, {"radio.delay": 10})}
+ROS: dict[str, Any] = {
+    "nodes, 10 steps per second": (30, "--ros", "--hz", "10"),
+    "the same, delay of 10 steps": (30, "--ros", "--hz", "10", "--delay", "10"),
+}
 CASES: dict[str, Any] = {
     "free, 10 steps per second": (30, "--hz", "10"),
     "free, 50 steps per second": (100, "--hz", "50"),
@@ -40,6 +49,12 @@ def played(run: int, *options: str) -> dict[str, Any]:
     return dict(json.loads(done.stdout))
 
 
+def simulated(case: str, runs: int, changes: dict[str, Any]) -> dict[str, Any]:
+    """Return the row of simulated runs."""
+    found = simulate(Scenario().replace({**CHANGES, **changes}), runs=runs, seed=SEED)
+    return row(case, (found.decision == 1).to_numpy().tolist(), found.decision_step.to_numpy().tolist(), None)
+
+
 def row(case: str, decisions: list[bool], steps: list[int], hz: float | None) -> dict[str, Any]:
     """Return the rate of feasible and the mean step of the decision, with their 95 % intervals."""
     half = 1.96 * stdev(steps) / math.sqrt(len(steps))
@@ -51,14 +66,9 @@ def row(case: str, decisions: list[bool], steps: list[int], hz: float | None) ->
 
 def main() -> None:
     """Print the rows as JSON; each swarm starts as that of the same run."""
-    simulated = simulate(Scenario().replace(CHANGES), runs=10_000, seed=SEED)
-    decisions, steps = (simulated.decision == 1).to_numpy(), simulated.decision_step.to_numpy()
-    rows = [
-        row("simulated", decisions.tolist(), steps.tolist(), None),
-        row("simulated, the first 30", decisions[:30].tolist(), steps[:30].tolist(), None),
-        row("simulated, the first 100", decisions[:100].tolist(), steps[:100].tolist(), None),
-    ]
-    for case, (runs, *options) in (ROS if "--ros" in sys.argv else CASES).items():
+    first, then = (SIMULATED | LATE, ROS) if "--ros" in sys.argv else (SIMULATED, CASES)
+    rows = [simulated(case, runs, changes) for case, (runs, changes) in first.items()]
+    for case, (runs, *options) in then.items():
         results = [played(run, *options) for run in range(2 if QUICK else runs)]
         decided = [result["decision"] == "feasible" for result in results]
         least = min(result["achieved_hz"] for result in results)
