@@ -14,7 +14,7 @@ help:
 	@echo "make test-all    the slow ones, too"
 	@echo "make test-lowest   those of make test that need packages, with the lowest versions that pyproject.toml states, of"
 	@echo "             Python too; in $(LOWEST)"
-	@echo "make test-ros   the nodes of ROS 2, in $(ROS), whose wheels are for Python 3.11"
+	@echo "make test-ros   the nodes of ROS 2 and their types, in $(ROS), whose wheels are for Python 3.11"
 	@echo "make coverage   make test, and which lines of the package it runs; compiled functions aren't counted"
 	@echo "make lint    style, types, layers, workflows, citation"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
@@ -42,6 +42,7 @@ test-lowest: $(LOWEST)/installed
 
 # One worker: nodes with clocks of their own need the processors.
 test-ros: $(ROS)/installed
+	cd ros2 && ../$(ROS)/bin/python -m mypy
 	cd ros2 && ../$(ROS)/bin/python -m pytest -m ""
 
 # What ran is reported after failures, too: tests of time may fail, since every line is counted.

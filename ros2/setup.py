@@ -28,7 +28,7 @@ setup(
             "ros-rosidl-typesupport-fastrtps-cpp==3.8.1",
             "ros-std-msgs==5.5.1",
         ],
-        "test": ["pytest>=8.3"],
+        "test": ["mypy>=1.13", "pytest>=8.3"],
     },
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),

@@ -27,7 +27,7 @@ def stamp_of(step: int) -> Time:
 
 def step_of(stamp: Time) -> int:
     """Return the step of a stamp of the simulated world."""
-    return (stamp.sec * SECOND + stamp.nanosec) // STEP
+    return int(stamp.sec * SECOND + stamp.nanosec) // STEP
 
 
 def frame_message(sender: int, step: int, text: str) -> UInt8MultiArray:

@@ -108,7 +108,8 @@ class Topics:
         """Queue a packet of a robot, if its content has the form of its kind."""
         if CHECKS[kind](body):
             endpoint = self._robots[number]
-            self._frames.append(Frame(kind, endpoint.robot, body, endpoint))
+            channel: Any = endpoint  # for `Topics` what a channel is for a server
+            self._frames.append(Frame(kind, endpoint.robot, body, channel))
         else:
             self.dropped["malformed"] += 1
 
@@ -185,8 +186,8 @@ def _are_nameless(scenario: Scenario) -> bool:
 
 
 @contextmanager
-def _serve(order: Mapping[str, Any]) -> Iterator[Topics]:
-    """Make the topics of a field."""
+def _serve(order: Mapping[str, Any]) -> Iterator[Any]:
+    """Make the topics of a field, which do what a server does."""
     plan = plan_from(order["plan"])
     with rclpy.init():
         topics = Topics(plan.scenario, order["session"], lockstep=plan.lockstep)
