@@ -28,7 +28,7 @@ SIMULATED: dict[str, Any] = {
 LATE: dict[str, Any] = {"simulated, delay of 10 steps": (30, {"radio.delay": 10})}
 ROS: dict[str, Any] = {
     "nodes, 10 steps per second": (30, "--ros", "--hz", "10"),
-    "the same, delay of 10 steps": (30, "--ros", "--hz", "10", "--delay", "10"),
+    "nodes, delay of 10 steps": (30, "--ros", "--hz", "10", "--delay", "10"),
 }
 CASES: dict[str, Any] = {
     "free, 10 steps per second": (30, "--hz", "10"),
