@@ -25,7 +25,10 @@ SIMULATED: dict[str, Any] = {
     "simulated, the first 30": (30, {}),
     "simulated, the first 100": (100, {}),
 }
-LATE: dict[str, Any] = {"simulated, delay of 10 steps": (30, {"radio.delay": 10})}
+SIMULATED_ROS: dict[str, Any] = {
+    "simulated, the first 30": (30, {}),
+    "simulated, delay of 10 steps": (30, {"radio.delay": 10}),
+}
 ROS: dict[str, Any] = {
     "nodes, 10 steps per second": (30, "--ros", "--hz", "10"),
     "nodes, delay of 10 steps": (30, "--ros", "--hz", "10", "--delay", "10"),
@@ -66,7 +69,7 @@ def row(case: str, decisions: list[bool], steps: list[int], hz: float | None) ->
 
 def main() -> None:
     """Print the rows as JSON; each swarm starts as that of the same run."""
-    first, then = (SIMULATED | LATE, ROS) if "--ros" in sys.argv else (SIMULATED, CASES)
+    first, then = (SIMULATED_ROS, ROS) if "--ros" in sys.argv else (SIMULATED, CASES)
     rows = [simulated(case, runs, changes) for case, (runs, changes) in first.items()]
     for case, (runs, *options) in then.items():
         results = [played(run, *options) for run in range(2 if QUICK else runs)]

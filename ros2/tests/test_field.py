@@ -89,7 +89,7 @@ def test_the_process_that_forks_has_one_thread():
     assert done.stdout == "1\n"
 
 
-GONE = """
+WITHOUT_A_WORLD = """
 import os
 from pathlib import Path
 from feasibee_ros.field.robot import take_part
@@ -101,7 +101,7 @@ os._exit(0)
 
 def test_a_robot_whose_world_is_gone_leaves_no_shared_memory():
     """As the nursery's robots end: at once."""
-    done = subprocess.run([sys.executable, "-c", GONE], capture_output=True, text=True, check=True)
+    done = subprocess.run([sys.executable, "-c", WITHOUT_A_WORLD], capture_output=True, text=True, check=True)
     assert done.stdout == "3 False\n"
 
 

@@ -52,7 +52,7 @@ def rooms_of(scenario: Scenario) -> NDArray[np.int32]:
     """
     ground = ground_of(scenario)
     assert ground is not None
-    near = grown(~ground.passable, math.ceil(_reach(scenario, ground) ** 2) - 1)  # closed cells, or the edges
+    near = grown(~ground.passable, math.ceil(_reach(scenario, ground) ** 2) - 1)  # closed ones, or the edges
     cores = connected(ground.passable & ~near, 0)
     areas = np.bincount(cores.ravel())
     large = areas >= LEAST_AREA * ground.passable.sum()
