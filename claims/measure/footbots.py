@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import runpy
 import subprocess
 import sys
 import tempfile
@@ -20,8 +21,8 @@ from pathlib import Path
 import numpy as np
 
 from claims.measure.argos import BLOCK, FIGURES, PLAN, WORLDS, Row, figures, first_seed, read
-from feasibee.scenario.argos import FOOTBOT_DIAMETER, argos_text
 
+EXPORT = runpy.run_path(str(Path(__file__).parents[2] / "examples" / "argos" / "export.py"))
 DECISIONS = {"feasible": 1, "infeasible": 0, "undecided": -1}
 
 
@@ -47,7 +48,7 @@ def run(row: Row, first: int, example: Path, block: Path, jobs: int) -> None:
     """Run a block of a row in ARGoS, and keep it when it is complete."""
     with tempfile.TemporaryDirectory() as temporary:
         experiment, part = Path(temporary, "row.argos"), block.resolve().with_suffix(".part")
-        experiment.write_text(argos_text(row.scenario()), encoding="utf-8")
+        experiment.write_text(EXPORT["argos_text"](row.scenario()), encoding="utf-8")
         options = {"runs": BLOCK, "seed": first_seed(row) + first, "jobs": jobs, "out": part}
         arguments = [text for name, value in options.items() for text in (f"--{name}", str(value))]
         subprocess.run([sys.executable, "runs.py", experiment, *arguments], cwd=example, check=True)
@@ -84,7 +85,7 @@ def measured(row: Row, kept: Path) -> dict[str, float]:
     decision = np.array([DECISIONS[each["decision"]] for each in found])
     names = ("steps", "metres_per_step", "meetings_per_step", "robots_in_sight", "tasks_in_sight")
     steps, way, *sights = (np.array([float(each[name]) for each in found]) for name in names)
-    return figures(decision, steps, steps, [way / FOOTBOT_DIAMETER, *sights])
+    return figures(decision, steps, steps, [way / EXPORT["FOOTBOT_DIAMETER"], *sights])
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ WRITTEN = "seed,decision,decision_step,steps,metres_per_step,meetings_per_step,r
 def main() -> None:
     """Read the arguments, run, and print one line per number of tasks."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("file", type=Path, help="an .argos file, as `feasibee scenario --to argos` prints it")
+    parser.add_argument("file", type=Path, help="an .argos file, as export.py prints it")
     parser.add_argument(
         "--tasks", default="", help="numbers of tasks, such as 10,20,40; by default the file's"
     )

@@ -1,27 +1,31 @@
-"""A scenario as an experiment of ARGoS3: what it says, and what can't be exported."""
+"""A scenario as an experiment of ARGoS3 (examples/argos): what it says, and what can't be exported."""
 
 from __future__ import annotations
 
 import math
 import re
+import runpy
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 
-from feasibee import Scenario, ScenarioError
+from feasibee import Scenario
 from feasibee.robot.firmware import header
-from feasibee.scenario.argos import FOOTBOT_DIAMETER, argos_text
-from feasibee.scenario.supported import ARGOS
 from feasibee.strategies import STRATEGIES
-from tests.commands import invoke
 from tests.other_values import NEEDS, OTHER_VALUES
 from tests.places import rooms
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "argos"
+EXPORT = runpy.run_path(str(EXAMPLE / "export.py"))
+argos_text, EXPORTED, FOOTBOT_DIAMETER = (
+    EXPORT[name] for name in ("argos_text", "EXPORTED", "FOOTBOT_DIAMETER")
+)
+ARGOS = {f"{section}.{key}" for section, keys in EXPORTED.items() for key in keys}
 BODIES = {"arena": {"boundary": "walls"}, "robots": {"avoid_collisions": True}}
 PLACED = {"arena.boundary": "walls", "place.walls": rooms(2.0)}
 UNTIL_60 = {"steps": 60, "stop_at_decision": False}
@@ -37,9 +41,10 @@ def numbers(text):
 
 
 def problems(scenario):
-    with pytest.raises(ScenarioError) as caught:
+    """Return the lines that say why a scenario can't be exported, by path."""
+    with pytest.raises(ValueError, match="; ") as caught:
         argos_text(scenario)
-    return caught.value.problems
+    return {line.partition(" = ")[0]: line for line in str(caught.value).split("\n")}
 
 
 def test_the_committed_experiments_are_those_of_the_scenarios_beside_them():
@@ -166,16 +171,15 @@ def test_a_places_walls_are_boxes():
 
 
 def test_points_have_no_boxes():
-    (problem,) = problems(ROOMS.replace({"robots.avoid_collisions": False}))
-    assert (problem.path, problem.remedy) == ("robots.avoid_collisions", "set robots.avoid_collisions = true")
+    found = problems(ROOMS.replace({"robots.avoid_collisions": False}))
+    assert found.keys() == {"robots.avoid_collisions"}
 
 
 def test_each_field_that_must_have_its_default_is_named_with_a_remedy_that_works():
     """Deflecting robots were exported as standing ones: a field that nobody lists must be an error."""
     for path in OTHER_VALUES.keys() - ARGOS:
         changed = Scenario().replace({**NEEDS.get(path, {}), path: OTHER_VALUES[path]})
-        (problem,) = [each for each in problems(changed) if each.path == path]
-        assert problem.remedy.startswith((f"set {path} = ", f"leave out {path}"))
+        assert problems(changed)[path].partition("; ")[2].startswith(("set it to ", f"leave out {path}"))
 
 
 def test_each_field_that_can_be_exported_changes_the_experiment():
@@ -199,7 +203,7 @@ def test_all_problems_are_raised_at_once():
             "radio.id_bits": 8,
         }
     )
-    assert {problem.path for problem in problems(scenario)} == {
+    assert problems(scenario).keys() == {
         "arena.boundary",
         "robots.count",
         "radio.id_bits",
@@ -213,26 +217,29 @@ def test_all_problems_are_raised_at_once():
 
 
 @pytest.mark.parametrize(
-    ("tables", "path", "value"),
+    ("tables", "path"),
     [
         *(
-            ({"decision": {"strategy": each}}, "decision.strategy", each)
+            ({"decision": {"strategy": each}}, "decision.strategy")
             for each in ("census", str(EXAMPLE.parent / "witness.py"))
         ),
-        ({"events": [{"step": 5, "tasks": 3}]}, "events", "1 events"),
+        ({"events": [{"step": 5, "tasks": 3}]}, "events"),
     ],
 )
-def test_knowledge_files_of_users_and_events_cannot_be_exported(tables, path, value):
-    (problem,) = problems(Scenario(**tables))
-    assert (problem.path, problem.value) == (path, value)
+def test_knowledge_files_of_users_and_events_cannot_be_exported(tables, path):
+    assert problems(Scenario(**tables)).keys() == {path}
 
 
-def test_the_command_prints_the_experiment_or_only_errors():
-    result = invoke("scenario", "--to", "argos", "--set", "tasks.count=7")
-    assert result.stdout == argos_text(Scenario(tasks={"count": 7}))
-    result = invoke("scenario", "--to", "argos", "--set", "radio.id_bits=8", "--set", "faults.stubborn=0.5")
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr.count("can't be exported to ARGoS") == 2
+def test_the_script_prints_the_experiment_or_only_errors(tmp_path):
+    def printed(toml):
+        (tmp_path / "mine.toml").write_text(toml)
+        script = [sys.executable, EXAMPLE / "export.py", tmp_path / "mine.toml"]
+        return subprocess.run(script, capture_output=True, text=True, check=False)
+
+    assert printed("tasks.count = 7").stdout == argos_text(Scenario(tasks={"count": 7}))
+    failed = printed("radio.id_bits = 8\nfaults.stubborn = 0.5")
+    assert (failed.returncode, failed.stdout) == (1, "")
+    assert failed.stderr.count("can't be exported to ARGoS") == 2
 
 
 def test_the_example_knows_every_strategy_that_can_be_exported():

@@ -69,10 +69,9 @@ def scenario(
     *,
     given: Given,
     form: str = option(
-        "Form: a complete scenario; an experiment of ARGoS3 for examples/argos; the chain of feasibee "
-        "predict for the model checkers PRISM and Storm; the exact model of two or three robots for them; or "
-        "the chain's drift as a differential equation.",
-        click.Choice(["toml", "argos", "prism", "prism-exact", "ode"]),
+        "Form: a complete scenario; the chain of feasibee predict for the model checkers PRISM and Storm; "
+        "the exact model of two or three robots for them; or the chain's drift as a differential equation.",
+        click.Choice(["toml", "prism", "prism-exact", "ode"]),
         "toml",
         name="--to",
     ),
@@ -84,13 +83,10 @@ def scenario(
     \b
     Examples:
       feasibee scenario --set robots.count=40 > forty.toml
-      feasibee scenario forty.toml --to argos > examples/argos/forty.argos
       feasibee scenario forty.toml --to prism > forty.pm
     """
     read = given.read()
-    if form == "argos":
-        from feasibee.scenario.argos import argos_text as text_of
-    elif form == "prism":
+    if form == "prism":
         from feasibee.theory.export import to_prism as text_of
     elif form == "prism-exact":
         from feasibee.theory.export import to_exact_prism as text_of

@@ -39,8 +39,6 @@ PAGE: Final = IN_C | {
     *("events.step", "events.tasks", "events.robots", "events.task", "events.robot", "events.at"),
 }
 """Fields that a page simulates."""
-ARGOS: Final = IN_C | {"robots.avoid_collisions", "place.map", "place.walls", "place.cell"}
-"""Fields that an experiment of ARGoS expresses."""
 THEORY: Final = (COMMON - {"decision.dissemination_floor"}) | {
     *("faults.byzantine", "faults.byzantine_says", "faults.stubborn"),
     *("sensing.miss", "radio.loss", "robots.know_count", "units.metres", "units.seconds"),

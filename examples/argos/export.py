@@ -1,23 +1,27 @@
-"""A scenario as an experiment of ARGoS3, for the controller and loop functions of `examples/argos`."""
+"""Write a scenario as an experiment of ARGoS3, for the controller and loop functions of this folder.
+
+python3 export.py mine.toml > mine.argos
+"""
 
 from __future__ import annotations
 
+import argparse
 import math
+import sys
 from collections.abc import Iterator, Mapping
+from fractions import Fraction
+from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree
 
 import numpy as np
 
-from feasibee.errors import Problem, ScenarioError
-from feasibee.model.codes import exact
-from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.supported import ARGOS, unsupported
+from feasibee import FeasibeeError, Scenario
 
 FOOTBOT_DIAMETER: Final = 0.170073516
 """Diameter of ARGoS's foot-bot, in metres."""
 LIBRARY: Final = "build/libfeasibee_argos"
-"""Where `examples/argos` builds controller and loop functions, from its folder."""
+"""Where CMake builds controller and loop functions, from this folder."""
 BODY_TICKS: Final = 10
 """Ticks per step of robots with bodies: proximity is sensed ten times a second."""
 POINT_TICKS: Final = 2
@@ -25,13 +29,38 @@ POINT_TICKS: Final = 2
 WALL: Final = 0.1
 """Thickness of a wall, in metres."""
 MOST_HEARD: Final = 1024
-"""Length of the inbox in `examples/argos/mind.c`."""
+"""Length of the inbox in `mind.c`."""
 LARGEST: Final = 65_535
 """Largest whole number of 16 bits, as which the C header keeps numbers of steps and messages."""
+EXPORTED: Final = {
+    "arena": {"side", "boundary"},
+    "robots": {"count", "speed", "diameter", "avoid_collisions"},
+    "tasks": {"count"},
+    "walk": {"mean_run"},
+    "sensing": {"range", "count_self", "miss"},
+    "radio": {"range", "loss"},
+    "decision": {
+        *("strategy", "parameters", "exploration", "gain", "dissemination_floor", "quality_floor", "listen"),
+        *("inbox", "inbox_size", "own_vote", "ties", "start", "switching", "declare", "threshold"),
+    },
+    "run": {"steps", "stop_at_decision"},
+    "place": {"map", "walls", "cell"},
+}
+"""Fields that an experiment expresses, by section. Any other field must have its default."""
+
+
+def main() -> None:
+    """Print the experiment of a scenario's file, or what it can't express."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("file", type=Path, help="a scenario in TOML")
+    try:
+        sys.stdout.write(argos_text(Scenario.read(parser.parse_args().file)))
+    except (FeasibeeError, ValueError) as error:
+        raise SystemExit(f"export.py: {error}") from None
 
 
 def argos_text(scenario: Scenario) -> str:
-    """Return a scenario as an .argos file for `examples/argos`.
+    """Return a scenario as the text of an .argos file.
 
     One unit is the foot-bot's diameter divided by ``robots.diameter``; one step is one second.
 
@@ -43,70 +72,62 @@ def argos_text(scenario: Scenario) -> str:
 
     Raises
     ------
-    ScenarioError
-        If the example can't express the scenario, with all the reasons.
-
-    Examples
-    --------
-    >>> from feasibee import Scenario
-    >>> print(argos_text(Scenario(tasks={"count": 10})).splitlines()[0])
-    <argos-configuration>
+    ValueError
+        If the experiment can't express the scenario, with a line per reason.
     """
-    problems = list(_problems(scenario))
-    if problems:
-        raise ScenarioError(problems)
+    if problems := [*_not_exported(scenario), *_beyond_argos(scenario)]:
+        raise ValueError("\n".join(problems))
     root = ElementTree.Element("argos-configuration")
     unit = FOOTBOT_DIAMETER / scenario.robots.diameter
-    scale = (
-        f" Made by `feasibee scenario`. 1 unit = {_short(unit)} m, 1 step = 1 s. Run it in examples/argos. "
-    )
-    root.append(ElementTree.Comment(scale))  # "to argos" is missing: a comment can't hold two hyphens
+    scale = f" Made by export.py. 1 unit = {_short(unit)} m, 1 step = 1 s. Run it in examples/argos. "
+    root.append(ElementTree.Comment(scale))
     for name, content in _experiment(scenario, unit).items():
         _add(root, name, content)
     ElementTree.indent(root)
     return ElementTree.tostring(root, encoding="unicode") + "\n"
 
 
-def _problems(scenario: Scenario) -> Iterator[Problem]:
-    """Yield what the example can't express."""
-    yield from unsupported(scenario, ARGOS, "can't be exported to ARGoS: the example has only the default")
-    if scenario.robots.avoid_collisions and scenario.arena.boundary == "torus":
-        rule = "bodies need walls: ARGoS has no torus"
-        remedy = 'set arena.boundary = "walls", or robots.avoid_collisions = false'
-        yield Problem("arena.boundary", "torus", rule, remedy)
-    if scenario.plan and not scenario.robots.avoid_collisions:
-        rule = "must be true in a place: ARGoS's points have no boxes"
-        yield Problem("robots.avoid_collisions", False, rule, "set robots.avoid_collisions = true")
-    if scenario.robots.count > MOST_HEARD:
-        rule = f"must be ≤ {MOST_HEARD:,}, the length of an inbox in examples/argos"
-        yield Problem("robots.count", scenario.robots.count, rule, f"use 1 to {MOST_HEARD}")
-    yield from _decision_problems(scenario)
+def _not_exported(scenario: Scenario) -> Iterator[str]:
+    """Yield a line for each field that an experiment doesn't have and that isn't at its default."""
+    default = Scenario().to_dict()
+    for section, values in scenario.to_dict().items():
+        for key, value in values.items() if isinstance(values, dict) else [("", values)]:
+            usual = default[section].get(key) if key else default.get(section)
+            if value != usual and key not in EXPORTED.get(section, ()):
+                path = f"{section}.{key}".rstrip(".")
+                remedy = f"leave out {path}" if usual is None else f"set it to {usual!r}"
+                yield f"{path} = {value!r}: can't be exported to ARGoS; {remedy}"
 
 
-def _decision_problems(scenario: Scenario) -> Iterator[Problem]:
-    """Yield what the C header, or its use in the example, can't express of [decision]."""
-    decision, manifest = scenario.decision, scenario.manifest
-    if manifest.knowledge or manifest.source:
-        rule = "can't be exported to ARGoS: the example has built-in strategies that pass on opinions"
-        yield Problem("decision.strategy", decision.strategy, rule, 'such as decision.strategy = "dmmd"')
-    for key in ("dissemination_floor", "quality_floor"):
-        yield from _too_large(f"decision.{key}", getattr(decision, key), 0)
-    if _listens_for(scenario) > LARGEST:
-        rule = f"last must be ≤ {LARGEST} in ARGoS"
-        yield Problem("decision.listen", decision.listen, rule, 'use "dissemination"')
-    if decision.declare is None:
-        return
-    for key in ("rounds", "heard"):
-        yield from _too_large(f"decision.declare.{key}", getattr(decision.declare, key), 1)
-    if 10_000 % exact(decision.declare.quorum).denominator:
-        rule = "must have at most 4 decimals in ARGoS"
-        nearest = f"use {round(decision.declare.quorum, 4)}"
-        yield Problem("decision.declare.quorum", decision.declare.quorum, rule, nearest)
-
-
-def _too_large(path: str, value: int, least: int) -> Iterator[Problem]:
-    if value > LARGEST:
-        yield Problem(path, value, f"must be ≤ {LARGEST} in ARGoS", f"use {least} to {LARGEST}")
+def _beyond_argos(scenario: Scenario) -> Iterator[str]:
+    """Yield a line for each value that ARGoS or the C header of the example can't express."""
+    decision, bodies = scenario.decision, scenario.robots.avoid_collisions
+    torus = scenario.arena.boundary == "torus"
+    declare = decision.declare
+    sizes = {
+        "robots.count": (scenario.robots.count, MOST_HEARD),
+        "decision.dissemination_floor": (decision.dissemination_floor, LARGEST),
+        "decision.quality_floor": (decision.quality_floor, LARGEST),
+        "decision.listen": (_listens_for(scenario), LARGEST),
+        **(
+            {f"decision.declare.{key}": (getattr(declare, key), LARGEST) for key in ("rounds", "heard")}
+            if declare
+            else {}
+        ),
+    }
+    for path, (value, most) in sizes.items():
+        if value > most:
+            yield f"{path} = {value}: must be at most {most:,} in this example; use {most} or less"
+    if bodies and torus:
+        yield 'arena.boundary = "torus": ARGoS has no torus for bodies; set arena.boundary = "walls"'
+    if scenario.plan and not bodies:
+        yield "robots.avoid_collisions = false: points meet no walls; set robots.avoid_collisions = true"
+    if scenario.manifest.knowledge or scenario.manifest.source:
+        rule = "the example has built-in strategies that pass on opinions"
+        yield f'decision.strategy = "{decision.strategy}": {rule}; such as decision.strategy = "dmmd"'
+    if declare and 10_000 % Fraction(str(declare.quorum)).denominator:
+        nearest = round(declare.quorum, 4)
+        yield f"decision.declare.quorum = {declare.quorum}: must have at most 4 decimals; use {nearest}"
 
 
 def _experiment(scenario: Scenario, unit: float) -> dict[str, Any]:
@@ -287,3 +308,7 @@ def _metres(*lengths: float) -> str:
 
 def _short(length: float) -> str:
     return f"{length:.9f}".rstrip("0").rstrip(".")
+
+
+if __name__ == "__main__":
+    main()
