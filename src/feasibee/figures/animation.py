@@ -1,6 +1,6 @@
 """Animations: one run, step by step, as GIF, WebP or MP4, or its last frame as PNG.
 
-Each frame is written as soon as it is drawn, so memory doesn't grow with the number of frames.
+Each frame is drawn when it is written. Only a GIF keeps its frames until the end, at a byte per pixel.
 
 Examples
 --------
@@ -11,14 +11,12 @@ Examples
 
 from __future__ import annotations
 
-import struct
 import subprocess
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 
-import numpy as np
-from PIL import GifImagePlugin, Image, ImageColor
+from PIL import Image, ImageColor
 
 from feasibee.errors import FeasibeeError, how_to_install, quoted
 from feasibee.files import atomic_write, check_output
@@ -38,6 +36,8 @@ GIF_RATES = (1, 2, 4, 5, 10, 20, 25, 50)
 LAST = 2
 """Duration of the last frame, in seconds."""
 FRAMES_LIMIT = 20_000
+GIF_LIMIT = 4e9
+"""Largest number of pixels in all frames of a GIF, which Pillow keeps at a byte each."""
 AFTER_DECISION = 30
 """Least number of steps that are shown after the decision, or after all tasks are taken."""
 
@@ -124,7 +124,7 @@ def animate(
     one = Runs.single(seed, run)
     _check(path, every, fps, size)
     start, end = _span(scenario, one, steps)
-    shown = _shown(path, start, end, every)
+    shown = _shown(path, start, end, every, size)
     swarm = Swarm(scenario, one.seed, one.first)
     painter = Painter(scenario, size, dark, (start, shown[-1]))
     _write(path, _frames(swarm, lambda: painter.draw(swarm), shown, progress), len(shown), fps)
@@ -176,7 +176,7 @@ def animate_field(
         start, end = 0, field.last if field.scenario.dynamic else _after(*field.first_decision, field.last)
     else:
         start, end = check_span("steps", steps, field.last, "the log's last step")
-    shown = _shown(path, start, end, every)
+    shown = _shown(path, start, end, every, size)
     notes = {step: field.notes_at(step) for step in shown}
     painter = Painter(field.scenario, size, dark, (start, shown[-1]), list(notes.values()))
     frames = _frames(field, lambda: painter.draw(field, notes[field.step], field.lost), shown, progress)
@@ -190,7 +190,7 @@ def _write(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> N
         write[path.suffix.lower()](temporary, frames, count, fps)
 
 
-def _shown(path: Path, start: int, end: int, every: int) -> range:
+def _shown(path: Path, start: int, end: int, every: int, size: int) -> range:
     """Return the steps to draw; for a PNG only the last one."""
     shown = range(end, end + 1) if path.suffix.lower() == ".png" else range(start, end + 1, every)
     if len(shown) > FRAMES_LIMIT:
@@ -199,6 +199,9 @@ def _shown(path: Path, start: int, end: int, every: int) -> range:
             f"steps = {start}:{end}: {len(shown)} frames; must be at most {FRAMES_LIMIT}; "
             f"show fewer steps, or use every = {least}"
         )
+    if path.suffix.lower() == ".gif" and len(shown) * size**2 > GIF_LIMIT:
+        rule = f"a GIF of {len(shown)} frames of this size needs over {GIF_LIMIT / 1e9:.0f} GB of memory"
+        raise FeasibeeError(f"size = {size}: {rule}; write .webp or .mp4, or use a smaller size")
     return shown
 
 
@@ -254,30 +257,12 @@ def _write_png(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
 
 
 def _write_gif(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
-    """Write the changed part of each frame at once; Pillow's own writer would first keep all in memory."""
-    clear, before = 0, None
+    pictures = _in_few_colours(frames)
+    durations = [1000 // fps] * (count - 1) + [1000 * LAST]
     with path.open("wb") as file:
-        for number, picture in enumerate(_in_few_colours(frames)):
-            now, box = np.asarray(picture), (0, 0, *picture.size)
-            shown = picture
-            if before is None:
-                colours = picture.getpalette() or []
-                clear = len(colours) // 3
-                file.write(_gif_header(picture.size, colours))
-            else:
-                changed = now != before
-                box = Image.fromarray(changed).getbbox() or (0, 0, 1, 1)
-                shown = Image.fromarray(np.where(changed, now, np.uint8(clear)))
-            before = now
-            for part in GifImagePlugin.getdata(
-                shown.crop(box),
-                box[:2],
-                duration=1000 // fps if number + 1 < count else 1000 * LAST,
-                transparency=clear,
-                disposal=1,  # transparent pixels stay as they were
-            ):
-                file.write(part)
-        file.write(b";")
+        next(pictures).save(
+            file, "GIF", save_all=True, append_images=pictures, duration=durations, loop=0, optimize=True
+        )
 
 
 def _in_few_colours(frames: Iterator[Image.Image]) -> Iterator[Image.Image]:
@@ -296,18 +281,6 @@ def _colours_of(picture: Image.Image) -> list[int]:
     pairs.append((theme.ink, TASK))
     mixed = dict.fromkeys(between(*pair, part / 3) for pair in pairs for part in range(4))
     return [value for colour in mixed for value in colour]
-
-
-def _gif_header(size: tuple[int, int], colours: list[int]) -> bytes:
-    """Return the header of a GIF: its size, its palette, and an endless loop."""
-    bits = max(1, (len(colours) // 3).bit_length())  # with room for the transparent colour
-    table = bytes(colours).ljust(3 * 2**bits, b"\0")
-    return (
-        b"GIF89a"
-        + struct.pack("<HHBBB", *size, 0xF0 | (bits - 1), 0, 0)
-        + table
-        + b"!\xff\x0bNETSCAPE2.0\x03\x01\x00\x00\x00"
-    )
 
 
 class _Reel(Image.Image):
