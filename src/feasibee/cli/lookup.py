@@ -105,23 +105,19 @@ def new(
         "With strategy: its robots pass on what they know, not only opinions.", is_flag=True
     ),
     changes: tuple[str, ...],
-    yes: bool = option("Ask nothing: take the defaults, and what --set changes.", is_flag=True),
 ) -> None:
     """Write a file to edit: a scenario, or a strategy of your own that runs as it is.
 
-    A scenario, .toml, has all fields; comments say what each means, and its unit. On a terminal, eight
-    questions ask for the most important ones, except those that --set gives; then a few runs say how long
-    commands take with it. A strategy, .py, has the functions that it needs; comments say what each does.
+    A scenario, .toml, has all fields; comments say what each means, and its unit. A strategy, .py, has the
+    functions that it needs; comments say what each does.
 
     \b
     Examples:
       feasibee new mine.toml
-      feasibee new mine.toml --yes
       feasibee new hall.toml --set robots.count=35 --set "arena.side=[60.0, 25.0]"
       feasibee new strategy mine.py
       feasibee new strategy mine.py --knowledge
     """
-    from feasibee.cli import asking
     from feasibee.files import check_output, write_text
     from feasibee.scenario.comments import commented_toml
     from feasibee.scenario.skeletons import skeleton
@@ -136,13 +132,9 @@ def new(
     if out.exists():
         raise FeasibeeError(f"{out}: exists already; use another name, or remove it")
     check_output(out, (".py",) if kind else (".toml",))
-    asks = not (kind or yes) and asking.on_terminal()
-    made = None if kind else asking.ask(changes) if asks else Given(None, changes).read()
-    text = skeleton(out.name, knowledge=knowledge) if made is None else commented_toml(made)
-    write_text(out, text)
+    made = skeleton(out.name, knowledge=knowledge) if kind else commented_toml(Given(None, changes).read())
+    write_text(out, made)
     click.echo(f"Wrote {out}. Edit it, then: feasibee {'check' if kind else 'run'} {out}")
-    if asks and made is not None:
-        click.echo(asking.durations(made))
 
 
 @command()
