@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import errno
 import os
 import stat
@@ -10,7 +11,15 @@ import tracemalloc
 import pytest
 
 from feasibee import FeasibeeError, Scenario
-from feasibee.files import TABLE_LIMIT, TEXT_LIMIT, UnreadableError, atomic_write, make_folder, read_text
+from feasibee.files import (
+    TABLE_LIMIT,
+    TEXT_LIMIT,
+    UnreadableError,
+    atomic_write,
+    make_folder,
+    read_text,
+    write_table,
+)
 
 
 def names(folder):
@@ -152,3 +161,23 @@ def test_a_name_that_no_file_can_have_is_refused(tmp_path, name):
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "file").touch()
     assert why(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["=1+1.py", "+1.py", "-a", "@sum(a1)", "\ta", "\n=1", "\uff1d1+1"])
+def test_a_spreadsheet_computes_no_name_in_a_csv(tmp_path, name):
+    write_table(tmp_path / "data.csv", [{name: name, "left": -1.5, "right": "-1.5"}])
+    with (tmp_path / "data.csv").open(newline="", encoding="utf-8") as file:
+        assert list(csv.reader(file)) == [[f"'{name}", "left", "right"], [f"'{name}", "-1.5", "-1.5"]]
+
+
+@pytest.mark.parametrize("name", ["dmmd", "a=1", "'", "", "my-file.py", " =1", "1+1"])
+def test_any_other_name_stands_as_it_is_in_a_csv(tmp_path, name):
+    write_table(tmp_path / "data.csv", [{"name": name, "missing": None}])
+    with (tmp_path / "data.csv").open(newline="", encoding="utf-8") as file:
+        assert list(csv.reader(file))[1] == [name, ""]
+
+
+@pytest.mark.parametrize(("name", "written"), [("caf\udce9.py", r"caf\udce9.py"), ("a\r=1", r"a\r=1")])
+def test_a_name_that_would_break_a_csv_is_written_with_an_escape(tmp_path, name, written):
+    write_table(tmp_path / "data.csv", [{"name": name}])
+    assert (tmp_path / "data.csv").read_text() == f"name\n{written}\n"

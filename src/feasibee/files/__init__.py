@@ -9,6 +9,7 @@ import stat
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from itertools import chain
 from pathlib import Path
 
 from feasibee.errors import LINE_LIMIT, FeasibeeError, one_line
@@ -22,6 +23,8 @@ FIGURES = (".png", ".pdf", ".svg")
 """File suffixes of figures."""
 RESULTS = (".nc", ".csv")
 """File suffixes of saved results."""
+FORMULAS = tuple("=+-@\t\n\uff1d\uff0b\uff0d\uff20")
+"""First characters of cells that spreadsheets compute, by OWASP; the last four are full-width."""
 
 
 class UnreadableError(FeasibeeError):
@@ -125,11 +128,26 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
-    """Write a table as CSV with `atomic_write`."""
-    with atomic_write(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+    """Write a table as CSV with `atomic_write`; see `as_cell`."""
+    with (
+        atomic_write(path) as temporary,
+        temporary.open("w", newline="", encoding="utf-8", errors="backslashreplace") as file,
+    ):
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(header)
-        writer.writerows(rows)
+        for row in chain([header], rows):
+            writer.writerow([as_cell(each) if isinstance(each, str) else each for each in row])
+
+
+def as_cell(text: str) -> str:
+    """Return a text for a CSV file, with an apostrophe before one that a spreadsheet would compute."""
+    text = text.replace("\r", r"\r")  # Python 3.11's csv doesn't quote it: a new row
+    if not text.startswith(FORMULAS):
+        return text
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}"
+    return text
 
 
 def write_table(path: Path, rows: Sequence[Mapping[str, object]]) -> None:

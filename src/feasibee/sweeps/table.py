@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 
 from feasibee.errors import FeasibeeError, UnknownFieldError
-from feasibee.files import RESULTS, atomic_write, check_output
+from feasibee.files import RESULTS, as_cell, atomic_write, check_output
 from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
 from feasibee.model.outcomes import OUTCOMES, TRACES
 from feasibee.results.dataset import attributes_of, write_netcdf
@@ -184,8 +184,10 @@ def export(journal: Journal, path: Path) -> int:
         write_netcdf(to_dataset(journal), path, {})
         return sum(journal.counts().values())
     rows = to_dataframe(journal)
+    for name in (each for each in rows if rows[each].dtype.kind == "O"):
+        rows[name] = [as_cell(each) if isinstance(each, str) else each for each in rows[name]]
     with atomic_write(path) as temporary:
-        rows.to_csv(temporary, index=False)
+        rows.to_csv(temporary, index=False, errors="backslashreplace")
     return len(rows)
 
 
