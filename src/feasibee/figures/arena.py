@@ -12,7 +12,7 @@ from matplotlib.patches import Circle, Polygon, Wedge
 from PIL import Image
 
 from feasibee.errors import FeasibeeError, quoted
-from feasibee.figures.style import axes_for, in_metres, text_colour
+from feasibee.figures.style import as_text, axes_for, in_metres, text_colour
 from feasibee.model.codes import COLOURS, DECISIONS, INFEASIBLE, NO_OPINION, TASK, ZONE
 from feasibee.scenario.geometry import images, segments
 from feasibee.scenario.picture import extent_of, outlines_of, picture_of
@@ -77,9 +77,8 @@ def draw_ground(ax: Axes, scenario: Scenario) -> None:
         for each in polygons:
             ax.add_patch(Polygon(each, facecolor=ZONE, alpha=0.12, zorder=0.6))
             ax.add_patch(Polygon(each, fill=False, edgecolor=ZONE, linewidth=0.8, zorder=1.3))
-        ax.annotate(
-            name, place, (3, -3), textcoords="offset points", fontsize=6, va="top", zorder=1.4, clip_on=True
-        )
+        above: dict[str, Any] = {"fontsize": 6, "va": "top", "zorder": 1.4, "clip_on": True}
+        ax.annotate(as_text(name), place, (3, -3), textcoords="offset points", **above)
 
 
 def _draw_robots(ax: Axes, swarm: Swarm, scenario: Scenario) -> None:

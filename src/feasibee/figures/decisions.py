@@ -22,6 +22,7 @@ from feasibee.figures.style import (
     RATIO,
     Look,
     also_in_seconds,
+    as_text,
     axes_for,
     draw_intervals,
     figure,
@@ -107,7 +108,7 @@ def plot_opinions(
     with axes_for(ax, 3.6, 2.7) as axes:
         for name, (low, median, high) in bands.items():
             fill_band(axes, np.arange(median.size), low, high, found[name].colour)
-            axes.plot(median, label=name, **found[name].line)
+            axes.plot(median, label=as_text(name), **found[name].line)
         last = until or max(median.size - 1 for _, median, _ in bands.values())
         over_time(axes, "opinion feasible (% of robots)", last)
         if truths and len({each.shape[1] for each in truths}) == 1:

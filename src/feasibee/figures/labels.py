@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox, blended_transform_factory, offset_copy
 from numpy.typing import NDArray
 
-from feasibee.figures.style import GREY, PLAIN, Look, text_colour
+from feasibee.figures.style import GREY, PLAIN, Look, as_text, text_colour
 
 SIZE: Final = 8.0
 """Size of labels, in points."""
@@ -78,7 +78,7 @@ def label_ends(
             joint = {"color": look.colour, "linestyle": look.dashes, "linewidth": 1.0}
         arrow = {"arrowstyle": "-", "shrinkA": 0, "shrinkB": 2, "relpos": (0, 0.5), **joint}
         colour = text_colour(look.colour)
-        ax.annotate(f"  {name}", start, place, frame, side, arrowprops=arrow, color=colour, **TEXT)
+        ax.annotate(f"  {as_text(name)}", start, place, frame, side, arrowprops=arrow, color=colour, **TEXT)
 
 
 def _name_others(figure: Figure, grey: Sequence[str]) -> None:
@@ -86,7 +86,7 @@ def _name_others(figure: Figure, grey: Sequence[str]) -> None:
     if grey:
         width = int(figure.get_figwidth() * 72 / (0.53 * (SIZE - 1)))
         whole: dict[str, Any] = {"break_long_words": False, "break_on_hyphens": False}
-        text = textwrap.fill(f"grey: {', '.join(grey)}", width, **whole)
+        text = textwrap.fill(f"grey: {', '.join(map(as_text, grey))}", width, **whole)
         figure.supxlabel(text, x=0.01, ha="left", fontsize=SIZE - 1, color="0.4")
 
 
@@ -140,7 +140,8 @@ def label_points(ax: Axes, points: Sequence[Point]) -> None:
     inside = ax.get_window_extent().padded(-scale)
     taken = [_bar(ax, point, scale) for point in points]
     for point in sorted(points, key=lambda point: (not point.look.highlighted, -point.y)):
-        label = ax.annotate(point.name, (point.x, point.y), **_text(point.look))
+        name = as_text(point.name)
+        label = ax.annotate(name, (point.x, point.y), **_text(point.look))
         label.set_in_layout(False)
         size = label.get_window_extent()
         label.remove()
@@ -151,7 +152,7 @@ def label_points(ax: Axes, points: Sequence[Point]) -> None:
             continue
         left, bottom = offset = found or (DISTANCES[0], 0.0)
         placed = ax.annotate(
-            point.name,
+            name,
             (point.x, point.y),
             (left, bottom),
             textcoords="offset points",

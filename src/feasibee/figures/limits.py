@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from feasibee.figures.decisions import draw_shares
-from feasibee.figures.style import Look, figure, note, spaced_by_ratio, text_colour
+from feasibee.figures.style import Look, as_text, figure, note, spaced_by_ratio, text_colour
 
 LOOKS: Final[Mapping[str, Look]] = {
     "pooled": Look("#0072B2"),
@@ -126,7 +126,7 @@ def _draw_bits(ax: Axes, bits: Sequence[float], words: Sequence[Word]) -> None:
     for place, cost in enumerate(bits):
         ax.plot(cost, place, "s", color=WORD, markersize=3.5)
         note(ax, f"{cost:.3g}", (cost, place), (4, 0), fontsize=7.5, color=WORD)
-    ax.set_yticks(range(len(bits)), [word.contender for word in words])
+    ax.set_yticks(range(len(bits)), [as_text(word.contender) for word in words])
     ax.set(xlabel="bits per robot-step", xlim=(0.6 * min(bits), 8 * max(bits)))
     _finish(ax, 1.5 * max(bits))
 

@@ -11,11 +11,13 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from matplotlib import rc_context, style
 from matplotlib.axes import Axes
+from matplotlib.category import StrCategoryFormatter
 from matplotlib.colors import to_hex, to_rgb, to_rgba
 from matplotlib.figure import Figure
+from matplotlib.mathtext import MathTextParser
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
-from feasibee.errors import FeasibeeError, quoted
+from feasibee.errors import FeasibeeError, one_line, quoted
 from feasibee.files import FIGURES, atomic_write, check_output
 from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.units import SYMBOLS, symbol_of
@@ -52,6 +54,8 @@ RATIO: Final = "robots per task $n/m$"
 """Label of the axis that `robots_per_task` makes."""
 FLATTEST: Final = 0.62
 """Least height of a figure in a journal's column, as a share of its width."""
+NAME_LIMIT: Final = 60
+"""Largest length of a name in a figure, in characters; a longer one is shortened in its middle."""
 GREY: Final = "0.72"
 """Colour of all other lines."""
 MARKS: Final = ("o", "s", "^", "D", "v")
@@ -120,6 +124,21 @@ def looks(
     free = (Look(*each) for each in zip(PALETTE, MARKS, DASHES, strict=True) if each[0] not in taken)
     found |= {name: next(free) for name in chosen if name not in found}
     return {name: found.get(name, PLAIN) for name in scores}
+
+
+def as_text(name: object) -> str:
+    """Return a name as matplotlib draws it: one printable line, in which a dollar sign starts no formula."""
+    return one_line(str(name), NAME_LIMIT).replace("$", r"\$")
+
+
+def with_formulas(text: str) -> str:
+    """Return a text that a user wrote for a figure; if its formulas are invalid, they are drawn as text."""
+    try:
+        for line in text.split("\n"):
+            MathTextParser("path").parse(line)
+    except ValueError:
+        return text.replace("$", r"\$")
+    return text
 
 
 def text_colour(colour: str) -> str:
@@ -250,6 +269,9 @@ def spaced_by_ratio(ax: Axes, ticks: Sequence[float] = ()) -> None:
 def along(ax: Axes, label: str, values: Sequence[Any]) -> None:
     """Label an x axis, and make it logarithmic if its values are numbers that belong on such an axis."""
     ax.set_xlabel(label)
+    words = ax.xaxis.get_major_formatter()
+    if isinstance(words, StrCategoryFormatter):
+        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, place: as_text(words(value, place))))
     if all(isinstance(value, int | float) for value in values) and are_spaced_by_ratio(values):
         spaced_by_ratio(ax)
 

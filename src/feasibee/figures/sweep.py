@@ -12,7 +12,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from feasibee.figures.labels import label_ends
-from feasibee.figures.style import PERCENT, Look, along, fill_band, looks, name_of_axis, small_multiples
+from feasibee.figures.style import (
+    PERCENT,
+    Look,
+    along,
+    as_text,
+    fill_band,
+    looks,
+    name_of_axis,
+    small_multiples,
+    with_formulas,
+)
 from feasibee.results.measures import MEASURES
 from feasibee.results.statistics import Interval
 
@@ -121,17 +131,17 @@ def _panels(
 ) -> Iterator[tuple[Figure, list[Axes], dict[str, str]]]:
     """Yield a figure with its texts, an axes of a size for each panel, and names of the fields."""
     names = {path: name_of_axis(path, shown.journal, units.get(path)) for path in shown.axes}
-    ylabel = shown.ylabel or (names[shown.y] if shown.y else _label(shown.show))
+    ylabel = with_formulas(shown.ylabel) or (names[shown.y] if shown.y else _label(shown.show))
     columns, column = _columns(len(panels)), (shown.width or 0.0) if shown.journal else 0.0
-    shape, xlabel = (columns * size[0], 0.0, size[1]), shown.xlabel or names[shown.x]
+    shape, xlabel = (columns * size[0], 0.0, size[1]), with_formulas(shown.xlabel) or names[shown.x]
     with small_multiples(len(panels), columns, shape, xlabel, ylabel, column) as (drawn, axes):
         inches = drawn.get_size_inches()
         drawn.set_size_inches(shown.width or inches[0], shown.height or inches[1])
         if shown.facet:
             for ax, value in zip(axes, panels, strict=True):
-                ax.set_title(f"{names[shown.facet]} = {_text(value)}")
+                ax.set_title(f"{names[shown.facet]} = {as_text(_text(value))}")
         averaged = ", ".join(name_of_axis(path, unit="") for path in over)
-        heading = [shown.title, f"averaged over {averaged}" if over else ""]
+        heading = [with_formulas(shown.title), f"averaged over {averaged}" if over else ""]
         if any(heading):
             drawn.suptitle("\n".join(filter(None, heading)), fontsize="medium")
         yield drawn, axes, names
@@ -153,7 +163,9 @@ def _label(show: str) -> str:
 def _say_never(ax: Axes, lines: Mapping[Any, Line], show: str) -> None:
     """Write at the top of the axes which lines have no value at all, if a delay is shown."""
     never = [
-        _text(name) for name, line in lines.items() if all(np.isnan(each.estimate) for each in line.values())
+        as_text(_text(name))
+        for name, line in lines.items()
+        if all(np.isnan(each.estimate) for each in line.values())
     ]
     if never and MEASURES[show].ends:
         text = f"half of the changes never followed: {', '.join(never)}" if any(never) else "never"
@@ -181,8 +193,8 @@ def draw_maps(
                 colour = "white" if share < 0.55 * top else "black"
                 text = f"{share:.0f}" if top >= 10 else f"{share:.2g}"
                 ax.text(column, row, text, ha="center", va="center", fontsize=7, color=colour)
-            ax.set_xticks(range(len(columns)), [_text(value) for value in columns])
-            ax.set_yticks(range(len(rows)), [_text(value) for value in rows])
+            ax.set_xticks(range(len(columns)), [as_text(_text(value)) for value in columns])
+            ax.set_yticks(range(len(rows)), [as_text(_text(value)) for value in rows])
             ax.spines[:].set_visible(False)
         drawn.colorbar(image, ax=axes, label=_label(shown.show))
     return drawn
