@@ -286,3 +286,9 @@ def test_the_page_puts_named_contenders_first(small, tmp_path):
     write_board(tmp_path / "page.html", card, ["b"], "feasibee benchmark b")
     page = (tmp_path / "page.html").read_text()
     assert page.index("Given nothing") < page.index("Given names of tasks")
+
+
+@pytest.mark.parametrize("name", ["a\u202eb.py", "caf\udce9.py", "a\nb.py"])
+def test_a_name_that_no_card_may_have_is_refused_before_any_run(name):
+    with pytest.raises(FeasibeeError, match=r"\.py: must be a printable line.*; rename the file"):
+        benchmark([f"folder/{name}"])

@@ -205,6 +205,9 @@ def _sources(names: Sequence[str]) -> dict[str, str]:
     """Return the texts of strategies by their names without folders, empty for built-in ones."""
     labels = [Path(name).name for name in names]
     check_distinct(labels)
+    for label in labels:
+        if one_line(label) != label:
+            raise FeasibeeError(f"{label}: must be a printable line, to stand in a card; rename the file")
     return {label: manifest_of(name).source for label, name in zip(labels, names, strict=True)}
 
 
