@@ -8,6 +8,7 @@ import os
 import stat
 import tracemalloc
 
+import pandas as pd
 import pytest
 
 from feasibee import FeasibeeError, Scenario
@@ -20,6 +21,7 @@ from feasibee.files import (
     read_text,
     write_table,
 )
+from feasibee.sweeps import table
 
 
 def names(folder):
@@ -181,3 +183,10 @@ def test_any_other_name_stands_as_it_is_in_a_csv(tmp_path, name):
 def test_a_name_that_would_break_a_csv_is_written_with_an_escape(tmp_path, name, written):
     write_table(tmp_path / "data.csv", [{"name": name}])
     assert (tmp_path / "data.csv").read_text() == f"name\n{written}\n"
+
+
+def test_a_spreadsheet_computes_no_name_in_the_export_of_a_sweep(tmp_path, monkeypatch):
+    runs = pd.DataFrame({"decision.strategy": ["=1+1.py", "dmmd"], "seed": [1, 2]})
+    monkeypatch.setattr(table, "to_dataframe", lambda journal: runs)
+    assert table.export(None, tmp_path / "runs.csv") == 2
+    assert (tmp_path / "runs.csv").read_text() == "decision.strategy,seed\n'=1+1.py,1\ndmmd,2\n"
