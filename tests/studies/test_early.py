@@ -75,7 +75,7 @@ def test_an_interrupt_ends_a_study_with_its_answer_if_it_has_one(answers, so_far
 
 def test_an_assessment_so_far_has_its_verdict_and_says_what_is_missing(tmp_path):
     found = assess(SMALL, 150, 1, OVER)
-    assert found.outcome.runs == 100
+    assert found.outcome.runs == 10
     assert found.stopped == "out of time"
     phases = ["running the swarm", "comparing changes", "testing strategies", "comparing faults"]
     assert list(found.missing) == [*phases, "searching sizes"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,10 +15,14 @@ from feasibee.results.measures import declarations
 from feasibee.strategies import certified, quiet_census, turns
 from feasibee.strategies.certified import NEVER
 from feasibee.studies import flooding as module
+from feasibee.studies.assess import assess
 from feasibee.studies.comparison import design_points, outcomes_of
 from feasibee.studies.flooding import Repeated, flooded, flooding
 from feasibee.studies.needs import quiet_times_in_words
-from feasibee.sweeps.sweep import Rounds
+from feasibee.studies.report import sections
+from feasibee.sweeps import sweep as rounds
+from feasibee.sweeps.executors import threads
+from feasibee.sweeps.sweep import Enough, Execution, Rounds
 from tests.places import rectangle
 
 DECLARING = {"decision.strategy": "quiet-census", "robots.know_count": True}
@@ -168,3 +173,40 @@ def test_compare_says_the_time_of_flooding(tmp_path, monkeypatch):
     expected = flooding(world)
     assert f"all {expected.slowest}." in invoke(*command).output
     assert json.loads(invoke(*command, "--json").output)[0]["names"]["slowest"] == expected.slowest
+
+
+def test_an_assessment_has_a_verdict_before_the_flooding_and_a_budget_ends_both(monkeypatch):
+    told, known, clock = [], [], [0.0]
+
+    def flood(world, progress, check):
+        known.append(told[-1].so_far)
+        clock[0] = 30.0
+        check()
+        raise AssertionError("the budget is over")
+
+    monkeypatch.setattr(module, "_known", {})
+    monkeypatch.setattr(module, "_flooding", flood)
+    world = place(**DECLARING, **{"tasks.count": 4, "run.steps": 60})
+    monkeypatch.setattr(rounds, "time", SimpleNamespace(monotonic=lambda: clock[0]))
+    found = assess(world, 20, 1, Execution(pool=threads(1), progress=told.append, budget=20.0))
+    assert found.outcome.runs == 10
+    assert [each.partition(":")[0] for each in known] == ["not ready so far, without place.flooding"]
+    assert {"running the swarm", "looking at rooms", "searching sizes"} <= set(found.missing)
+    assert any(line.startswith("place.flooding is missing") for line in sections(found)["What to expect"])
+    assert found.recommendation.tested == []
+
+
+def test_flooding_can_end_within_a_run(monkeypatch):
+    """With walls that no name passes, a run has 200 strides."""
+    monkeypatch.setattr(module, "RUNS", 1)
+    monkeypatch.setattr(module, "_known", {})
+    world, strides = place(**DECLARING, **{"sensing.miss": 1.0}), []
+
+    def check():
+        strides.append(1)
+        if len(strides) == 3:
+            raise Enough
+
+    with pytest.raises(Enough):
+        flooded(world, check)
+    assert (len(strides), module._known) == (3, {})

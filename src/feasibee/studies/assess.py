@@ -13,6 +13,7 @@ from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
 from feasibee.studies.comparison import SURE, Outcome, difference, percent
+from feasibee.studies.flooding import lacks_flooding
 from feasibee.studies.needs import Asked, all_strategies, suitable
 from feasibee.studies.race import AS_IT_IS, FIRST, Race
 from feasibee.studies.recommend import (
@@ -26,7 +27,7 @@ from feasibee.studies.recommend import (
 )
 from feasibee.studies.report import Assessment, Trial, judge
 from feasibee.studies.rooms import RUNS as ROOMS_RUNS
-from feasibee.studies.rooms import changes_of_place, splits_of
+from feasibee.studies.rooms import Split, changes_of_place, splits_of
 from feasibee.studies.size import Rule, Sizing, band_of, looks, most_tests, size
 from feasibee.sweeps.schedule import run_work
 from feasibee.sweeps.sweep import Enough, Execution, Rounds
@@ -36,6 +37,8 @@ RESOLUTION: Final = 0.15
 """Of the numbers of robots and of tasks that are enough: a finer search would take most of the time."""
 SHORT_REACH: Final = 3
 """Searches go up to so many times the number of robots or tasks."""
+FEW: Final = 10
+"""Runs of the first verdict, which comes before anything that may take long, such as a time of flooding."""
 LEAST_RUNS: Final = 400
 """A search may use so many runs of a value: 100 % of 200 is not enough to exclude 95 %."""
 LOST: Final = 0.2
@@ -106,7 +109,9 @@ class _Assessing:
         rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
         chosen = scenario if recommended is None else recommended.scenario
         faults = self._raced("comparing faults", chosen, faults_of(chosen))
-        rooms = splits_of(scenario, self.seed, min(self.runs, ROOMS_RUNS))
+        rooms: Mapping[str, Split] = {}
+        with self._part("looking at rooms"):
+            rooms = splits_of(scenario, self.seed, min(self.runs, ROOMS_RUNS), self.rounds.check)
         sizing = band = None
         with self._part("searching sizes"):
             sizing = self._sizing(rule)
@@ -139,7 +144,7 @@ class _Assessing:
         self.rounds.phase, before = phase, self.rounds.stops
         with suppress(Enough):
             yield
-        if self.rounds.stops > before:
+        if self.rounds.stops > before and phase not in self.missing:
             self.missing.append(phase)
 
     def most_work(self) -> dict[str, int]:
@@ -181,10 +186,12 @@ class _Assessing:
         worlds = {AS_IT_IS: self.scenario} | ({} if opposite is None else {OPPOSITE: opposite})
         outcomes: dict[str, Outcome] = {}
         with self._part("running the swarm"):
-            for runs in looks(FIRST, self.runs):
-                outcomes = self.race.outcomes(worlds, runs)
+            for runs in (min(FEW, self.runs), *looks(FIRST, self.runs)):
+                without = "" if outcomes or not lacks_flooding(self.scenario) else ", without place.flooding"
+                outcomes = self.race.outcomes(worlds, runs, floods=bool(outcomes))
                 judged = judge([*outcomes.values()], self.right)
-                self.rounds.so_far = f"{judged.level} so far: {percent(judged.right)} right of {runs} swarms"
+                right = f"{percent(judged.right)} right of {runs} swarms"
+                self.rounds.tell(f"{judged.level} so far{without}: {right}")
         return outcomes
 
     def _raced(self, phase: str, scenario: Scenario, changed: Mapping[str, Scenario]) -> list[Trial]:

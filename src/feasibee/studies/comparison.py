@@ -333,13 +333,20 @@ def design_points(
 
 
 def outcomes_of(
-    rounds: Rounds, designs: Sequence[DesignPoint], runs: int, seed: int, *, curves: bool = True
+    rounds: Rounds,
+    designs: Sequence[DesignPoint],
+    runs: int,
+    seed: int,
+    *,
+    curves: bool = True,
+    floods: bool = True,
 ) -> list[Outcome]:
     """Run one round of points; return their outcomes in the same order, by contender if they have any.
 
-    In a place, strategies get the time in which names flood it.
+    In a place, strategies get the time in which names flood it, unless ``floods`` is false.
     """
-    designs = [replace(each, scenario=flooded(each.scenario)) for each in designs]
+    if floods:
+        designs = [replace(each, scenario=flooded(each.scenario, rounds.check)) for each in designs]
     parts = [list(rounds.run(study)) for study in studies_of(designs, runs, seed, curves=curves)]
     return [
         outcome_of(design.values.get(CONTENDER, ""), design.scenario, *records)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
 from pathlib import Path
 from threading import local
 from typing import Any, Final, NamedTuple
@@ -31,6 +30,8 @@ LONGEST: Final = 20_000
 """Steps of a run at most; a place whose names take longer has no time of flooding."""
 STRIDE: Final = 100
 NEVER: Final = -1
+KNOWN: Final = 256
+"""Number of worlds whose times of flooding are kept in memory."""
 ROOM: Final = 2**28
 """Largest memory in bytes of what an oracle's robots know."""
 STAYING: Final[dict[str, Any]] = {
@@ -78,7 +79,11 @@ def flooding(scenario: Scenario, progress: Callable[[float], None] | None = None
         If robots or tasks have classes, or the arena is too large.
     """
     check_progress(progress)
-    return _flooding(_world_of(scenario), progress)
+    return _flooding(_world_of(scenario), progress, go_on)
+
+
+def go_on() -> None:
+    """Let the simulation go on to its end, however long it takes."""
 
 
 def _world_of(scenario: Scenario) -> Scenario:
@@ -92,7 +97,9 @@ def _world_of(scenario: Scenario) -> Scenario:
     return world.replace({"decision.listen": scenario.decision.listen})
 
 
-def _flooding(world: Scenario, progress: Callable[[float], None] | None) -> Flooding:
+def _flooding(
+    world: Scenario, progress: Callable[[float], None] | None, check: Callable[[], None]
+) -> Flooding:
     load_engine(world)
     steps, wanted, own = np.empty(RUNS, np.int64), can_know(world), local()
 
@@ -100,7 +107,7 @@ def _flooding(world: Scenario, progress: Callable[[float], None] | None) -> Floo
         if not hasattr(own, "swarm"):  # one for each thread: to make one takes longer than its run
             own.swarm = Repeated(world, SEED, run)
         own.swarm.begin(run)
-        return _flooded_at(own.swarm, wanted)
+        return _flooded_at(own.swarm, wanted, check)
 
     with ThreadPoolExecutor(processors()) as pool:
         for run, step in enumerate(pool.map(found_in, range(RUNS))):
@@ -172,10 +179,11 @@ def can_know(world: Scenario) -> NDArray[np.bool_]:
     return np.equal.outer(ground.robots.piece, ground.tasks.piece)
 
 
-def _flooded_at(swarm: Repeated, wanted: NDArray[np.bool_]) -> int:
+def _flooded_at(swarm: Repeated, wanted: NDArray[np.bool_], check: Callable[[], None]) -> int:
     """Return the first step by which all counted robots know all wanted tasks; -1 if never."""
     start, wanted = oracle.known_start(swarm.scenario.setting), wanted & swarm.counted[:, None]
     while swarm.step < LONGEST:
+        check()
         swarm.advance(STRIDE)
         known = swarm.knowledge[:, start : start + wanted.shape[1]][wanted]
         if known.all():
@@ -194,18 +202,24 @@ def lacks_flooding(scenario: Scenario) -> bool:
     return scenario.place.exists and scenario.place.flooding is None and bool(waits)
 
 
-def flooded(scenario: Scenario) -> Scenario:
+def flooded(scenario: Scenario, check: Callable[[], None] = go_on) -> Scenario:
     """Return a scenario with the time of flooding in its place, if its robots may wait for it.
 
-    A time that it has already is kept.
+    A time that it has already is kept. ``check`` is called often, and ends the simulation by an exception.
     """
     if not lacks_flooding(scenario):
         return scenario
     if scenario.robots.classes or scenario.tasks.classes:
         return scenario
-    return scenario.replace({"place.flooding": _known(_world_of(scenario)).slowest})
+    world = _world_of(scenario)
+    found = _known.pop(world, None)
+    if found is None:
+        check()
+        found = _flooding(world, None, check)
+    if len(_known) == KNOWN:
+        del _known[next(iter(_known))]
+    _known[world] = found  # the latest used is the last
+    return scenario.replace({"place.flooding": found.slowest})
 
 
-@lru_cache(maxsize=256)
-def _known(world: Scenario) -> Flooding:
-    return _flooding(world, None)
+_known: Final[dict[Scenario, Flooding]] = {}

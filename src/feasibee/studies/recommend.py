@@ -444,7 +444,8 @@ class Trials:
                     raise  # there is no such strategy
                 entered.problems[name] = error.problems[0].rule.removeprefix(f"{name} ")
                 continue
-            scenario = flooded(scenario)
+            with suppress(Enough):  # out of time, its runs end so, too
+                scenario = flooded(scenario, self.rounds.check)
             asked = Asked(scenario, self.seed)
             why = entered.barred[scenario.decision.strategy] = barred(asked, constraints)
             entered.groups.setdefault(len(why), []).append((scenario, asked))

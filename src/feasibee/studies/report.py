@@ -27,8 +27,16 @@ from feasibee.studies.comparison import (
     wait_for,
     wait_interval,
 )
-from feasibee.studies.flooding import acts_late
-from feasibee.studies.needs import IDS, NAMES, Asked, needs_of, noisy_names_in_words, quiet_times_in_words
+from feasibee.studies.flooding import go_on
+from feasibee.studies.needs import (
+    IDS,
+    NAMES,
+    Asked,
+    give_up,
+    needs_of,
+    noisy_names_in_words,
+    waiting_in_words,
+)
 from feasibee.studies.race import MARGIN, is_clear, is_none
 from feasibee.studies.recommend import Candidate, Recommendation
 from feasibee.studies.rooms import Split, rooms_in_words
@@ -391,7 +399,7 @@ def _expected(assessment: Assessment) -> list[str]:
         *_declared(outcome, assessment.scenario),
         *_tracking(outcome, assessment.scenario),
         *acted_in_words(outcome, assessment.scenario),
-        *_waiting(assessment.scenario),
+        *waiting_in_words(assessment.scenario, give_up if assessment.stopped else go_on),
         *rooms_in_words(assessment.rooms),
         *noisy_names_in_words(assessment.scenario),
     ]
@@ -432,11 +440,6 @@ def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
     )
     told = f"By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"
     return [told]
-
-
-def _waiting(scenario: Scenario) -> list[str]:
-    quiet = scenario.decision.parameters.get("quiet", scenario.manifest.parameters.get("quiet"))
-    return quiet_times_in_words(scenario) if quiet == 0 or acts_late(scenario) else []
 
 
 def acted_in_words(outcome: Outcome, scenario: Scenario) -> list[str]:
@@ -532,7 +535,7 @@ def _recommended(assessment: Assessment) -> list[str]:
     )
     own = found.strategy == assessment.scenario.decision.strategy
     lines = [f"{found.strategy}{', as it is' if own else ''}: {text}."]
-    lines += _declared(found.worst.outcome, found.scenario) + _waiting(found.scenario)
+    lines += _declared(found.worst.outcome, found.scenario) + waiting_in_words(found.scenario)
     if assessment.recommended_band is not None:
         robots = assessment.scenario.robots.count
         lines.append(band_sentence(assessment.recommended_band, robots, assessment.target))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import Any, Final, NamedTuple
 
@@ -17,7 +17,7 @@ from feasibee.scenario.bitmaps import Cells, image_of
 from feasibee.scenario.ground import Ground, connected, ground_of, grown
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
-from feasibee.studies.flooding import flooded
+from feasibee.studies.flooding import flooded, go_on
 
 RUNS: Final = 100
 STRIDE: Final = 10
@@ -65,7 +65,9 @@ def _reach(scenario: Scenario, ground: Ground) -> float:
     return float(exact(scenario.sensing.range) / ground.plan.cell / 2)
 
 
-def split_of(scenario: Scenario, seed: int, runs: int = RUNS) -> Split | None:
+def split_of(
+    scenario: Scenario, seed: int, runs: int = RUNS, check: Callable[[], None] = go_on
+) -> Split | None:
     """Simulate swarms in a place, and find where their robots are; None without two rooms.
 
     Parameters
@@ -74,24 +76,27 @@ def split_of(scenario: Scenario, seed: int, runs: int = RUNS) -> Split | None:
         The swarm and its place.
     seed, runs : int
         Seed and number of the runs.
+    check : callable
+        As in `flooded`.
     """
     if not scenario.place.exists or scenario.dynamic:
         return None
     rooms = rooms_of(scenario)
     if rooms.max() < 2:
         return None
-    found = [_run(Swarm(scenario, seed, run), rooms) for run in range(runs)]
+    found = [_run(Swarm(scenario, seed, run), rooms, check) for run in range(runs)]
     passages = 1000 * np.mean([each[1] for each in found]) / scenario.run.steps
     return Split(int(rooms.max()), wilson(sum(each[0] for each in found), runs), float(passages))
 
 
-def _run(swarm: Swarm, rooms: NDArray[np.int32]) -> tuple[bool, float]:
+def _run(swarm: Swarm, rooms: NDArray[np.int32], check: Callable[[], None]) -> tuple[bool, float]:
     """Return whether a swarm ends split, and how often its robots came into another room on average."""
     plan = swarm.scenario.plan
     assert plan is not None
     last, passages = np.zeros(len(swarm.opinions), np.int32), 0
     steps = swarm.scenario.run.steps
     while True:
+        check()
         columns, rows = (
             np.minimum(np.nan_to_num(swarm.positions) / float(plan.cell), np.array(rooms.shape)[::-1] - 1)
             .astype(int)
@@ -165,19 +170,21 @@ def _doors(passable: Cells, rooms: NDArray[np.int32], reach: float) -> Cells:
     return (touched > 1)[narrow]
 
 
-def splits_of(scenario: Scenario, seed: int, runs: int = RUNS) -> dict[str, Split]:
+def splits_of(
+    scenario: Scenario, seed: int, runs: int = RUNS, check: Callable[[], None] = go_on
+) -> dict[str, Split]:
     """Return how robots share out over rooms, as it is (under an empty name) and with each change.
 
-    All have the same runs. Without two rooms, there is nothing to return.
+    All have the same runs. Without two rooms, there is nothing to return. ``check`` is as in `flooded`.
     """
-    scenario = scenario if scenario.dynamic else flooded(scenario)
-    own = split_of(scenario, seed, runs)
+    scenario = scenario if scenario.dynamic else flooded(scenario, check)
+    own = split_of(scenario, seed, runs, check)
     if own is None:
         return {}
     found: dict[str, Split] = {"": own}
     for name, changes in changes_of_place(scenario).items():
         with suppress(ScenarioError):
-            changed = split_of(flooded(scenario.replace(changes)), seed, runs)
+            changed = split_of(flooded(scenario.replace(changes), check), seed, runs, check)
             found |= {} if changed is None else {name: changed}
     return found
 

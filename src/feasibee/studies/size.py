@@ -512,7 +512,7 @@ def _search_all(
 
     def test(path: str, values: Sequence[Any], place: int) -> Finding:
         value = values[place]
-        design = DesignPoint({path: value}, flooded(scenario.replace({path: value})))
+        design = DesignPoint({path: value}, flooded(scenario.replace({path: value}), rounds.check))
         found = finding_at(place, lambda runs: _right(rounds, design, runs, seed), rule, tests)
         if tell is not None:
             rounds.so_far = ""  # the lines that are told

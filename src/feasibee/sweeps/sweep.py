@@ -195,8 +195,8 @@ class Rounds:
         before = [self._counted[key] for key in keys]
         schedule = Schedule(study, self._journal, numbers, shard, before)
         schedule.begin()
-        if schedule.queue and (self.stopped or self._interrupts):
-            self._stop(self.stopped or "interrupted")
+        if schedule.queue:
+            self.check()
         if self.execution.pool.is_local:  # compile here, once, what workers on this machine need
             for place in {piece.point: None for piece in schedule.queue}:
                 load_engine(study.points[place].scenario)
@@ -210,19 +210,32 @@ class Rounds:
             self._counted[key] = max(self._counted[key], schedule.wanted[place])
         return schedule
 
+    def check(self) -> None:
+        """Raise ``Enough`` if the study ends early; long work outside of rounds calls it often."""
+        budget = self.execution.budget
+        late = budget is not None and time.monotonic() - self._started >= budget
+        if self.stopped or self._interrupts:
+            self._stop(self.stopped or "interrupted")
+        if late and self.so_far is not None:
+            self._stop("out of time")
+
     def _stop(self, why: str, kept: str = "") -> NoReturn:
         if self.so_far is None or (why == "interrupted" and not self.execution.answers):
             raise KeyboardInterrupt(kept)
         self.stopped, self.stops = why, self.stops + 1
         raise Enough
 
+    def tell(self, answer: str) -> None:
+        """Set the answer so far, and report it, since the next round may begin late."""
+        self.so_far = answer
+        if self.execution.progress is not None:
+            self.execution.progress(self._progress(Totals()))
+
     def _report(self, schedule: Schedule, stopping: bool) -> None:
         if self.execution.progress is not None:
             self.execution.progress(self._progress(schedule.totals, stopping))
-        budget = self.execution.budget
-        late = budget is not None and time.monotonic() - self._started >= budget
-        if late and self.so_far is not None and schedule.queue and not stopping:
-            self._stop("out of time")
+        if schedule.queue and not stopping:
+            self.check()
 
     def _progress(self, now: Totals, stopping: bool = False) -> Progress:
         done = self._past.plus(now)
