@@ -210,3 +210,27 @@ def test_flooding_can_end_within_a_run(monkeypatch):
     with pytest.raises(Enough):
         flooded(world, check)
     assert (len(strides), module._known) == (3, {})
+
+
+@pytest.mark.parametrize(
+    ("changes", "never"),
+    [
+        (DECLARING, ["robots that wait for a quiet time never declare feasible"]),
+        ({"acting.start": "safe", "acting.reach": 1.0}, ["robots never act"]),
+        ({**DECLARING, "place.flooding": 9}, []),
+        ({**DECLARING, "decision.parameters": {"quiet": 70.0}}, []),
+        ({}, []),
+    ],
+    ids=str,
+)
+def test_commands_that_simulate_say_at_once_that_robots_wait_in_vain(tmp_path, monkeypatch, changes, never):
+    monkeypatch.setattr(module, "_known", {})
+    monkeypatch.setattr(module, "_flooding", None)  # too slow for a line of text
+    world = place(**changes, **{"run.steps": 5})
+    (tmp_path / "mine.toml").write_text(world.to_toml(), encoding="utf-8")
+    wanted = [f"feasibee: place.flooding is missing: {each}. Set it to the step by" for each in never]
+    for command in (["run", "--runs", 1], ["animate", "--frames", 1, "--out", tmp_path / "one.png"]):
+        done = invoke(command[0], tmp_path / "mine.toml", *command[1:])
+        assert done.exit_code == 0, done.output
+        found = [line for line in done.stderr.splitlines() if "place.flooding" in line]
+        assert [line[: len(want)] for line, want in zip(found, wanted, strict=True)] == wanted

@@ -149,6 +149,15 @@ class Given(NamedTuple):
         return base.replace({**dict(map(_parse_change, self.changes)), **given})
 
 
+def warn_of_waiting(*scenarios: Scenario) -> None:
+    """Print on standard error if robots wait in vain, because ``place.flooding`` is missing."""
+    if places := [each for each in scenarios if each.place.exists]:
+        from feasibee.studies.needs import give_up, waiting_in_words
+
+        for line in dict.fromkeys(line for each in places for line in waiting_in_words(each, give_up)):
+            click.echo(f"feasibee: {line}", err=True)
+
+
 def _parse_change(change: str) -> tuple[str, Any]:
     """Parse FIELD=VALUE; the value is TOML, or else plain text."""
     path, equals, text = change.partition("=")

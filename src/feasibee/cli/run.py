@@ -21,6 +21,7 @@ from feasibee.cli.options import (
     path_type,
     print_json,
     progress,
+    warn_of_waiting,
 )
 from feasibee.files import FIGURES, RESULTS
 from feasibee.scenario.runs import Runs
@@ -65,6 +66,7 @@ def run(
 
     wanted = Runs(runs, seed, run)
     scenario = given.read({"run.steps": steps})
+    warn_of_waiting(scenario)
     curves = "figure" in outputs or ("runs" in outputs and outputs["runs"].suffix.lower() == ".nc")
     bag = None
     if "bag" in outputs:

@@ -20,6 +20,7 @@ from feasibee.cli.options import (
     option,
     path_type,
     progress,
+    warn_of_waiting,
 )
 from feasibee.errors import FeasibeeError
 
@@ -143,10 +144,11 @@ def animate(
 
     if field is not None:
         _check_unused("--field", "the log has scenario, seed and run", FIELDS)
-    if heat is not None:
-        _heat(given.read(), heat, (seed, run), _steps(frames), None if _is_default("every") else every, out)
-        return
     scenario = given.read()
+    warn_of_waiting(scenario)
+    if heat is not None:
+        _heat(scenario, heat, (seed, run), _steps(frames), None if _is_default("every") else every, out)
+        return
     look: dict[str, Any] = {"every": every, "fps": fps, "size": size, "dark": dark}
     with progress("Drawing") as advance:
         look |= {"steps": _steps(frames), "progress": advance}
