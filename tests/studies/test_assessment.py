@@ -22,9 +22,9 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies import flooding
 from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare, percent, wait_for
-from feasibee.studies.needs import Asked, suitable
+from feasibee.studies.needs import Asked, suitable, waiting_in_words
 from feasibee.studies.pages import write_report
-from feasibee.studies.report import Trial, _waiting, bias_in_words, sections
+from feasibee.studies.report import Trial, bias_in_words, sections
 from feasibee.studies.size import Rule, band_of
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.tuning import (
@@ -95,7 +95,7 @@ def test_quiet_times_beyond_tested_worlds_are_warned_of(changes, outside):
     """They are computed in `quiet-census`; a given one is its user's, and `map` has none."""
     own = {"decision.strategy": "quiet-census", "robots.know_count": True, "run.steps": 5}
     scenario = Scenario().replace({**own, **changes})
-    warnings = _waiting(scenario)
+    warnings = waiting_in_words(scenario)
     assert len(warnings) == (outside is not None)
     assert outside is None or f"({outside})" in warnings[0]
 
