@@ -9,7 +9,8 @@ from typing import Final
 from feasibee.model.codes import exact
 from feasibee.scenario.feasibility import explain_kinds, kinds_of
 from feasibee.scenario.fields import Robots, Tasks
-from feasibee.scenario.rules import Conflict, Rule, default_unless, never
+from feasibee.scenario.placing import PLACES
+from feasibee.scenario.rules import Conflict, Rule, after, default_unless, never
 from feasibee.scenario.sections import Sections
 
 NEWS_LIMIT: Final = 4 * 2**30
@@ -177,6 +178,6 @@ ACTING: Final[tuple[Rule, ...]] = (
         "ends a run once all tasks are taken, but more appear",
         "leave it out, or leave out tasks.arrival_rate and events with tasks",
     ),
-    _memory,
+    after(PLACES, _memory),
 )
 """The rules about the section ``acting``."""

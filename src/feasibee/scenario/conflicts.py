@@ -16,7 +16,17 @@ from feasibee.scenario.acting import ACTING
 from feasibee.scenario.fields import Event
 from feasibee.scenario.paths import value_at
 from feasibee.scenario.placing import PLACES
-from feasibee.scenario.rules import AS_GIVEN, BOTH, Conflict, Rule, both, default_unless, never
+from feasibee.scenario.rules import (
+    AS_GIVEN,
+    BOTH,
+    Conflict,
+    Rule,
+    after,
+    both,
+    broken,
+    default_unless,
+    never,
+)
 from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
 from feasibee.scenario.standing import standing
@@ -408,12 +418,17 @@ def _knowledge_memory(scenario: Sections) -> Iterator[Conflict]:
     strategy = scenario.manifest
     if not isinstance(strategy, Strategy) or not strategy.knowledge or strategy.source:
         return
+    if strategy.reads_plan and broken((*SITED, STANDING), scenario):
+        return  # the setting has what robots know of the plan, which follows from passable cells
     setting = scenario.setting
     problem = excess(setting, *strategy.row_lengths(setting))
     if problem:
         yield Conflict("decision.strategy", problem, "choose sketch or average, or fewer robots")
 
 
+SITED: Final[tuple[Rule, ...]] = (*PLACES, *both(_counts), _speed)
+"""The rules that a scenario must keep before its passable cells can be computed."""
+STANDING: Final = after(SITED, standing)
 _FOR_GOOD: Final = "is for good, but the world of this scenario changes"
 RULES: Final[tuple[Rule, ...]] = (
     *both(_counts),
@@ -574,7 +589,7 @@ RULES: Final[tuple[Rule, ...]] = (
     *both(_spread),
     *PLACES,
     *ACTING,
-    standing,
+    STANDING,
     _unique_memory,
     _delay_memory,
     _knowledge_memory,

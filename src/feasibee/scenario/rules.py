@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from typing import Final, NamedTuple
 
@@ -43,6 +43,21 @@ def default_unless(path: str, enabled: Callable[[Sections], bool], rule: str, re
     name, key = path.split(".")
     default = SECTIONS[name].model_fields[key].default
     return never(path, lambda s: not enabled(s) and getattr(getattr(s, name), key) != default, rule, remedy)
+
+
+def broken(rules: Iterable[Rule], scenario: Sections) -> bool:
+    """Return whether a scenario breaks one of some rules."""
+    return any(True for rule in rules for _ in rule(scenario))
+
+
+def after(first: Iterable[Rule], rule: Rule) -> Rule:
+    """Return a rule that is skipped if a first rule is broken: it computes with what they ensure."""
+
+    def find(scenario: Sections) -> Iterator[Conflict]:
+        if not broken(first, scenario):
+            yield from rule(scenario)
+
+    return find
 
 
 def both(*rules: Callable[..., Iterator[Conflict]]) -> Iterator[Rule]:

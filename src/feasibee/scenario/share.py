@@ -27,7 +27,8 @@ def share_in_sight(ground: Ground, reach: float, speed: float, mean_run: float) 
     By robots that walk by themselves; lines are looked at every half cell. Rounded to three digits: so it is
     the same everywhere, though cosines may differ in their last bit.
     """
-    far, random = reach / float(ground.plan.cell), np.random.default_rng(SEED)
+    far = min(reach / float(ground.plan.cell), math.hypot(*ground.pieces.shape))  # no cell is farther away
+    random = np.random.default_rng(SEED)
     cells = np.frombuffer(ground.sketch, np.uint8).reshape(ground.pieces.shape)
     around = np.arange(-math.floor(far), math.floor(far) + 1)
     ways = np.argwhere(around[:, None] ** 2 + around**2 <= far**2) + around[0]

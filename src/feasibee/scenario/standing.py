@@ -7,17 +7,18 @@ from collections.abc import Iterator
 import numpy as np
 
 from feasibee.scenario.ground import Ground, cells_at, ground_of, nearest
-from feasibee.scenario.placing import PLACES
 from feasibee.scenario.rules import Conflict
 from feasibee.scenario.sections import Sections
 
 
 def standing(scenario: Sections) -> Iterator[Conflict]:
-    """Find what keeps robots or tasks from standing anywhere, one thing after the other."""
-    if not scenario.place.exists or any(found for rule in PLACES for found in rule(scenario)):
-        return  # without cells as the rules have them, there is nothing to look at
+    """Find what keeps robots or tasks from standing anywhere, one thing after the other.
+
+    The place, its robots' number and speed must be valid: passable cells are computed from them.
+    """
     ground = ground_of(scenario)
-    assert ground is not None
+    if ground is None:
+        return
     if not ground.passable.any():
         rule = f"leave no cell in which a robot of diameter {scenario.robots.diameter:g} could be"
         yield Conflict("place.walls", rule, "use smaller robots, or fewer walls", _count(ground))
