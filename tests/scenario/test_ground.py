@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError
+from feasibee.live.lane import opening
 from feasibee.reference.place import ground_of as reference_ground
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.ground import ground_of, nearest, shares
+from feasibee.studies import report
+from tests.commands import json_of, output_of
 from tests.places import bitmap, random_cells, rectangle, rooms
 
 
@@ -106,6 +111,58 @@ def test_unreachable_task():
     )
     verdict = explain(scenario)
     assert (verdict.feasible, verdict.piece) == (False, 0)
+
+
+def test_a_certificate_has_each_piece_and_where_it_is():
+    """A wall of 0.2 in the middle: robots of diameter 1 keep 0.6 from it and from the edges."""
+    two = {"arena": {"boundary": "walls"}, "place": {"walls": rooms(0)}}
+    verdict = explain(Scenario(**two, robots={"count": 11}, tasks={"count": 9}))
+    one, other = verdict.pieces
+    assert (one.x, one.y, other.x) == ((0.6, 9.3), (0.6, 19.4), (10.7, 19.4))
+    assert [sum(each.assignment.values()) for each in (one, other)] == [5, 4]
+    assert sum(verdict.assignment.values()) == 9
+    said = verdict.to_dict()
+    assert [(row["piece"], row["count"]) for row in said["assignment"]] == [(1, 5), (2, 4)]
+    assert [(each["piece"], each["x"]) for each in said["pieces"]] == [(1, one.x), (2, other.x)]
+    whole = explain(Scenario(**two | {"place": {"walls": rooms(4)}}))
+    assert (whole.pieces, whole.to_dict().keys()) == ((), {"feasible", "assignment"})
+
+
+SPLIT = """arena.boundary = "walls"
+robots.count = 20
+place.walls = [[[9.9, 0.0], [10.1, 0.0], [10.1, 20.0], [9.9, 20.0]]]
+"""
+BEYOND = """[tasks]
+placement = "points"
+points = [[15.0, 1.0], [15.0, 2.0], [15.0, 3.0], [15.0, 4.0], [15.0, 5.0], [15.0, 6.0],
+  [15.0, 7.0], [15.0, 8.0], [15.0, 9.0], [15.0, 10.0], [15.0, 11.0], [15.0, 12.0]]
+"""
+
+
+def test_the_commands_name_the_piece_that_lacks_robots(tmp_path):
+    file = tmp_path / "split.toml"
+    file.write_text(SPLIT + BEYOND)
+    where = "in piece 2 (x 10.7 to 19.4, y 0.6 to 19.4)"
+    said = f"Infeasible {where}: tasks, each for any one robot: 12; robots: 10 of 20.\n"
+    assert output_of("truth", file) == said
+    found = json_of("truth", file)
+    assert (found["piece"], found["violator"]["demand"], len(found["pieces"])) == (2, 12, 1)
+    scenario = Scenario.read(file)
+    opened = opening(scenario, 0, 0, [], 0)["proof"]
+    assert opened == f"{where}: 10 of 20 robots, 12 of 12 tasks"
+    file.write_text(SPLIT)
+    table = [line for line in output_of("truth", file).splitlines() if "│" in line]
+    assert [line.split("│")[1].strip()[:4] for line in table] == ["1 (x", "2 (x"]
+
+
+def test_a_report_names_the_piece_that_lacks_robots():
+    scenario = Scenario.from_toml(SPLIT + BEYOND)
+    assessment = SimpleNamespace(
+        scenario=scenario, truth=explain(scenario), outcome=SimpleNamespace(tracking=None)
+    )
+    where = "in piece 2 (x 10.7 to 19.4, y 0.6 to 19.4)"
+    said = f"The tasks are infeasible: {where}, they need 12 robots, and there are 10 of 20."
+    assert report._truth(assessment) == said
 
 
 HALL = {"arena": {"boundary": "walls", "side": 10.0}}

@@ -163,16 +163,21 @@ def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
         asking, able = f"places that ask for {named}", f"robots that can {named}"
         if not scenario.tasks.classes:
             asking, able = "tasks, each for any one robot", "robots"
-        click.echo(f"Infeasible: {asking}: {demand}; {able}: {robots}.")
+        where, of = (f" {verdict.where}", f" of {scenario.robots.count}") if verdict.where else ("", "")
+        click.echo(f"Infeasible{where}: {asking}: {demand}; {able}: {robots}{of}.")
         return
     free = scenario.robots.count - sum(verdict.assignment.values())
     left = "" if scenario.dynamic else f"; robots left over: {free}"
     click.echo(f"Feasible: each task can have its own robots{left}.")
-    table = Table("robots", "tasks", "skill")
+    rows = verdict.rows
+    table = Table(*(key for key in (rows[0] if rows else ()) if key != "count"))
     table.add_column("count", justify="right")
-    for names, count in verdict.assignment.items():
-        table.add_row(*names, str(count))
-    if verdict.assignment:
+    pieces = {each.number: each for each in verdict.pieces}
+    for row in rows:
+        if pieces:
+            row["piece"] = pieces[row["piece"]]
+        table.add_row(*map(str, row.values()))
+    if rows:
         console(highlight=True).print(table)
 
 

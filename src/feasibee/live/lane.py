@@ -10,7 +10,7 @@ from feasibee.live.messages import encode_frame
 from feasibee.live.reasons import reasons_of
 from feasibee.live.scene import scene_of
 from feasibee.live.timeline import History, Outlook, Timeline
-from feasibee.scenario.feasibility import explain
+from feasibee.scenario.feasibility import Verdict, explain
 from feasibee.scenario.fields import dimension_of, fields
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import in_brackets
@@ -91,7 +91,7 @@ def opening(scenario: Scenario, seed: int, run: int, kinds: list[int], last: int
         "cell": scenario.place.map.cell if scenario.place.map else scenario.place.cell,
         "fixed": why_fixed(scenario),
         "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
-        "proof": _proof(explain(scenario).violator, scenario),
+        "proof": _proof(explain(scenario), scenario),
         **scene_of(scenario),
         "robotClasses": [each.name for each in scenario.robots.classes],
         "kinds": kinds if scenario.robots.classes else [],
@@ -124,11 +124,14 @@ def why_fixed(scenario: Scenario) -> str:
     return ""
 
 
-def _proof(violator: Any, scenario: Scenario) -> str:
+def _proof(verdict: Verdict, scenario: Scenario) -> str:
     """Return in a few words why the tasks are feasible or infeasible."""
     robots, tasks = scenario.robots.count, scenario.tasks.count
+    violator, where = verdict.violator, f"{verdict.where}: " if verdict.where else ""
     if not (scenario.robots.classes or scenario.tasks.classes):
+        if violator is not None and where:
+            return f"{where}{violator.robots:,} of {robots:,} robots, {violator.demand:,} of {tasks:,} tasks"
         return f"{robots:,} robots, {tasks:,} tasks"
     if violator is None:
         return "robots for all tasks"
-    return f"{', '.join(violator.skills)}: {violator.demand} places, {violator.robots} robots"
+    return f"{where}{', '.join(violator.skills)}: {violator.demand} places, {violator.robots} robots"

@@ -38,6 +38,22 @@ class Violator(NamedTuple):
     """Number of robots with at least one skill of the set."""
 
 
+class Piece(NamedTuple):
+    """A piece of a place in a verdict: where it is, and which robots do its tasks (model.md 6.20.6)."""
+
+    number: int
+    """From 1 on."""
+    x: tuple[float, float]
+    """Left and right end of its passable cells, in units."""
+    y: tuple[float, float]
+    """Lower and upper end of its passable cells, in units."""
+    assignment: Mapping[tuple[str, str, str], int]
+    """As that of the `Verdict`, in this piece only."""
+
+    def __str__(self) -> str:
+        return f"{self.number} (x {self.x[0]:g} to {self.x[1]:g}, y {self.y[0]:g} to {self.y[1]:g})"
+
+
 class Verdict(NamedTuple):
     """The ground truth of a scenario, and its proof."""
 
@@ -47,22 +63,39 @@ class Verdict(NamedTuple):
     """The set of skills whose demand exceeds its robots most; None if the tasks are feasible."""
     piece: int | None = None
     """The piece of a place that lacks robots; 0 for tasks that no robot reaches (model.md 6.20.10)."""
+    pieces: tuple[Piece, ...] = ()
+    """If robots and tasks are in several pieces of a place: all with tasks, or the one that lacks robots."""
 
     @property
     def feasible(self) -> bool:
         """Whether all tasks can be done at once, each place by a different robot."""
         return self.violator is None
 
+    @property
+    def where(self) -> str:
+        """Which piece of a place lacks robots, in words; empty if the whole swarm is in one."""
+        if self.piece is None:
+            return ""
+        return f"in piece {self.pieces[0]}" if self.piece else "where no robot gets"
+
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """The assignment, one dict for each class of robots, class of tasks, skill and, if any, piece."""
+        parts = [({"piece": each.number}, each.assignment) for each in self.pieces]
+        return [
+            {**piece, "robots": robots, "tasks": tasks, "skill": skill, "count": count}
+            for piece, assignment in parts or [({}, self.assignment)]
+            for (robots, tasks, skill), count in assignment.items()
+        ]
+
     def to_dict(self) -> dict[str, Any]:
         """Return the verdict and its proof as nested dicts."""
+        boxes = [{"piece": each.number, "x": each.x, "y": each.y} for each in self.pieces]
+        where = {"pieces": boxes} if boxes else {}
         if self.violator is not None:
-            where = {} if self.piece is None else {"piece": self.piece}
-            return {"feasible": False, "violator": self.violator._asdict(), **where}
-        rows = [
-            {"robots": robots, "tasks": tasks, "skill": skill, "count": count}
-            for (robots, tasks, skill), count in self.assignment.items()
-        ]
-        return {"feasible": True, "assignment": rows}
+            piece = {} if self.piece is None else {"piece": self.piece}
+            return {"feasible": False, "violator": self.violator._asdict(), **piece, **where}
+        return {"feasible": True, "assignment": self.rows, **where}
 
 
 def truth(scenario: Sections) -> bool:
@@ -148,15 +181,26 @@ def who_counts(scenario: Sections) -> str:
 def _verdict_by_piece(scenario: Sections, ground: Ground) -> Verdict:
     """Return the verdict about the first piece whose tasks are infeasible, or that all are feasible."""
     total: Counter[tuple[str, str, str]] = Counter()
+    pieces = list[Piece]()
     kinds = [kinds_of(section) for section in (scenario.robots, scenario.tasks)]
     for piece in range(int(ground.pieces.max()) + 1):
         there = [np.flatnonzero(each.piece == piece) for each in (ground.robots, ground.tasks)]
         robots, tasks = ([own[i] for i in some] for own, some in zip(kinds, there, strict=True))
         found = explain_kinds(scenario, robots, tasks)
         if not found.feasible:
-            return found._replace(piece=piece)
-        total.update(found.assignment)
-    return Verdict(total, None)
+            return found._replace(piece=piece, pieces=(_piece(ground, piece, {}),) if piece else ())
+        if found.assignment:
+            pieces.append(_piece(ground, piece, found.assignment))
+            total.update(found.assignment)
+    return Verdict(total, None, pieces=tuple(pieces))
+
+
+def _piece(ground: Ground, number: int, assignment: Mapping[tuple[str, str, str], int]) -> Piece:
+    """Return a piece of a place, with the box around its cells."""
+    cell, inside = ground.plan.cell, ground.pieces == number
+    columns, rows = (np.flatnonzero(inside.any(axis=axis)) for axis in (0, 1))
+    x, y = ((float(cell * int(each[0])), float(cell * int(each[-1] + 1))) for each in (columns, rows))
+    return Piece(number, x, y, assignment)
 
 
 def kinds_of(section: Robots | Tasks) -> list[int]:

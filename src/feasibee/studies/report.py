@@ -426,7 +426,8 @@ def _truth(assessment: Assessment) -> str:
         return f"The tasks are feasible: each task can have its own robots, and {left} left over."
     skills, demand, able = truth.violator
     named = f" that can {' or '.join(skills)}" if assessment.scenario.tasks.classes else ""
-    return f"The tasks are infeasible: they need {demand} robots{named}, and there are {able}."
+    where, of = (f"{truth.where}, ", f" of {robots}") if truth.where else ("", "")
+    return f"The tasks are infeasible: {where}they need {demand} robots{named}, and there are {able}{of}."
 
 
 def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
