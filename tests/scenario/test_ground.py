@@ -179,6 +179,11 @@ CORNER = [rectangle(0, 0, 2, 2)]
             "no cell",
         ),
         (
+            {"robots": {"diameter": 9.9}, "place": {"zones": {"dock": rectangle(0, 0, 4, 4)}}},
+            "robots.diameter",
+            "no cell",
+        ),
+        (
             {"place": {"zones": {"dock": rectangle(0, 0, 0.5, 0.5)}}, "robots": {"zone": "dock"}},
             "robots.zone",
             "has no cell",

@@ -284,7 +284,11 @@ YAML_ERRORS = {
     "yaw": ("[-1.0, 2.0, 0.0]", "[-1.0, 2.0, 0.1]", "origin has yaw 0.1, which must be 0; turn the image"),
     "an origin of one": ("[-1.0, 2.0, 0.0]", "[1.0]", "origin ['1.0'] must be three numbers"),
     "an origin of words": ("[-1.0, 2.0, 0.0]", "[left, low, 0]", "must be three numbers"),
-    "no resolution": ("resolution", "resolutions", "resolution is missing"),
+    "no resolution": (
+        "resolution",
+        "resolutions",
+        "resolution is missing in this file; write resolution: 0.05",
+    ),
     "a resolution of 0": ("0.5\n", "0\n", "resolution '0' must be a number from 1e-06 to 1000000"),
     "a resolution that is none": ("0.5\n", "nan\n", "resolution 'nan' must be a number"),
     "a resolution of parts": ("0.5\n", "[1]\n", "resolution ['1'] must be a number"),
@@ -292,7 +296,8 @@ YAML_ERRORS = {
     "a threshold above 1": ("0.65", "65", "occupied_thresh '65' must be a number from 0 to 1"),
     "raw": ("negate: 0", "mode: raw", "mode 'raw' must be trinary or scale"),
     "negate": ("negate: 0", "negate: perhaps", "negate 'perhaps' must be 0 or 1"),
-    "no image": ("image", "images", "image None must be a file's name"),
+    "no image": ("image", "images", "image is missing in this file; write image: hall.pgm"),
+    "an empty image": ("hall.pgm", "''", "image '' must be a file's name"),
     "another image": ("hall.pgm", "door.pgm", "image 'door.pgm' can't be read: No such file"),
     "a folder for an image": ("hall.pgm", ".", "image '.' can't be read: it is a directory"),
     "no picture": ("hall.pgm", "hall.yaml", "image 'hall.yaml' must be a PNG or PGM image"),
@@ -314,6 +319,26 @@ def test_a_wrong_yaml_file_is_told(folder, what):
         assert text.startswith(f"place.{key} = 'hall.yaml': "), text
         assert rule in text
     assert not Path("ran").exists()
+
+
+@pytest.mark.parametrize(
+    ("place", "path"),
+    [
+        ({"map": "hall.yaml"}, "place.map"),
+        ({"map": "hall.yaml", "keepout": "hall.yaml"}, "place.map"),
+        ({"keepout": "hall.yaml", "cell": 0.5}, "place.keepout"),
+    ],
+)
+def test_a_map_with_the_wrong_negate_is_told_of_negate(folder, place, path):
+    """The free cells of a hall become walls, or no-go; the walls around them are too thin for robots."""
+    grey = np.full((20, 20), 254, np.uint8)
+    grey[[0, -1]] = grey[:, [0, -1]] = 0
+    save(grey, "hall.pgm")
+    Path("hall.yaml").write_text(HALL.replace("negate: 0", "negate: 1").replace("-1.0, 2.0", "0, 0"))
+    text = told(place=place, arena={"side": 10.0, "boundary": "walls"})
+    assert text.startswith(f"{path} = '324 closed cells of 400': leaves no cell"), text
+    assert "write negate: 0 if the image has dark walls" in text
+    assert "place.walls" not in text
 
 
 IMAGES = {

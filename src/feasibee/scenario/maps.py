@@ -270,7 +270,7 @@ def _yaml(text: str) -> Table:
 
 def _number(table: Table, key: str, default: object, least: Fraction | int, most: int) -> Fraction:
     if default is None and key not in table:
-        raise _WrongError(f"{key} is missing", NAME_ONE)
+        raise _WrongError(f"{key} is missing in this file", f"write {key}: 0.05, in metres per pixel")
     number = _exact(table.get(key, default))
     if number is None or not least <= number <= most:
         rule = f"{key} {quoted(table.get(key))} must be a number from {float(least):g} to {most}"
@@ -305,6 +305,8 @@ def _origin(value: object) -> tuple[Fraction, Fraction]:
 
 
 def _image(name: str, image: object) -> tuple[Any, Cells]:
+    if image is None:
+        raise _WrongError("image is missing in this file", "write image: hall.pgm, the name of its image")
     if not isinstance(image, str) or not image:
         raise _WrongError(f"image {quoted(image)} must be a file's name", "write image: hall.pgm")
     try:

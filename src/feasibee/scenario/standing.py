@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Final
 
 import numpy as np
 
+from feasibee.scenario.bitmaps import cells_of
 from feasibee.scenario.ground import Ground, cells_at, ground_of, nearest
 from feasibee.scenario.rules import Conflict
 from feasibee.scenario.sections import Sections
+
+_NEGATE: Final = "in a .yaml file, write negate: 0 if the image has dark walls, negate: 1 if white ones"
 
 
 def standing(scenario: Sections) -> Iterator[Conflict]:
@@ -20,15 +24,29 @@ def standing(scenario: Sections) -> Iterator[Conflict]:
     if ground is None:
         return
     if not ground.passable.any():
-        rule = f"leave no cell in which a robot of diameter {scenario.robots.diameter:g} could be"
-        yield Conflict("place.walls", rule, "use smaller robots, or fewer walls", _count(ground))
+        yield _full(scenario, ground)
         return
     found = [*_robots(scenario, ground)] or [*_tasks(scenario, ground)] or [*_changing(scenario, ground)]
     yield from found
 
 
-def _count(ground: Ground) -> str:
-    return f"{int(ground.plan.walls.sum())} wall cells"
+def _full(scenario: Sections, ground: Ground) -> Conflict:
+    """Return the problem of a place without a passable cell: that of the field that closes most cells."""
+    place, plan = scenario.place, ground.plan
+    mapped = int(cells_of(place.map.image).sum()) if place.map else 0
+    closed = {
+        "place.walls": int(plan.walls.sum()) - mapped,
+        "place.map": mapped,
+        "place.keepout": int(plan.keepout.sum()),
+    }
+    path = max(closed, key=closed.__getitem__)
+    rule = f"leaves no cell in which a robot of diameter {scenario.robots.diameter:g} could be"
+    if not closed[path]:
+        return Conflict("robots.diameter", rule, "use smaller robots, or enlarge arena.side")
+    value = f"{closed[path]:,} closed cells of {plan.walls.size:,}"
+    if path == "place.walls":
+        return Conflict(path, rule, "use smaller robots, or fewer walls", value)
+    return Conflict(path, rule, f"use smaller robots; {_NEGATE}", value)
 
 
 def _robots(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
