@@ -5,6 +5,8 @@ from __future__ import annotations
 import gc
 import json
 import os
+import random
+import signal
 import subprocess
 import sys
 from dataclasses import replace
@@ -14,6 +16,7 @@ import h5netcdf
 import numpy as np
 import pytest
 import xarray as xr
+from commands import invoke
 from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate
@@ -288,6 +291,75 @@ except feasibee.FeasibeeError as error:
     )
     assert told.stdout.startswith("a.nc: can't be read as NetCDF: ")
     assert told.stderr == ""
+
+
+def looping(data):
+    """Return a file in which HDF5 loops forever: the next object of its heap is the same one again."""
+    heap = data.index(b"GCOL")
+    size = heap + 24  # of its first object, whose header has 16 bytes
+    return data[:size] + (2**64 - 16).to_bytes(8, "little") + data[size + 8 :]
+
+
+def reproducing(folder, limit_s):
+    """Start `feasibee reproduce` with a file in which HDF5 loops; return when its reading begins."""
+    save_results(to_dataset(RECORD, SCENARIO, 7), folder / "a.nc")
+    (folder / "a.nc").write_bytes(looping((folder / "a.nc").read_bytes()))
+    script = f"""
+from feasibee.cli import main
+from feasibee.results import reading
+
+def parts(stream, parts=reading._parts):
+    print("ready", flush=True)
+    return parts(stream)
+
+reading._parts = parts
+reading.LIMIT_S = {limit_s}
+main(prog_name="feasibee")
+"""
+    words = [sys.executable, "-c", script, "reproduce", "a.nc"]
+    process = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def test_a_file_in_which_hdf5_loops_is_told_within_a_limit(tmp_path):
+    process = reproducing(tmp_path, 0.1)
+    told = process.communicate(timeout=100)[1]
+    assert process.returncode == 2
+    assert told.startswith(
+        "feasibee: a.nc: can't be read as NetCDF: HDF5 crashed, or was stopped after 0.1 s"
+    )
+    assert told.count("\n") == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no signals to send")
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_ends_a_command_while_hdf5_loops(tmp_path, number):
+    process = reproducing(tmp_path, 900)
+    process.send_signal(number)
+    told = process.communicate(timeout=100)[1]
+    assert process.returncode == 128 + number
+    assert told.count("\n") == 1
+
+
+def damaged(data, case):
+    """Return a file damaged in a fixed way, mostly where its structure is."""
+    draw = random.Random(case)
+    place, size = draw.randrange(min(8000, len(data))), draw.choice((1, 8, 64, 512))
+    before, after = data[:place], data[place + size :]
+    flipped = bytes(each ^ 1 << draw.randrange(8) for each in data[place : place + size])
+    return (before + flipped + after, before + bytes(size) + after, before, before + data[size:])[case % 4]
+
+
+@pytest.mark.slow
+def test_damaged_files_are_read_or_told_in_a_line(tmp_path):
+    save_results(simulate(SCENARIO, runs=20, seed=1, curves=True), tmp_path / "a.nc")
+    data = (tmp_path / "a.nc").read_bytes()
+    for case in range(40):
+        (tmp_path / "b.nc").write_bytes(damaged(data, case))
+        result = invoke("reproduce", tmp_path / "b.nc")
+        assert result.exit_code in (0, 1, 2), (case, result.output, result.exception)
+        assert result.exit_code != 2 or len(result.stderr.splitlines()) == 1, (case, result.stderr)
 
 
 def test_no_flipped_bit_of_saved_results_changes_a_number(tmp_path):

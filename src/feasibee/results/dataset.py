@@ -20,12 +20,11 @@ from feasibee.model.codes import MODEL_VERSION
 from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
 from feasibee.model.record import Record
 from feasibee.results.measures import measures_of_runs
+from feasibee.results.reading import reading
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 
 LIBRARIES = ("numpy", "numba", "llvmlite", "xarray", "matplotlib")
-MOST_GIB = 20
-"""Largest size of results that are opened, in GiB: two curves of the largest size, and the rest."""
 DIGEST = "digest"
 """Name of the attribute with the digest of a saved file."""
 SAVED = "name a file that feasibee saved"
@@ -165,25 +164,22 @@ def open_results(path: str | Path) -> xr.Dataset:
     if not os.path.isfile(Path(path)):  # noqa: PTH113 - Path.is_file raises for a long name
         why = "it isn't a plain file" if os.path.lexists(path) else "there is no such file"
         raise FeasibeeError(f"{path}: can't be read as NetCDF: {why}; {SAVED}")
-    import h5py
-
     try:
-        h5py.File(path, "r").close()  # h5netcdf leaves a traceback behind where this fails
-        with xr.open_dataset(path, engine="h5netcdf", phony_dims="sort") as opened:
-            recipe_of(opened)
-            if (size := opened.nbytes / 2**30) > MOST_GIB:  # a small file can declare a huge array
-                raise FeasibeeError(f"it has {size:.0f} GiB, above the limit of {MOST_GIB} GiB; {SAVED}")
-            dataset = opened.load()
-        if dataset.attrs.pop(DIGEST, None) != _digest(dataset):
-            raise FeasibeeError(f"differs from what save_results wrote; {SAVED}")
-        return dataset
-    except ImportError:
-        raise
+        with reading(path) as parts:
+            recipe_of(xr.Dataset(attrs=(attributes := next(parts))))
+            variables = dict(parts)
     except FeasibeeError as error:
         raise FeasibeeError(f"{path}: {error}") from None
-    except Exception as error:  # the HDF5 library raises many kinds of errors for a damaged file
-        why = str(error).partition("\n")[0]
-        raise FeasibeeError(f"{path}: can't be read as NetCDF: {why}; {SAVED}") from None
+    except (OSError, ValueError) as error:
+        raise FeasibeeError(f"{path}: can't be read as NetCDF: {error}; {SAVED}") from None
+    try:
+        dataset = xr.decode_cf(xr.Dataset(variables, attrs=attributes)).load()
+        is_saved = dataset.attrs.pop(DIGEST, None) == _digest(dataset)
+    except Exception:  # xarray raises many kinds of errors for names, dimensions and attributes of others
+        is_saved = False
+    if not is_saved:
+        raise FeasibeeError(f"{path}: differs from what save_results wrote; {SAVED}")
+    return dataset
 
 
 def _digest(dataset: xr.Dataset) -> str:
