@@ -229,7 +229,7 @@ def test_what_is_wrong_with_a_registered_strategy_is_told(package, target, text,
 
 
 def test_a_registered_strategy_that_fails_is_told_when_it_runs(package):
-    package(["fable = fable_two"], fable_two="1 / 0\n" + MINE)
+    package(["fable = fable_two"], fable_two="X = 1 / 0\n" + MINE)
     assert told_when_run("fable") == "fable, line 1: ZeroDivisionError: division by zero"
 
 

@@ -81,6 +81,42 @@ WRITTEN = {
         ("", "PARAMETERS = {'weight': 'x'}", "must be a dict of names and numbers"),
         ("", "PARAMETERS = {'weight': float('nan')}", "must be a dict of names and numbers"),
         ("", "PARAMETERS = {3: 1.0}", "must be a dict of names and numbers"),
+        ("", "PARAMETERS = {'\x1b[31m': 1.0}", r"PARAMETERS = {'\x1b[31m': 1.0} must be a dict of names"),
+        *(
+            ("", each, f"line 22: {shown} at the top level; write only imports, constants and functions")
+            for each, shown in (
+                ("print('\x1b[31m')", r"print('\x1b[31m')"),
+                ("1 / 0", "1 / 0"),
+                ("if math.pi > 3: MEMORY = 1", "if math.pi > 3:"),
+                ("PARAMETERS['more'] = 1.0", "PARAMETERS['more'] = 1.0"),
+                ("math.pi = 3", "math.pi = 3"),
+                ("for k in range(3): pass", "for k in range(3):"),
+            )
+        ),
+        *(
+            ("    lead = ", f"    {each}\n    lead = ", f"line 17: has {what}, which no strategy has; {then}")
+            for each, what, then in (
+                ("global N", "global", "keep numbers in mind.memory"),
+                ("raise GeneratorExit", "raise", "return a value"),
+                ("raise KeyboardInterrupt", "raise", "return a value"),
+                ("try: pass\n    finally: pass", "try", "test with if"),
+                ("with mind: pass", "with", "write assignments"),
+                ("class A: pass", "class", "write functions"),
+                ("async def f(): await g()", "async", "write def"),
+                ("import math", "import in a function", "import at the top level"),
+                ("say = lambda: yes", "lambda", "write def"),
+                ("yield 1", "yield", "write into the row"),
+                ("del mind", "del", "leave it out"),
+                ("print(1)", "print", "leave it out"),
+                ("p = [print][0]", "print", "leave it out"),
+                ("exit(1)", "exit", "leave it out"),
+            )
+        ),
+        ("    lead = ", "    raise BaseException('x')\n    lead = ", "line 17: has raise"),
+        ("", "raise BaseException('x')", "line 22: has raise, which no strategy has"),
+        ("", f"X = {'-' * 50_000}1", "nests too deep for Python; write long expressions in several"),
+        ("", f"X = {'-' * 500}1", "line 22: nests more than 150 levels deep; write long expressions"),
+        ("", f"X = 1{' + 1' * 500}", "line 22: nests more than 150 levels deep; write long expressions"),
     ],
     "set": [
         *(
@@ -115,14 +151,12 @@ WHOLE = "must be a whole number from 0 to 1099511627776"
 GAP = "present(known) - me.setting.robots"
 TRIED = {
     "mine": [
-        ("PARAMETERS = {", "1 / 0; PARAMETERS = {", "line 5: ZeroDivisionError: division by zero"),
-        ("PARAMETERS = {", "exit(7); PARAMETERS = {", "line 5: SystemExit: 7"),
+        ("PARAMETERS = {", "X = 1 / 0; PARAMETERS = {", "line 5: ZeroDivisionError: division by zero"),
         ("(tasks_seen -", "(task_seen -", "line 9: quality(0, 0) fails: NameError: name 'task_seen'"),
         ("inbox.feasible_votes -", "inbox.votes -", "line 17: decide(", "fails: AttributeError: "),
         ("mind.parameters[0]", "mind.parameters[1]", "line 18: decide(", "fails: IndexError"),
         ("mind.parameters[0]", "mind.memory[0]", "line 18: decide(", "fails: IndexError"),
         ("math.exp(0.1", "math.log(-5 + 0 * 0.1", "line 9: quality(0, 0) fails: ValueError"),
-        ("math.exp(0.1", "exit(0.1", "line 9: quality(0, 0) fails: SystemExit: 0.0"),
         ("1.0 / (1.0 + ", "1.0 / (robots_seen + 0 * ", "line 9: quality(0, 0) fails: ZeroDivision"),
         ("    lead = ", "    return 2\n    lead = ", "line 16: ", "returns 2; must be 1, 0, or -1 for none"),
         ("    lead = ", "    return None\n    lead = ", "line 16: ", "returns None; must be 1, 0, or -1 for"),
@@ -136,8 +170,7 @@ TRIED = {
         ("", "def lasting(mind, gain): return -1.0", "line 22: lasting(", "-1.0; must be a number of steps"),
         ("", "def value(mind): return 'x'", "line 22: value(", "returns 'x'; must be a number"),
         ("", "def say(mind): return 5", "line 22: say(", "returns 5; must be 1, 0, or -1 for none"),
-        ("", "PARAMETERS['more'] = 1.0", "PARAMETERS changes while the file runs; write its value out once"),
-        ("", "globals()['decide'] = 3", "decide isn't a plain function"),
+        ("", "X = PARAMETERS.pop('weight')", "PARAMETERS changes while the file runs; write its value out"),
     ],
     "set": [
         ("setting.robot_ids + setting.task_ids", "0", "line 11: words(Setting("),

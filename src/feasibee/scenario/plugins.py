@@ -20,7 +20,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, TypeGuard
 
-from feasibee.errors import FeasibeeError
+from feasibee.errors import FeasibeeError, one_line
 from feasibee.files import UnreadableError, read_text
 from feasibee.model.codes import is_whole
 from feasibee.strategies import STRATEGIES, module_of
@@ -39,6 +39,35 @@ GROUP: Final = "feasibee.strategies"
 ALLOWED: Final = ("math", "typing", "__future__", "feasibee.strategies.contract")
 TOGETHER: Final = (("message_words", "encode"), ("pack", "unpack"), ("unpack", "pack"))
 """Functions, and others that a file with them must have, too."""
+DEEPEST: Final = 150
+"""Largest depth of a file's syntax tree: Python's compiler recurses with it."""
+TOP_LEVEL: Final = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.Assign, ast.AnnAssign)
+"""Statements that a file may have at its top level, in addition to texts such as its docstring."""
+MISSING: Final[Mapping[type[ast.AST], tuple[str, str]]] = {
+    ast.Global: ("global", "keep numbers in mind.memory or me.memory"),
+    ast.Nonlocal: ("nonlocal", "keep numbers in mind.memory or me.memory"),
+    ast.Raise: ("raise", "return a value in each case"),
+    ast.Try: ("try", "test with if what could fail"),
+    ast.TryStar: ("try", "test with if what could fail"),
+    ast.With: ("with", "write assignments, if, for and while"),
+    ast.ClassDef: ("class", "write functions, each with def"),
+    ast.Lambda: ("lambda", "write def"),
+    ast.Yield: ("yield", "write into the row, or return one number"),
+    ast.YieldFrom: ("yield", "write into the row, or return one number"),
+    ast.Await: ("await", "write assignments, if, for and while"),
+    ast.AsyncFunctionDef: ("async", "write def"),
+    ast.AsyncFor: ("async", "write for"),
+    ast.AsyncWith: ("async", "write assignments, if, for and while"),
+    ast.Delete: ("del", "leave it out"),
+}
+"""What a strategy can't have, in Python's word, and what to write instead."""
+UNCALLED: Final = frozenset(
+    """
+    breakpoint compile delattr eval exec exit getattr globals help input locals open print quit setattr vars
+    __import__
+    """.split()  # noqa: SIM905  # as a list it would take seventeen lines
+)
+"""Functions of Python that reach beyond the numbers of a strategy."""
 FLAG: Final = ("True or False", lambda value: isinstance(value, bool))
 NEED: Final = ("True, False or the name of a parameter", lambda value: isinstance(value, bool | str))
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
@@ -120,7 +149,7 @@ def rule_of(manifest: Manifest) -> str:
         text = ast.get_docstring(ast.parse(manifest.source)) or ""
     else:
         text = module_of(manifest.name).__doc__ or ""
-    line = text.partition("\n")[0]
+    line = one_line(text.partition("\n")[0])
     name, _, rule = line.partition(": ")
     return line if "," in name or not rule else rule
 
@@ -186,11 +215,15 @@ def _parsed(name: str, source: str) -> Manifest:
     file = Path(name).name
     try:
         tree = ast.parse(source, file)
-    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+    except (SyntaxError, ValueError) as error:
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
         raise FeasibeeError(f"{file}{line}: {type(error).__name__}: {error.args[0]}") from None
+    except (RecursionError, MemoryError):
+        raise FeasibeeError(f"{file}: nests too deep for Python; {_SHALLOWER}") from None
+    _check_depth(tree, file)
     _check_imports(tree, file)
     bound = dict(bindings(tree))
+    _check_language(tree, bound, file)
     functions = frozenset(ARGUMENTS).intersection(bound)
     for function in ARGUMENTS:
         _check_function(function, bound.get(function), file)
@@ -212,6 +245,45 @@ def _check_needs(constants: Mapping[str, Any], file: str) -> None:
         if RULES[constant] is NEED and isinstance(need, str) and need not in parameters:
             known = ", ".join(parameters) or "none"
             raise FeasibeeError(f"{file}: {constant} = {need!r} must be {NEED[0]}; it has {known}")
+
+
+_SHALLOWER: Final = "write long expressions in several statements"
+
+
+def _check_depth(tree: ast.Module, file: str) -> None:
+    """Raise an error if statements or expressions nest deeper than `DEEPEST`."""
+    nodes: list[ast.AST] = [tree]
+    for _ in range(DEEPEST):
+        nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
+    for node in nodes:
+        if hasattr(node, "lineno"):
+            rule = f"nests more than {DEEPEST} levels deep; {_SHALLOWER}"
+            raise FeasibeeError(f"{file}, line {_line(node)}: {rule}")
+
+
+def _check_language(tree: ast.Module, bound: Mapping[str, ast.AST], file: str) -> None:
+    """Raise an error for a statement or a call that no strategy can have, by syntax only."""
+    for node in tree.body:
+        text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        if not (text or isinstance(node, (*TOP_LEVEL, *MISSING))) or _targets_more_than_names(node):
+            rule = "at the top level; write only imports, constants and functions there"
+            shown = one_line(ast.unparse(node).partition("\n")[0], 60)
+            raise FeasibeeError(f"{file}, line {node.lineno}: {shown} {rule}")
+    for each in ast.walk(tree):
+        what, remedy = MISSING.get(type(each), ("", ""))
+        if isinstance(each, ast.Import | ast.ImportFrom) and each not in tree.body:
+            what, remedy = "import in a function", "import at the top level"
+        if isinstance(each, ast.Name) and each.id in UNCALLED and each.id not in bound:
+            what, remedy = each.id, "leave it out"
+        if what:
+            raise FeasibeeError(f"{file}, line {_line(each)}: has {what}, which no strategy has; {remedy}")
+
+
+def _targets_more_than_names(node: ast.stmt) -> bool:
+    """Return whether a statement assigns to a part of something, which could change a constant."""
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", None)]
+    parts = (each for target in targets if target is not None for each in ast.walk(target))
+    return any(isinstance(each, ast.Subscript | ast.Attribute) for each in parts)
 
 
 def _check_imports(tree: ast.Module, file: str) -> None:
@@ -307,6 +379,7 @@ def _line(node: ast.AST) -> int:
 def _is_parameters(value: Any) -> bool:
     return isinstance(value, dict) and all(
         isinstance(key, str)
+        and key.isprintable()
         and isinstance(number, int | float)
         and not isinstance(number, bool)
         and abs(number) < math.inf

@@ -63,7 +63,7 @@ RULES: Final[Mapping[str, Rule]] = {
     **dict.fromkeys(("encode", "lie"), (f"{ROWS} message", lambda value: value is None)),
     "count": (f"{ROWS} counts", lambda value: value is None),
     "gap": _whole(-COUNT_LIMIT, COUNT_LIMIT),
-    "describe": ("must be a text", lambda value: isinstance(value, str)),
+    "describe": ("must be a text on one line", lambda value: isinstance(value, str) and value.isprintable()),
     "bits": _whole(0, BITS_LIMIT),
     "pack": ("must return nothing: it writes with writer", lambda value: value is None),
     **dict.fromkeys(
