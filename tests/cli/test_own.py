@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from commands import json_of, output_of, refused_in_a_line
+from commands import invoke, json_of, output_of, refused_in_a_line
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.field.brain import CompiledMind
@@ -234,6 +234,30 @@ def test_an_engine_that_differs_is_found(here, monkeypatch):
     found = check._agreement("mine.py", 0, check._same_in_engine)
     assert found.startswith("world 0 (")
     assert "feasible_count differs between engine and Python" in found
+
+
+OVERFLOWS = "def decide(mind, inbox):\n    return 1 if (inbox.feasible_votes + 3037000000) ** 2 > 0 else 0\n"
+
+
+def test_a_whole_number_that_leaves_64_bits_ends_a_check_with_status_1(here):
+    (here / "mine.py").write_text(OVERFLOWS.replace("votes", "votes * 1000"))
+    done = invoke("check", "mine.py", "--runs", 2)
+    assert done.exit_code == 1
+    assert re.fullmatch(r"feasibee: mine\.py, line 2: decide.* \d+ \*\* 2 leaves 64 bits\n", done.stderr)
+
+
+def differing(*_):
+    raise FeasibeeError("they differ")
+
+
+@NEEDS_CC
+@pytest.mark.slow
+def test_a_difference_between_engine_and_python_ends_a_check_with_status_1(here, monkeypatch):
+    (here / "mine.py").write_text(skeleton("mine.py", knowledge=False))
+    monkeypatch.setattr(check, "_same_in_engine", differing)
+    done = invoke("check", "mine.py", "--runs", 2)
+    assert done.exit_code == 1
+    assert "Engine    unlike Python: world 0 (" in done.stdout
 
 
 def test_what_only_the_engine_takes_is_checked_without_c(here):

@@ -113,6 +113,7 @@ WRITTEN = {
             )
         ),
         ("    lead = ", "    raise BaseException('x')\n    lead = ", "line 17: has raise"),
+        ("", "X = 9223372036854775808", "line 22: a number leaves 64 bits; write one below 2**63"),
         ("", "raise BaseException('x')", "line 22: has raise, which no strategy has"),
         ("", f"X = {'-' * 50_000}1", "nests too deep for Python; write long expressions in several"),
         ("", f"X = {'-' * 500}1", "line 22: nests more than 150 levels deep; write long expressions"),
@@ -152,6 +153,8 @@ GAP = "present(known) - me.setting.robots"
 TRIED = {
     "mine": [
         ("PARAMETERS = {", "X = 1 / 0; PARAMETERS = {", "line 5: ZeroDivisionError: division by zero"),
+        ("PARAMETERS = {", "X = 9**9**9; PARAMETERS = {", "line 5: OverflowError: 9 ** 387420489 leaves 64"),
+        ("(tasks_seen -", "(9**9**9 + tasks_seen -", "line 9: quality(0, 0) fails: OverflowError: 9 ** 387"),
         ("(tasks_seen -", "(task_seen -", "line 9: quality(0, 0) fails: NameError: name 'task_seen'"),
         ("inbox.feasible_votes -", "inbox.votes -", "line 17: decide(", "fails: AttributeError: "),
         ("mind.parameters[0]", "mind.parameters[1]", "line 18: decide(", "fails: IndexError"),
@@ -282,6 +285,14 @@ RUN = {
     "mine": [
         (*rarely("lead = mind.memory[5]"), f"line 18: {DECIDE}fails: IndexError: "),
         (*rarely("lead = 1 / (mind.opinion - mind.opinion)"), f"line 18: {DECIDE}fails: ZeroDivisionError: "),
+        (
+            *rarely("lead = abs(mind.opinion - 3037000600) * (mind.opinion - 3037000600)"),
+            rf"line 18: {DECIDE}fails: OverflowError: 30370\d+ \* -30370\d+ leaves 64 bits",
+        ),
+        (
+            *rarely("lead = mind.opinion - 3 << 63"),
+            rf"line 18: {DECIDE}OverflowError: -\d << 63 leaves 64 bits",
+        ),
         (*rarely("return 7"), f"line 16: {DECIDE}returns 7; must be 1, 0, or -1 for none"),
         (*rarely("return 0.5"), f"line 16: {DECIDE}returns 0.5; must be 1, 0, or -1 for none"),
         (

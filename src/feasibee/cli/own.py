@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -22,6 +23,7 @@ from feasibee.cli.options import (
     wrapped,
 )
 from feasibee.errors import FeasibeeError
+from feasibee.strategies.overflow import LEAVES
 
 if TYPE_CHECKING:
     from feasibee.results.statistics import Interval
@@ -47,7 +49,8 @@ def check(
 
     FILE is a strategy, .py. Its needs, messages and sizes are those in the paper's world of 20 robots and 20
     tasks. The compiled engine, the reference in Python and the translation to C are compared in random
-    worlds, in each step. It is compared with dmmd and census at six numbers of tasks.
+    worlds, in each step. It is compared with dmmd and census at six numbers of tasks. The exit status is 1 if
+    they differ, or if a whole number leaves 64 bits.
 
     \b
     Examples:
@@ -56,16 +59,24 @@ def check(
     """
     from feasibee.studies.check import check as check_strategy
 
-    if own_strategy(str(file)).source == "":
-        raise FeasibeeError(f"{file}: is built in; name a file of your own, such as mine.py")
-    with executing("Checking", None, Workforce(workers, False, None)) as execution:
-        found = check_strategy(str(file), runs, seed, execution)
+    try:
+        if own_strategy(str(file)).source == "":
+            raise FeasibeeError(f"{file}: is built in; name a file of your own, such as mine.py")
+        with executing("Checking", None, Workforce(workers, False, None)) as execution:
+            found = check_strategy(str(file), runs, seed, execution)
+    except FeasibeeError as error:
+        if LEAVES not in str(error):
+            raise
+        click.echo(f"feasibee: {error}", err=True)
+        sys.exit(1)
     if as_json:
         print_json(found.to_dict(seed))
-        return
-    for title, text in _rows(found):
-        click.echo(wrapped(f"{text}.", f"{title:10}", " " * 10))
-    _print_accuracy(found, runs)
+    else:
+        for title, text in _rows(found):
+            click.echo(wrapped(f"{text}.", f"{title:10}", " " * 10))
+        _print_accuracy(found, runs)
+    if not found.agrees:
+        sys.exit(1)
 
 
 def _rows(found: Check) -> Iterator[tuple[str, str]]:

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from typing import Any, Final
 
+from feasibee.engine import overflow  # noqa: F401  # lets numba compile checked operations
 from feasibee.engine.compile import careful, rebound
 from feasibee.model.codes import LONGEST
 

@@ -33,6 +33,7 @@ from feasibee.strategies.contract import (
     Manifest,
     Strategy,
 )
+from feasibee.strategies.overflow import LEAVES, MOST
 
 GROUP: Final = "feasibee.strategies"
 """Entry point group by which other packages register strategies."""
@@ -275,6 +276,8 @@ def _check_language(tree: ast.Module, bound: Mapping[str, ast.AST], file: str) -
             what, remedy = "import in a function", "import at the top level"
         if isinstance(each, ast.Name) and each.id in UNCALLED and each.id not in bound:
             what, remedy = each.id, "leave it out"
+        if isinstance(each, ast.Constant) and isinstance(each.value, int) and each.value >= MOST:
+            raise FeasibeeError(f"{file}, line {each.lineno}: a number {LEAVES}; write one below 2**63")
         if what:
             raise FeasibeeError(f"{file}, line {_line(each)}: has {what}, which no strategy has; {remedy}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
@@ -30,6 +31,7 @@ from feasibee.strategies.contract import (
     Strategy,
     Thing,
 )
+from feasibee.strategies.overflow import NAMES, checked
 from feasibee.strategies.words import Words
 
 Rule = tuple[str, Callable[[Any], bool]]
@@ -105,9 +107,10 @@ def _executed(manifest: Manifest, file: str) -> ModuleType:
     digest = sha256(manifest.source.encode()).hexdigest()[:16]
     module = ModuleType(f"feasibee_strategy_{digest}")
     module.__file__ = manifest.name
+    module.__dict__.update(NAMES)
     sys.modules[module.__name__] = module
     try:
-        exec(compile(manifest.source, file, "exec"), module.__dict__)
+        exec(compile(checked(ast.parse(manifest.source, file)), file, "exec"), module.__dict__)
     except FAILURES as error:
         raise FeasibeeError(f"{_where(error, file)}: {_said(error)}") from None
     for name, field in CONSTANTS.items():

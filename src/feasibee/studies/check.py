@@ -64,6 +64,11 @@ class Check:
     outcomes: tuple[Outcome, ...]
     """Runs with the strategy and with those to compare with, at each number of tasks."""
 
+    @property
+    def agrees(self) -> bool:
+        """Whether engine, Python and C agree, as far as the strategy has been translated to C."""
+        return self.engine == AGREE and (self.c == AGREE or bool(self.in_c))
+
     def to_dict(self, seed: int) -> dict[str, Any]:
         """Return it as plain tables, for programs."""
         plain = {each.name: getattr(self, each.name) for each in fields(self)[:-1]}

@@ -1,0 +1,118 @@
+"""Whole numbers of a user's strategy: an operation whose result leaves 64 bits is an error, never a wrap.
+
+The text's operations become calls of `Checked` ones. Python computes them here, and the engine compiles them:
+see ``feasibee.engine.overflow``.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+LEAVES: Final = "leaves 64 bits"
+"""What an error says of a number."""
+MOST: Final = 2**63
+"""Whole numbers are at least -MOST, and less than MOST."""
+
+
+class Checked:
+    """An operation on numbers that raises an OverflowError if its result is whole and leaves 64 bits."""
+
+    def __init__(self, operation: Callable[..., Any], form: str) -> None:
+        self.operation = operation
+        self.form = form
+
+    def __call__(self, *numbers: Any) -> Any:
+        """Compute the result."""
+        if not self._is_endless(numbers):
+            result = self.operation(*numbers)
+            if not isinstance(result, int) or -MOST <= result < MOST:
+                return result
+        raise OverflowError(f"{self.form.format(*numbers)} {LEAVES}")
+
+    def _is_endless(self, numbers: tuple[Any, ...]) -> bool:
+        """Return whether a power or a shift of whole numbers is too large to compute it."""
+        if self.operation not in (operator.pow, operator.lshift) or not all(map(_is_int, numbers)):
+            return False
+        base, places = numbers
+        digits = base.bit_length() - 1 if self.operation is operator.pow else 1
+        return bool(base != 0 and digits * places >= 64)
+
+
+def _is_int(number: Any) -> bool:
+    return isinstance(number, int)
+
+
+_PREFIX: Final = "__feasibee_"
+OPERATIONS: Final[Mapping[type[ast.AST] | str, Checked]] = {
+    ast.Add: Checked(operator.add, "{} + {}"),
+    ast.Sub: Checked(operator.sub, "{} - {}"),
+    ast.Mult: Checked(operator.mul, "{} * {}"),
+    ast.FloorDiv: Checked(operator.floordiv, "{} // {}"),
+    ast.Pow: Checked(operator.pow, "{} ** {}"),
+    ast.LShift: Checked(operator.lshift, "{} << {}"),
+    ast.USub: Checked(operator.neg, "-({})"),
+    "abs": Checked(abs, "abs({})"),
+    "int": Checked(int, "int({})"),
+}
+"""By an operator or a function of Python, what computes it."""
+NAMES: Final = {
+    f"{_PREFIX}{kind if isinstance(kind, str) else kind.__name__.lower()}": each
+    for kind, each in OPERATIONS.items()
+}
+"""What the text of a checked strategy needs in its module."""
+_NAME_OF: Final = {each: name for name, each in NAMES.items()}
+
+
+def checked(tree: ast.Module) -> ast.Module:
+    """Return a syntax tree whose operations on numbers are checked; lines stay."""
+    replaced: ast.Module = _Checking().visit(tree)
+    return ast.fix_missing_locations(replaced)
+
+
+class _Checking(ast.NodeTransformer):
+    """Replace operations by calls, and compute those of constants at once, as Python's compiler does."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> Any:
+        """Replace an operation on two numbers."""
+        self.generic_visit(node)
+        return self._called(node, type(node.op), node.left, node.right)
+
+    def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
+        """Replace a minus sign."""
+        self.generic_visit(node)
+        return self._called(node, type(node.op), node.operand)
+
+    def visit_Call(self, node: ast.Call) -> Any:
+        """Replace a call of a function of Python."""
+        self.generic_visit(node)
+        name = node.func.id if isinstance(node.func, ast.Name) else ""
+        one = len(node.args) == 1 and not node.keywords and not isinstance(node.args[0], ast.Starred)
+        return self._called(node, name, node.args[0]) if one else node
+
+    def visit_AugAssign(self, node: ast.AugAssign) -> Any:
+        """Replace a change of a variable, or of a number in a row, by an assignment."""
+        old = ast.parse(ast.unparse(node.target), mode="eval").body
+        for each in ast.walk(old):
+            ast.copy_location(each, node.target)
+        new = ast.copy_location(ast.BinOp(old, node.op, node.value), node)
+        return self.visit(ast.copy_location(ast.Assign([node.target], new), node))
+
+    def _called(self, node: ast.expr, kind: Any, *numbers: ast.expr) -> ast.expr:
+        operation = OPERATIONS.get(kind)
+        if operation is None:
+            return node
+        if not isinstance(node, ast.Call) and all(map(_is_number, numbers)):
+            try:
+                constant = ast.Constant(operation(*(each.value for each in numbers)))  # type: ignore[attr-defined]
+                return ast.copy_location(constant, node)
+            except (ArithmeticError, ValueError, TypeError):
+                pass  # it is an error when it runs
+        function = ast.Name(_NAME_OF[operation], ast.Load())
+        return ast.copy_location(ast.Call(function, list(numbers), []), node)
+
+
+def _is_number(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, int | float)
