@@ -86,6 +86,10 @@ def test_the_claims_are_the_papers_in_their_order_and_hold_where_they_are_made_t
         assert claim.bar
 
 
+def test_only_the_claim_whose_interval_is_resampled_says_so():
+    assert [name for name, claim in check().items() if "1000 resamples" in claim.statistic] == ["narrower"]
+
+
 def test_the_order_of_the_points_does_not_matter():
     assert check_claims(study()[::-1], 1) == check_claims(study(), 1)
 
