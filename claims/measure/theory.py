@@ -19,10 +19,13 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.paper import TASKS
 from feasibee.theory.against import compare
 from feasibee.theory.predict import predict
+from feasibee.theory.reach import ERRORS, check_fields, check_swarm
+from feasibee.theory.rule import swarm_of
 
 CONTROLLERS, CONTROLLER_RUNS, SEED = 40, 10_000, 9241
 UNRELIABLE, UNRELIABLE_RUNS = 20, 2_000
 PAPER_RUNS = 10_000
+SIGHTS, SIGHT_RUNS, SIGHT_SEED = 50, 2_000, 480_113
 FAULTS, FAULTY_RUNS = ("stubborn", "opposite", "feasible", "infeasible", "random"), 2_000
 
 
@@ -43,6 +46,11 @@ def main() -> None:
         {**errors(scenario, UNRELIABLE_RUNS, SEED + 2_000 + number), **about(scenario, FAILING)}
         for number, scenario in enumerate(controllers(UNRELIABLE, FAILING))
     ]
+    sights = list(first_sights(SIGHTS))
+    found = [errors(each, SIGHT_RUNS, SIGHT_SEED + 1 + number) for number, each in enumerate(sights)]
+    sighted = [
+        {**each, "strategy": sight.decision.strategy} for each, sight in zip(found, sights, strict=True)
+    ]
     faulty = {
         name: [
             errors(scenario, FAULTY_RUNS, SEED + 10_000 + 1_000 * kind + number)
@@ -56,12 +64,14 @@ def main() -> None:
         "dmvd": voters,
         "random": random,
         "unreliable": unreliable,
+        "first_sight": sighted,
     }
     print(
         json.dumps(
             {
                 **{name: summary(found) for name, found in sets.items()},
                 "controllers": random,
+                "first_sights": sighted,
                 "unreliable_controllers": unreliable,
             }
         )
@@ -122,16 +132,8 @@ FAILING = {"radio.range": (1.3, 3.5), "sensing.miss": (0.05, 0.7), "radio.loss":
 def controllers(count: int, failing: Mapping[str, tuple[float, float]] = {}) -> Iterator[Scenario]:
     """Yield random controllers within the theory's reach."""
     random = np.random.default_rng(SEED + len(failing))
-    ends_of = {**DRAWN, **failing}
     while count:
-        drawn = {path: float(np.exp(random.uniform(*np.log(ends)))) for path, ends in ends_of.items()}
-        drawn["tasks.count"] *= drawn["robots.count"]
-        fields = {
-            path: round(value) if path.endswith("count") else float(f"{value:.3g}")
-            for path, value in drawn.items()
-        }
-        listen = ("always", "dissemination")[int(random.integers(2))]
-        scenario = Scenario().replace({**fields, "decision.listen": listen, **LONG})
+        scenario = draw(random, failing)
         try:
             warned = predict(scenario).warnings
         except ScenarioError:
@@ -139,6 +141,35 @@ def controllers(count: int, failing: Mapping[str, tuple[float, float]] = {}) -> 
         if not warned:
             count -= 1
             yield scenario
+
+
+def first_sights(count: int) -> Iterator[Scenario]:
+    """Yield random controllers with first sight within the theory's reach, of each strategy in turn."""
+    random, number = np.random.default_rng(SIGHT_SEED), 0
+    while number < count:
+        strategy = tuple(ERRORS)[number % len(ERRORS)]
+        scenario = draw(random).replace({"decision.start": "first-sight", "decision.strategy": strategy})
+        try:
+            check_fields(scenario)
+            check_swarm(scenario, swarm_of(scenario))
+        except ScenarioError:
+            continue
+        number += 1
+        yield scenario
+
+
+def draw(random: np.random.Generator, failing: Mapping[str, tuple[float, float]] = {}) -> Scenario:
+    """Return a random controller, which may be beyond the theory's reach."""
+    drawn = {
+        path: float(np.exp(random.uniform(*np.log(ends)))) for path, ends in {**DRAWN, **failing}.items()
+    }
+    drawn["tasks.count"] *= drawn["robots.count"]
+    fields = {
+        path: round(value) if path.endswith("count") else float(f"{value:.3g}")
+        for path, value in drawn.items()
+    }
+    listen = ("always", "dissemination")[int(random.integers(2))]
+    return Scenario().replace({**fields, "decision.listen": listen, **LONG})
 
 
 if __name__ == "__main__":

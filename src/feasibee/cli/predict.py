@@ -60,7 +60,8 @@ def predict(
     are refused, with the field and a value to use. The error is the largest measured in such scenarios.
 
     With --against, theory and engine agree if both shares lie within that error of the engine's 95 %
-    intervals, and the median step lies within 12 % of a median in the engine's 95 % interval.
+    intervals, and the median step lies within 12 % of a median in the engine's 95 % interval. Where a
+    larger error of the median step was measured, a warning states it, and it is taken instead.
 
     \b
     Examples:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from feasibee.results.statistics import Interval, Quartiles, decision_rates, decision_times, wilson
 from feasibee.theory.predict import Prediction
-
-TIME_ERROR: Final = 0.12
-"""Largest error of the median step that was measured within reach, as a share of it."""
+from feasibee.theory.reach import time_error
 
 
 class Agreement(NamedTuple):
@@ -25,7 +23,7 @@ class Agreement(NamedTuple):
     shares_agree: bool
     """Whether both predicted shares lie within the tested error of the engine's 95 % intervals."""
     times_agree: bool
-    """Whether the predicted median lies within 12 % of a median in the engine's 95 % interval."""
+    """Whether the predicted median lies within the tested error of a median in the engine's 95 % interval."""
 
     @property
     def agree(self) -> bool:
@@ -53,13 +51,14 @@ def compare(prediction: Prediction, results: Any) -> Agreement:
 
 
 def _median_agrees(prediction: Prediction, step: Any) -> bool:
-    """Return whether half of the runs may have decided within 12 % of the predicted median."""
+    """Return whether half of the runs may have decided within the tested error of the predicted median."""
+    error = time_error(prediction.scenario)
     steps, median = prediction.scenario.run.steps, prediction.steps["median"]
 
     def decided(by: float) -> Interval:
         return wilson(int(((step >= 0) & (step <= by)).sum()), step.size)
 
     if median is None:  # half may decide just after the last step
-        return decided((1 - TIME_ERROR) * steps).low <= 0.5
-    late = (1 + TIME_ERROR) * median
-    return decided((1 - TIME_ERROR) * median).low <= 0.5 and (late >= steps or decided(late).high >= 0.5)
+        return decided((1 - error) * steps).low <= 0.5
+    late = (1 + error) * median
+    return decided((1 - error) * median).low <= 0.5 and (late >= steps or decided(late).high >= 0.5)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Final, NamedTuple
 
 from feasibee.errors import Problem, ScenarioError
@@ -10,7 +12,7 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import THEORY, unsupported
 from feasibee.theory.classes import Swarm
 from feasibee.theory.rule import SAYS
-from feasibee.theory.saddle import Tipping
+from feasibee.theory.saddle import Tipping, tipping
 
 RULE: Final = "the theory doesn't cover it"
 OTHERWISE: Final = ", or use feasibee run"
@@ -26,12 +28,22 @@ ERRORS: Final = dict(_TESTED)
 """By strategy: largest error of a share of swarms that was measured within reach, against the engine."""
 UNRELIABLE: Final = 0.045
 """Largest error with lost messages, missed sightings, unequal ranges, or faulty robots."""
+DRIFTING: Final = "dmvd", "voter"
+"""Strategies whose opinions don't tip; their times are less exact."""
 WITH_FAULTS: Final = "dmmd", "majority", "k-unanimity", "cross-inhibition"
 """Strategies whose error was measured with faulty robots, too. It is up to 0.15 with the other ones."""
 FAULTY: Final = 0.15
 """Largest share of faulty robots in the test."""
 SMALL_ERROR: Final = 0.04
 """Largest error that needs no warning."""
+TIME_ERROR: Final = 0.12
+"""Largest error of the median step that needs no warning, as a share of it."""
+BEGINS: Final = 0.2, 0.8
+"""Least and largest share of robots that begin with *feasible*."""
+MOVED: Final = 0.1
+"""Largest distance between the tipping points with first sight and with a coin, which should be equal."""
+NARROW: Final = 4.0
+"""Largest ratio of the arena's sides; beyond it, robots stay among the same ones."""
 LONG: Final = 3.0
 """Largest gain, in units of the exploration, up to which that error holds."""
 SLOW_ROBOTS: Final = 0.3
@@ -88,6 +100,22 @@ def _wrong_fields(scenario: Scenario) -> Iterator[Problem]:
     ):
         if (value := scenario.get(path)) < least:
             yield Problem(path, value, rule, f"use {least:g} or more{OTHERWISE}")
+    yield from _wrong_walks(scenario)
+
+
+def _wrong_walks(scenario: Scenario) -> Iterator[Problem]:
+    """Yield a problem if robots leave their neighbours more slowly than in the test."""
+    (low, high), run = sorted(scenario.arena.size), scenario.walk.mean_run
+    if high > NARROW * low:
+        rule = f"the theory was tested with sides of up to {NARROW:g} to 1"
+        remedy = f"use a square of {math.sqrt(low * high):.3g}{OTHERWISE}"
+        yield Problem("arena.side", list(scenario.arena.size), rule, remedy)
+    if scenario.robots.speed * run < scenario.radio.range:
+        rule = "the theory needs runs as long as the range of the radio"
+        remedy = (
+            f"use {math.ceil(100 * scenario.radio.range / scenario.robots.speed) / 100:g} or more{OTHERWISE}"
+        )
+        yield Problem("walk.mean_run", run, rule, remedy)
 
 
 def check_swarm(scenario: Scenario, swarm: Swarm) -> None:
@@ -106,8 +134,23 @@ def check_swarm(scenario: Scenario, swarm: Swarm) -> None:
         factor = (HEARD[heard > HEARD[1]] / heard) ** 0.5  # between those of short and of long contacts
         remedy = f"try {scenario.radio.range * factor:.2g}{OTHERWISE}"
         problems.append(Problem("radio.range", scenario.radio.range, rule, remedy))
+    if scenario.decision.start != "coin" and (why := _beyond_first_sight(swarm)):
+        problems.append(Problem("decision.start", scenario.decision.start, why, f'use "coin"{OTHERWISE}'))
     if problems:
         raise ScenarioError(problems)
+
+
+def _beyond_first_sight(swarm: Swarm) -> str | None:
+    """Return why a swarm begins too far from balance, if it does: the theory is linear in this."""
+    low, high = BEGINS
+    if not low <= swarm.begins <= high:
+        return (
+            f"{swarm.begins:.1%} of the robots begin with feasible; the theory needs {low:.0%} to {high:.0%}"
+        )
+    here, coin = tipping(swarm), tipping(replace(swarm, begins=0.5))
+    if here is None or coin is None or (moved := abs(here.point - coin.point)) <= MOVED:
+        return None
+    return f"the tipping point moves by {moved:.2f}, and the theory needs {MOVED:g} or less"
 
 
 class Edge(NamedTuple):
@@ -119,6 +162,8 @@ class Edge(NamedTuple):
     """What the theory omits, and where that matters."""
     error: float
     """Largest error of a share of swarms that was measured there."""
+    time: float = TIME_ERROR
+    """Largest error of the median step that was measured there, as a share of it."""
 
 
 def edges(scenario: Scenario) -> Iterator[Edge]:
@@ -127,6 +172,10 @@ def edges(scenario: Scenario) -> Iterator[Edge]:
     if (error := ERRORS[decision.strategy]) > SMALL_ERROR:
         why = "robots without an opinion are taken as in balance; it matters if m is near n"
         yield Edge("decision.strategy", why, error)
+    if decision.strategy in DRIFTING:
+        yield Edge(
+            "decision.strategy", "opinions don't tip, and half decide sooner than predicted", error, 0.2
+        )
     if (robots := scenario.robots.count) > TESTED_ROBOTS[1]:
         why = f"above {TESTED_ROBOTS[1]} robots, swarms lean to feasible if m is near n"
         yield Edge("robots.count", why, 0.07 if robots <= 200 else 0.2)
@@ -139,15 +188,19 @@ def edges(scenario: Scenario) -> Iterator[Edge]:
         yield Edge("decision.exploration", f"below {SHORT:g}, robots stay among the same ones", 0.045)
     if scenario.faulty[1] and scenario.faults.byzantine_says in ("feasible", "infeasible"):
         yield Edge("faults.byzantine_says", "they broadcast as long as their opinion's quality says", 0.07)
+    if scenario.faulty[1] and scenario.faults.byzantine_says == "opposite":
+        yield Edge("faults.byzantine_says", "half decide sooner than predicted", UNRELIABLE, 0.26)
     if decision.start != "coin":
-        why = "robots that meet begin alike; it matters near ratio one"
-        yield Edge("decision.start", why, 0.06 if decision.own_vote else 0.08)
+        why = "robots that meet begin alike, and hold a coin until their first exploration ends"
+        error, time = (0.065, 0.8) if decision.strategy in DRIFTING else (0.06, 0.35)
+        yield Edge("decision.start", why, error if decision.own_vote else 0.08, time)
 
 
 def warnings_for(scenario: Scenario, tips: Tipping | None) -> Iterator[str]:
     """Yield why the error may be larger, or a number missing, each with what was measured."""
-    for path, why, error in edges(scenario):
-        yield f"{path} = {scenario.get(path)}: {why}; measured errors of shares up to {error:g}"
+    for path, why, error, time in edges(scenario):
+        late = f", of the median step up to {time:.0%}" if time > TIME_ERROR else ""
+        yield f"{path} = {scenario.get(path)}: {why}; measured errors of shares up to {error:g}{late}"
     if tips is None:
         yield "opinions do not tip here: no balance of opinions from which both consensus states grow"
     elif tips.e_fold > SLOW * scenario.run.steps:
@@ -160,3 +213,8 @@ def tested_error(scenario: Scenario) -> float:
     unreliable = any((radio.loss, sensing.miss, radio.range != sensing.range, *scenario.faulty))
     errors = [ERRORS[scenario.decision.strategy], UNRELIABLE if unreliable else 0.0]
     return max([*errors, *(edge.error for edge in edges(scenario))])
+
+
+def time_error(scenario: Scenario) -> float:
+    """Return the largest error of the median step that was measured in such scenarios, as a share of it."""
+    return max([TIME_ERROR, *(edge.time for edge in edges(scenario))])

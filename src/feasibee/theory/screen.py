@@ -28,7 +28,7 @@ FEW: Final[Array] = np.array([0.006, 0.05, *np.linspace(0.14, 0.86, 7), 0.95, 0.
 """Shares of feasible opinions at which drift and noise are computed: about half as many."""
 ITERATIONS: Final = 30
 """Iterations for the value of the classes."""
-LARGEST_ERROR: Final = 0.06
+LARGEST_ERROR: Final = 0.065
 """Largest tested error of a share with which scenarios are compared."""
 
 
@@ -45,7 +45,7 @@ class Screen:
         self._walked = longest_exploration(ending(exploration))
 
     def right(self, scenario: Scenario) -> float | None:
-        """Return the share; None beyond reach, with faulty robots, or with a tested error above 0.06."""
+        """Return the share; None beyond reach, with faulty robots, or with a tested error above 0.065."""
         try:
             check_fields(scenario)
             if tested_error(scenario) > LARGEST_ERROR or any(scenario.faulty):
