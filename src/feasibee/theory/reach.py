@@ -192,7 +192,7 @@ def edges(scenario: Scenario) -> Iterator[Edge]:
         yield Edge("faults.byzantine_says", "half decide sooner than predicted", UNRELIABLE, 0.26)
     if decision.start != "coin":
         why = "robots that meet begin alike, and hold a coin until their first exploration ends"
-        error, time = (0.065, 0.8) if decision.strategy in DRIFTING else (0.06, 0.35)
+        error, time = (0.075, 0.85) if decision.strategy in DRIFTING else (0.06, 0.35)
         yield Edge("decision.start", why, error if decision.own_vote else 0.08, time)
 
 

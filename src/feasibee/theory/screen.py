@@ -28,7 +28,7 @@ FEW: Final[Array] = np.array([0.006, 0.05, *np.linspace(0.14, 0.86, 7), 0.95, 0.
 """Shares of feasible opinions at which drift and noise are computed: about half as many."""
 ITERATIONS: Final = 30
 """Iterations for the value of the classes."""
-LARGEST_ERROR: Final = 0.065
+LARGEST_ERROR: Final = 0.06
 """Largest tested error of a share with which scenarios are compared."""
 
 
@@ -39,16 +39,19 @@ class Screen:
     ----------
     exploration : float
         Largest mean exploration of the scenarios, in steps: their walks are shared.
+    error : float
+        Largest tested error of a share.
     """
 
-    def __init__(self, exploration: float) -> None:
+    def __init__(self, exploration: float, error: float = LARGEST_ERROR) -> None:
+        self._error = error
         self._walked = longest_exploration(ending(exploration))
 
     def right(self, scenario: Scenario) -> float | None:
-        """Return the share; None beyond reach, with faulty robots, or with a tested error above 0.065."""
+        """Return the share; None beyond reach, with faulty robots, or with too large a tested error."""
         try:
             check_fields(scenario)
-            if tested_error(scenario) > LARGEST_ERROR or any(scenario.faulty):
+            if tested_error(scenario) > self._error or any(scenario.faulty):
                 return None
             swarm = swarm_of(scenario, PAIRS, self._walked)
             check_swarm(scenario, swarm)
