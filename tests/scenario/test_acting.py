@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from feasibee import Scenario
 from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
+from feasibee.scenario.feasibility import kinds_of
 from feasibee.scenario.supported import (
     ARGOS,
     EXACT,
@@ -84,12 +85,13 @@ def matching(scenario):
 
 @given(teams())
 def test_robots_can_take_as_many_tasks_as_a_largest_matching_has(scenario):
-    assert most_taken(scenario) == matching(scenario)
+    assert most_taken(scenario, kinds_of(scenario.robots)) == matching(scenario)
 
 
 @given(st.integers(1, 30), st.integers(0, 30))
 def test_without_classes_each_robot_can_take_a_task(robots, tasks):
-    assert most_taken(Scenario(robots={"count": robots}, tasks={"count": tasks})) == min(robots, tasks)
+    scenario = Scenario(tasks={"count": tasks})
+    assert most_taken(scenario, [0] * robots) == min(robots, tasks)
 
 
 def test_robots_with_most_skills_have_rank_1():

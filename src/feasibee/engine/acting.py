@@ -102,6 +102,8 @@ def forget_tasks(params, state, i):
 def begin(params, state):
     """Free tasks whose robots left, and robots whose tasks are done or vanished."""
     sets, now = state.sets, state.clock[Clock.STEP] + 1
+    if now in (1, params.faults.stop_step):
+        state.clock[Clock.MOST] = most_at_once(params, state)
     taken = done = int64(0)
     for task in range(state.holders.size):
         i, is_there = int64(state.holders[task]), contains(state.tasks_there, task)
@@ -133,13 +135,39 @@ def let_go(state, task, becomes):
     state.holders[task] = int32(becomes)
 
 
-@inlined
+@called
 def most_of(params, state):
-    """Return how many tasks can be taken or done."""
+    """Return how many tasks the counted robots can take, or have done and can do (model.md 6.25.14)."""
     if params.changes and not params.truth_stays:
-        robots, tasks = state.clock[Clock.ROBOTS], state.clock[Clock.TASKS]
+        robots, tasks = state.clock[Clock.COUNTED], state.clock[Clock.TASKS]
         return tasks if params.tasks.work > 0 or params.response.enabled else min(robots, tasks)
-    return int64(params.acting.most)
+    if params.tasks.work == 0:
+        return state.clock[Clock.MOST]
+    most = int64(0)
+    for task in range(state.holders.size):
+        can, i = state.holders[task] == DONE, int64(0)
+        while not can and i < params.robots.count:
+            can = contains(state.sets[Set.COUNTED], i) and can_do(params, state, i, task)
+            i += 1
+        most += int64(can)
+    return most
+
+
+@called
+def most_at_once(params, state):
+    """Return how many tasks of the start the counted robots can take at once, by Hall's condition."""
+    tasks, most = int64(params.tasks.at_start), int64(params.tasks.at_start)
+    if not params.sensing.by_class:
+        return min(state.clock[Clock.COUNTED], tasks)
+    adds, class_of = state.tables.adds, state.tables.class_of
+    for s in range(adds.shape[0]):
+        others = tasks
+        for task in range(tasks):
+            others -= adds[s, params.robots.classes + class_of[params.robots.count + task]]
+        for i in range(params.robots.count):
+            others += int64(contains(state.sets[Set.COUNTED], i)) * adds[s, class_of[i]]
+        most = min(most, others)
+    return most
 
 
 @called

@@ -257,6 +257,7 @@ class Clock(IntEnum):
     ARRIVES_AT = 21  # step at which the robots come that were called last, or -1
     AWAITED = 22  # their number
     CHANGED = 23  # whether robots or tasks came or went at the beginning of this step
+    MOST = 24  # tasks that the counted robots can take at once, in a world that stays
 
 
 class Event(IntEnum):

@@ -375,7 +375,6 @@ class ActingParams(NamedTuple):
     ranks: int
     drift: int  # standard deviation; 0: all robots have one frame
     come_free: bool  # whether taken tasks may come free
-    most: int  # tasks that can be taken, in a world that stays
     list_bits: int  # of a message, in addition
     task_bits: int  # and for each known task
 

@@ -111,7 +111,7 @@ OUTCOMES: Final = (
     ),
     Outcome(
         "all_taken_step",
-        "first step at which robots stood at all tasks, or at as many as there were, or could be, robots for",
+        "first step at which robots stood at all tasks, or at as many as honest working robots could take",
         *("step", "int64", -1),
         missing="never",
         needs=ACTS,
@@ -119,7 +119,7 @@ OUTCOMES: Final = (
     Outcome("tasks_taken", "tasks at which robots stood at the end of the run", "tasks", needs=ACTS),
     Outcome(
         "distance_walked",
-        "steps that all robots walked until robots stood at all tasks they could",
+        "steps that all robots walked up to and including all_taken_step, or in the whole run",
         *("robot-steps", "int64", 0),
         needs=ACTS,
     ),
@@ -127,7 +127,7 @@ OUTCOMES: Final = (
     Outcome("starts_in_vain", "robots that took a task although the tasks were infeasible", needs=ACTS),
     Outcome(
         "all_done_step",
-        "first step at whose beginning all tasks were done that a robot could do",
+        "first step at whose beginning all tasks were done that an honest working robot could do",
         *("step", "int64", -1),
         missing="never",
         needs=WORKS,

@@ -35,6 +35,10 @@ class Team(Protocol):
     def present(self) -> list[Robot]:
         """The robots that the truth is about."""
 
+    @property
+    def counted(self) -> list[Robot]:
+        """The honest robots that still work."""
+
 
 class Work:
     """The tasks of a swarm, those who have them, and the outcomes.
@@ -56,7 +60,7 @@ class Work:
         """For each class of robots whether it can do a task of each class."""
         self._status_bits = status_bits(scenario)
         self._sends_places = scenario.manifest.sends_positions
-        self._most = most_taken(scenario)
+        self._most = 0
         self.holders: dict[int, Robot] = {}
         """Who stands at a task, or has marked it."""
         self._done_at: dict[int, int] = {}
@@ -87,6 +91,8 @@ class Work:
         """Announce who joined; free tasks whose robots don't work, and robots whose tasks have vanished."""
         swarm = self._swarm
         self.places |= swarm.tasks
+        if swarm.time in (1, swarm.scenario.faults.stop_step):
+            self._most = most_taken(swarm.scenario, [robot.kind for robot in swarm.counted])
         for robot in swarm.present:
             robot.errand.announce(len(swarm.present))
         self.done &= swarm.tasks.keys()
@@ -110,12 +116,16 @@ class Work:
 
     @property
     def most(self) -> int:
-        """How many tasks can be taken, or done: all, if robots go on or can be called."""
+        """How many tasks the counted robots can take, or have done and can do."""
         swarm = self._swarm
-        if not swarm.scenario.dynamic:
+        if swarm.scenario.dynamic:
+            all_can = swarm.scenario.tasks.work or swarm.scenario.responds
+            return len(swarm.tasks) if all_can else min(len(swarm.counted), len(swarm.tasks))
+        if not swarm.scenario.tasks.work:
             return self._most
-        all_can = swarm.scenario.tasks.work or swarm.scenario.responds
-        return len(swarm.tasks) if all_can else min(len(swarm.present), len(swarm.tasks))
+        able = [self.can_do[kind] for kind in {robot.kind for robot in swarm.counted}]
+        can = [any(each[kind] for each in able) for kind in range(len(self.can_do[0]))]
+        return sum(task in self.done or can[swarm.task_kinds[task]] for task in swarm.tasks)
 
     def course(self, robot: Robot) -> tuple[int, int]:
         """Return the step of a robot towards its target (model.md 6.25.2, 6.25.17)."""

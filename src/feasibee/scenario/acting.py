@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Final
 
 from feasibee.model.codes import exact
@@ -30,15 +30,12 @@ def can_do(robots: Robots, tasks: Tasks) -> list[list[bool]]:
     return [[need <= own for need in needs] for own in skills]
 
 
-def most_taken(scenario: Sections) -> int:
-    """Return how many tasks of the start robots can take: at once, or, if tasks take time, one by one.
+def most_taken(scenario: Sections, robots: Iterable[int]) -> int:
+    """Return how many tasks of the start robots of these classes can take at once.
 
-    At once, it follows from Hall's condition, with its defect.
+    It follows from Hall's condition, with its defect.
     """
-    if scenario.tasks.work is not None:
-        able = [any(each) for each in zip(*can_do(scenario.robots, scenario.tasks), strict=True)]
-        return sum(able[kind] for kind in kinds_of(scenario.tasks))
-    violator = explain_kinds(scenario, kinds_of(scenario.robots), kinds_of(scenario.tasks)).violator
+    violator = explain_kinds(scenario, robots, kinds_of(scenario.tasks)).violator
     return scenario.tasks.count - (violator.demand - violator.robots if violator else 0)
 
 

@@ -13,7 +13,7 @@ from feasibee.engine import params as numbers
 from feasibee.engine.layout import FEW, POOLED, WORD, Event, Int32s, Int64s, Lowered, Tables
 from feasibee.engine.params import Band, Lie, Placement
 from feasibee.model.codes import exact
-from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
+from feasibee.scenario.acting import can_do, ranks_of, status_bits
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import Placed, Robots, Tasks
 from feasibee.scenario.messages import bare_bits
@@ -291,7 +291,6 @@ def _acting(scenario: Scenario, unit: Fraction) -> numbers.ActingParams:
         ranks=max(ranks_of(scenario.robots)),
         drift=fixed(acting.drift, unit),
         come_free=scenario.may_come_free,
-        most=most_taken(scenario) if scenario.acts else 0,
         list_bits=int(place > 0),
         task_bits=place + status_bits(scenario),
     )
