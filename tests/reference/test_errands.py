@@ -109,6 +109,39 @@ def test_who_declared_infeasible_or_knows_too_many_tasks_never_acts():
         assert errand.target == target
 
 
+def test_by_rank_a_task_that_is_known_to_be_done_does_not_count():
+    errand = Errand(Rules(start=40, by_rank=True, number=1, comes_free=True))
+    for task, status in ((2, 0), (4, 1), (7, 0)):
+        errand.see(task, status)
+    away = {2: 9.0, 4: 1.0, 7: 3.0}.get
+    errand.choose(40, -1, away)
+    assert errand.target == -1
+    errand.see(4, None)
+    errand.choose(40, -1, away)
+    assert errand.target == 7
+
+
+def test_who_declares_infeasible_keeps_its_mark_and_marks_no_more():
+    away = {1: 1.0, 2: 2.0}.get
+    marked, unmarked = (Errand(Rules(start=90, tags=True)) for _ in range(2))
+    for errand in (marked, unmarked):
+        errand.known = {1: 0, 2: 0}
+        errand.choose(5, -1, away)
+        assert errand.target == 1
+    assert marked.arrive(0)
+    for step in (6, 95):
+        for errand in (marked, unmarked):
+            errand.choose(step, 0, away)
+            assert errand.target == -1
+    assert (marked.mark, unmarked.mark) == (1, -1)
+
+
+def test_a_task_that_too_few_call_taken_is_not_known():
+    errand = Errand(Rules(start=1, tolerates=1, by_rank=True))
+    errand.hear(1, {3: 1, 4: GONE})
+    assert errand.known == {}
+
+
 def test_a_robot_relieves_only_where_it_finds_no_free_task_and_only_the_more_skilled():
     errand = Errand(Rules(start=1, relieves=True, rank=2, ranks=3))
     errand.known = {1: 1, 2: 2, 3: 3, 4: 0, 5: 1}
