@@ -95,7 +95,7 @@ def _read(path: str, limit_s: float) -> Iterator[Any]:
 
 
 def _size(variable: Any) -> int:
-    return int(variable.dtype.itemsize) * math.prod(variable.shape)
+    return int(variable.dtype.itemsize * math.prod(variable.shape))
 
 
 def _check_size(size: int, path: str) -> None:
