@@ -25,7 +25,7 @@ lower_builtin: Any = lowers
 
 
 def _with_overflow(name: str) -> Callable[..., Any]:
-    """Return what tells whether a sum, difference or product leaves 64 bits: LLVM has an instruction."""
+    """Return a builder of LLVM's test whether a sum, difference or product leaves 64 bits."""
 
     def leaves(_context: Any, builder: Any, one: Any, other: Any) -> Any:
         return builder.extract_value(getattr(builder, f"{name}_with_overflow")(one, other), 1)
@@ -34,7 +34,7 @@ def _with_overflow(name: str) -> Callable[..., Any]:
 
 
 def _power_leaves(context: Any, builder: Any, base: Any, exponent: Any) -> Any:
-    """Tell it of a power by its float: no whole power but 2**63 is so near to 2**63 that this errs."""
+    """Test the float of a power: no whole power but 2**63 is so near to 2**63 that this errs."""
     signature = float64(float64, float64)
     power = context.get_function(operator.pow, signature)
     return _float_leaves(
@@ -78,7 +78,7 @@ LEAVING: Final[dict[Any, Callable[..., Any]]] = {
     abs: _is_least,
     int: _float_leaves,
 }
-"""By operation, what builds the instructions that tell whether the result leaves 64 bits."""
+"""Builders of the test whether a result leaves 64 bits, by operation."""
 
 
 def _compile(checked: Checked) -> None:
