@@ -12,6 +12,7 @@ from journals import rows_in
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate, truth
 from feasibee.live.catalogue import read_catalogue
+from feasibee.scenario import trial
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.sweeps import executors
@@ -29,16 +30,29 @@ OTHER = TEXT.replace("< 0.5", "< 2.0")
 """Decides feasible always, so that its rows are told apart."""
 
 
-@pytest.fixture
-def marker(tmp_path):
-    return tmp_path / "ran"
+MARK = "MARK = 1"
+"""A line of a text whose run leaves a mark."""
 
 
 @pytest.fixture
-def program(tmp_path, marker):
+def marker(tmp_path, monkeypatch):
+    """A file that is made when a text with the line is run."""
+    made, run = tmp_path / "ran", trial._executed
+
+    def executed(manifest, file):
+        if MARK in manifest.source:
+            made.touch()
+        return run(manifest, file)
+
+    monkeypatch.setattr(trial, "_executed", executed)
+    return made
+
+
+@pytest.fixture
+def program(tmp_path):
     """A strategy whose file leaves a mark when it runs."""
     file = tmp_path / "program.py"
-    file.write_text(f"open({str(marker)!r}, 'w').close()\n{TEXT}")
+    file.write_text(f"{MARK}\n{TEXT}")
     return file
 
 
@@ -78,7 +92,7 @@ def test_results_are_shown_without_their_strategies_being_run(results, tmp_path,
     if file == "gone":
         program.unlink()
     if file == "another":
-        program.write_text(f"open({str(marker)!r}, 'w').close()\n{OTHER}")
+        program.write_text(f"{MARK}\n{OTHER}")
     for command in (
         ("results", "status", results),
         ("results", "status", results, "--json"),
