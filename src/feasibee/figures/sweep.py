@@ -115,7 +115,7 @@ def _draw(
         if look.highlighted:
             fill_band(ax, values, low, high, look.colour)
         if (known := np.flatnonzero(np.isfinite(middle))).size:
-            ends[_text(name)] = (float(ax.convert_xunits(values[known[-1]])), float(middle[known[-1]]))
+            ends[_text(name)] = (float(ax.xaxis.convert_units(values[known[-1]])), float(middle[known[-1]]))
     _say_never(ax, lines, shown.show)
     return ends
 
