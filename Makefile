@@ -16,7 +16,7 @@ help:
 	@echo "             Python too; in $(LOWEST)"
 	@echo "make test-ros   the nodes of ROS 2 and their types, in $(ROS), whose wheels are for Python 3.11"
 	@echo "make coverage   make test, and which lines of the package it runs; compiled functions aren't counted"
-	@echo "make lint    style, types, layers, workflows, citation, and whether the house has grown (.ci/size.py)"
+	@echo "make lint    style, types, layers, workflows, citation, and whether the house has grown (tests/size.py)"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
 	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/live/world/world.wasm"
 	@echo "make bench   speed, threads, start-up and memory, as ratios to other programs, and the live arena; QUICK=1 takes a"
@@ -58,7 +58,7 @@ lint: $(VENV)/with-lint
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.github-issue-forms .github/ISSUE_TEMPLATE/*.yml
 	$(BIN)/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
-	$(BIN)/python .ci/size.py
+	$(BIN)/python tests/size.py
 
 lint-js: node_modules/installed
 	npm run --silent lint

@@ -19,7 +19,7 @@ LANDED = {
     "lines of Python in src": 55_166,
     "lines of C in src": 3_408,
     "lines of JavaScript, HTML and CSS": 6_649,
-    "lines of tests": 43_993,
+    "lines of tests": 44_063,
     "lines of claims and benchmarks": 7_212,
     "words of docs": 107_211,
     "files of Python in src": 262,
