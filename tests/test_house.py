@@ -70,7 +70,7 @@ def test_an_unknown_name_is_an_attribute_error():
         feasibee.simulte  # noqa: B018
 
 
-HEAVY = {"numpy", "numba", "xarray", "matplotlib", "pydantic", "pandas", "rich"}
+HEAVY = {"numpy", "numba", "xarray", "matplotlib", "pydantic", "pandas", "rich", "scipy", "yaml"}
 
 
 @pytest.mark.parametrize(
@@ -81,6 +81,7 @@ HEAVY = {"numpy", "numba", "xarray", "matplotlib", "pydantic", "pandas", "rich"}
         ("import feasibee.__main__", {"click", "importlib.metadata"}),  # its loading Ctrl-C may interrupt
         ("import feasibee.robot, feasibee.robot.firmware, feasibee.strategies", HEAVY),
         ("import feasibee.field.robot", HEAVY | {"click"}),
+        ("from feasibee import Scenario, truth; truth(Scenario())", {"scipy", "yaml"}),
     ],
 )
 def test_importing_loads_nothing_that_isnt_needed(code, unneeded):

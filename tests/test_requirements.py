@@ -27,8 +27,6 @@ ON_BOARDS = {"espnow", "network"}
 """Modules of MicroPython on an ESP32, which examples/micropython imports."""
 OF_IRSIM = {"shapely"}
 """What IR-SIM brings along, which examples/irsim imports."""
-OF_RIVALS = {"scipy"}
-"""What examples/rivals/evolve.py optimises with, as its docstring says."""
 OF_ROS = {"rclpy", "std_msgs"}
 """What claims/measure/links.py imports with --ros; the wheels are in ros2/setup.py."""
 OF_ROBOTS = {"cflib", "rps"}
@@ -63,7 +61,7 @@ def imported_by(folder):
             else:
                 continue
             found |= {name.split(".")[0]: path for name in names}
-    optional = {"examples": ON_BOARDS | OF_IRSIM | OF_RIVALS | OF_ROBOTS, "claims": OF_ROS}.get(folder, set())
+    optional = {"examples": ON_BOARDS | OF_IRSIM | OF_ROBOTS, "claims": OF_ROS}.get(folder, set())
     known = sys.stdlib_module_names | local | OWN | optional
     return {name: path for name, path in found.items() if name not in known}
 

@@ -5,9 +5,9 @@ The computation counts classes of robots and tasks, so its time doesn't grow wit
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict, deque
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import combinations, pairwise
+from itertools import accumulate, combinations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,9 +22,6 @@ ANY = "any"
 
 It can't be confused with a user's skill of this name: tasks have either classes with skills, or neither.
 """
-
-Node = tuple[str, str]
-SOURCE, SINK = ("source", ""), ("sink", "")
 
 
 class Violator(NamedTuple):
@@ -260,36 +257,30 @@ def _violator(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> Violat
 
 def _serving(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> dict[tuple[str, str], int]:
     """Return the number of robots per class and skill used: a maximum flow along shortest paths."""
-    room: defaultdict[Node, Counter[Node]] = defaultdict(Counter)
-    for each in robots:
-        room[SOURCE]["robots", each.name] = each.count
-        for skill in each.skills:
-            room["robots", each.name]["skill", skill] = each.count
-    for skill, places in demand.items():
-        room["skill", skill][SINK] = places
-    while path := _path(room):
-        steps = list(pairwise(path))
-        more = min(room[start][end] for start, end in steps)
-        for start, end in steps:
-            room[start][end] -= more
-            room[end][start] += more
+    if len(demand) == 1:  # scipy takes 0.3 s to import
+        [(skill, places)] = demand.items()
+        able = [each for each in robots if skill in each.skills]
+        before = accumulate((each.count for each in able), initial=0)
+        return {
+            (each.name, skill): min(each.count, max(places - others, 0))
+            for each, others in zip(able, before, strict=False)
+        }
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import maximum_flow
+
+    skills = list(dict.fromkeys(skill for each in robots for skill in each.skills if skill in demand))
+    first, sink = 1 + len(robots), 1 + len(robots) + len(skills)
+    room = np.zeros((sink + 1, sink + 1), np.int32)
+    room[0, 1:first] = [each.count for each in robots]
+    room[first:sink, sink] = [demand[skill] for skill in skills]
+    for number, each in enumerate(robots, start=1):
+        room[number, first:sink] = [each.count * (skill in each.skills) for skill in skills]
+    flow = maximum_flow(csr_array(room), 0, sink, method="edmonds_karp").flow.toarray()
     return {
-        (each.name, skill): room["skill", skill]["robots", each.name]
-        for each in robots
-        for skill in each.skills
+        (each.name, skill): int(flow[number, first + place])
+        for number, each in enumerate(robots, start=1)
+        for place, skill in enumerate(skills)
     }
-
-
-def _path(room: Mapping[Node, Mapping[Node, int]]) -> list[Node]:
-    """Return a shortest path with free capacity through the flow network; empty if none exists."""
-    paths = {SOURCE: [SOURCE]}
-    queue = deque([SOURCE])
-    while queue and SINK not in paths:
-        node = queue.popleft()
-        found = [end for end, free in room[node].items() if free and end not in paths]
-        paths.update((end, [*paths[node], end]) for end in found)
-        queue.extend(found)
-    return paths.get(SINK, [])
 
 
 def _assignment(

@@ -15,7 +15,6 @@ from feasibee.model.codes import exact
 from feasibee.scenario.bitmaps import Cells
 from feasibee.scenario.fields import Arena, Place, Placed, Robots, Tasks
 from feasibee.scenario.plan import Plan, plan_of
-from feasibee.scenario.raster import spread
 from feasibee.scenario.types import Point
 from feasibee.strategies.sight import TASKS, WALL
 
@@ -165,47 +164,32 @@ def cells_at(plan: Plan, points: Sequence[Point]) -> list[int]:
 
 
 def grown(closed: Cells, most: int) -> Cells:
-    """Return which cells are near closed ones or the edges: the square of the gap is at most ``most`` cells.
+    """Return which cells have a gap, squared, of at most ``most`` cells to a closed one or to the edge."""
+    from scipy.ndimage import binary_dilation, distance_transform_edt
 
-    In each row the distance to the nearest closed cell is found once, and compared for each row around.
-    """
-    rows, columns = closed.shape
-    padded = np.pad(closed, 1, constant_values=True)
-    places = np.arange(columns + 2, dtype=np.int32)
-    before = np.maximum.accumulate(np.where(padded, places, 0), axis=1)
-    after = np.minimum.accumulate(np.where(padded, places, columns + 1)[:, ::-1], axis=1)[:, ::-1]
-    across = np.minimum(places - before, after - places).astype(np.uint16)
-    across[[0, -1]] = 0
-    found = padded.copy()
-    for dy in range(math.isqrt(most) + 2):
-        reach = 1 + math.isqrt(most - max(dy - 1, 0) ** 2)
-        near = across <= reach
-        found[dy:] |= near[: rows + 2 - dy]
-        found[: rows + 2 - dy] |= near[dy:]
-        if dy > rows:
-            break
-    return found[1:-1, 1:-1]
+    # The gap between two cells is the distance from one to the nearest of the other and its eight neighbours.
+    around = binary_dilation(np.pad(closed, 1, constant_values=True), np.ones((3, 3)))
+    rows, columns = distance_transform_edt(~around, return_distances=False, return_indices=True)
+    height, width = around.shape
+    rows -= np.arange(height, dtype=np.int32)[:, None]
+    columns -= np.arange(width, dtype=np.int32)
+    near: Cells = (rows * rows + columns * columns <= most)[1:-1, 1:-1]
+    return near
 
 
 def connected(passable: Cells, most: int) -> NDArray[np.int32]:
     """Return the piece of each passable cell; those whose gap squared is at most ``most`` go together."""
-    rows, columns = passable.shape
-    flat = np.zeros((rows, columns + 1), np.int8)
-    flat[:, :-1] = passable
-    edges = np.diff(flat.ravel(), prepend=np.int8(0))
-    starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
-    width = columns + 1
-    # A run touches those of the next row that begin before its end and end after its begin, corners included.
-    low = np.searchsorted(ends, starts + width, side="left")
-    high = np.searchsorted(starts, ends + width, side="right")
-    below, above = spread(low, high)
-    names = joined(len(starts), above, below)
-    pieces = np.zeros((rows, columns), np.int32)
-    pieces[passable] = np.repeat(names, ends - starts) + 1
-    if most == 0 or not names.any():
+    from scipy.ndimage import label
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    pieces: NDArray[np.int32] = label(passable, np.ones((3, 3)))[0]
+    count = int(pieces.max(initial=0))
+    if most == 0 or count < 2:
         return pieces
     first, second = _leaps(pieces, most)
-    merged = joined(int(names.max()) + 1, first - 1, second - 1)
+    pairs = coo_array((np.ones(len(first)), (first - 1, second - 1)), (count, count))
+    merged = connected_components(pairs, directed=False)[1]
     return np.concatenate([[0], merged + 1]).astype(np.int32)[pieces]
 
 
@@ -229,21 +213,6 @@ def _leaps(pieces: NDArray[np.int32], most: int) -> tuple[Numbers, Numbers]:
                 found.append(np.unique(here[differ].astype(np.int64) * count + there[differ]))
     first, second = np.divmod(np.unique(np.concatenate(found)), count)
     return first, second
-
-
-def joined(count: int, first: Numbers, second: Numbers) -> Numbers:
-    """Return the number of the group of each of ``count`` things, of which pairs belong together.
-
-    Groups are numbered in the order of their first things.
-    """
-    lowest = np.arange(count)
-    while (lowest[first] != lowest[second]).any():
-        low = np.minimum(lowest[first], lowest[second])
-        np.minimum.at(lowest, lowest[first], low)
-        np.minimum.at(lowest, lowest[second], low)
-        while (lowest[lowest] != lowest).any():
-            lowest = lowest[lowest]
-    return np.unique(lowest, return_inverse=True)[1]
 
 
 def _stands(pieces: NDArray[np.int32], zone: Cells | None, held: Cells) -> Stands:

@@ -16,7 +16,7 @@ from typing import Any, Final, NamedTuple, TypeVar
 import numpy as np
 from pydantic import ValidationError
 
-from feasibee.errors import Problem, how_to_install, quoted
+from feasibee.errors import Problem, quoted
 from feasibee.files import TABLE_LIMIT, UnreadableError, read_bytes, read_text
 from feasibee.model.codes import exact
 from feasibee.scenario.bitmaps import MOST, Cells, ImageError, image_of, pixels_of
@@ -250,11 +250,8 @@ def _ros_map(name: str) -> _Map:
 
 def _yaml(text: str) -> Table:
     """Parse YAML with all values as text."""
-    try:
-        import yaml
-    except ImportError:
-        remedy = f"name a .geojson file, or {how_to_install('place')}"
-        raise _WrongError("needs PyYAML, which isn't installed", remedy) from None
+    import yaml
+
     if len(text) > YAML_LIMIT:
         raise _WrongError(f"must have at most {YAML_LIMIT} characters", NAME_ONE)
     try:
