@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from claims.measure.acting import taken
 from claims.measure.rooms import PLACES, WORST, scenario_in
 from feasibee import Scenario, simulate
-from feasibee.results.statistics import wilson
+from feasibee.results.statistics import declare_times, wilson
 from feasibee.studies.flooding import flooded
 
 RUNS, SEED = 400, 5
@@ -52,7 +51,9 @@ def measured(name: str) -> dict[str, Any]:
 def in_time(scenario: Scenario) -> dict[str, Any]:
     """Return from when on robots act, in which share of swarms all tasks are taken, and by which steps."""
     start = scenario.acts_from
-    return {"start": start, **taken(scenario.replace({"run.steps": start + LONGEST}), RUNS, SEED)}
+    steps = simulate(scenario.replace({"run.steps": start + LONGEST}), RUNS, seed=SEED).all_taken_step.values
+    times, done = declare_times(steps), wilson(int((steps >= 0).sum()), RUNS)
+    return {"start": start, **done._asdict(), "median": times.median, "p95": times.p95}
 
 
 if __name__ == "__main__":

@@ -1,23 +1,16 @@
-"""The worlds of the benchmark's suite, and the board of the built-in strategies: docs/benchmark.md.
-
-With the path of a card, its contenders are on the board, too: docs/rivals.md.
-"""
+"""The worlds of the benchmark's suite, and the board of the built-in strategies: docs/benchmark.md."""
 
 from __future__ import annotations
 
 import json
-import sys
-from pathlib import Path
 
-from feasibee.studies.benchmark import Card, board
+from feasibee.studies.benchmark import board
 from feasibee.studies.board import standings
 
 
 def main() -> None:
     """Print them as one JSON object."""
     card = board()
-    for path in sys.argv[1:]:
-        card = Card.read(Path(path)).joined(card)
     worlds = [{"name": each.name, "group": each.group, "about": each.about} for each in card.worlds]
     rows = [
         {

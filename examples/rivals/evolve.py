@@ -1,7 +1,7 @@
 """Compute the weights of `evolved.py` again: `python examples/rivals/evolve.py` prints them.
 
 The loss is the mean share of robots that are wrong at the end, in swarms of 20 robots. Ratios and seeds
-differ from those of docs/rivals.md, which evaluates the net. It needs SciPy 1.15 or later, and takes six
+differ from those of docs/findings.md, which evaluates the net. It needs SciPy 1.15 or later, and takes six
 minutes on two cores. With `--check` it prints the loss of the weights that `evolved.py` has.
 """
 

@@ -11,7 +11,6 @@ from scipy import stats
 from feasibee import Scenario, simulate, truth
 from feasibee.scenario.plugins import load
 from feasibee.strategies.contract import Inbox, Mind
-from feasibee.studies.benchmark import Card
 
 FOLDER = Path(__file__).parents[2] / "examples" / "rivals"
 NAMES = ["crosscombe_2017", "ebert_2020", "evolved", "subcdm", "valentini_2016"]
@@ -145,10 +144,3 @@ def test_robots_on_tiles_read_colours_only():
     assert scenario.sensing.false_robots == pytest.approx(1 - scenario.sensing.false_tasks)
     one, other = (simulate(scenario, runs=2, seed=3, backend=each) for each in ("engine", "reference"))
     assert one.equals(other)
-
-
-def test_the_card_of_the_rivals_has_the_texts_of_their_files():
-    card = Card.read(FOLDER / "benchmark.json")
-    assert {name: each.source for name, each in card.contenders.items()} == {
-        path.name: path.read_text() for path in FOLDER.glob("*.py") if path.name != "evolve.py"
-    }
