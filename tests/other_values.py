@@ -77,7 +77,6 @@ OTHER_VALUES = {
     "decision.own_vote": False,
     "decision.ties": "random-message",
     "decision.start": "first-sight",
-    "decision.switching": 0.1,
     "decision.declare": {"quorum": 0.8, "rounds": 2, "heard": 1},
     "decision.threshold": 0.6,
     "faults.stopped": 0.1,

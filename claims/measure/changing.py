@@ -35,7 +35,6 @@ STRATEGIES = {
 }
 BASELINES = {
     "dmmd": {},
-    "dc, switching": {"decision.strategy": "dc", "decision.switching": 0.05},
     "dmmd, stubborn": {"decision.strategy": "dmmd", "faults.stubborn": 0.1},
     "mixture": {},
     "census": {},

@@ -62,7 +62,6 @@ void CFeasibeeController::ReadDecision(TConfigurationNode& t_node) {
    GetNodeAttribute(t_node, "own_vote", m_tSettings.own_vote);
    GetNodeAttribute(t_node, "random_ties", m_tSettings.random_ties);
    GetNodeAttribute(t_node, "first_sight", m_tSettings.first_sight);
-   GetNodeAttribute(t_node, "switching", m_tSettings.switching);
    GetNodeAttributeOrDefault(t_node, "declare_rounds", m_tSettings.declare_rounds, 0);
    GetNodeAttributeOrDefault(t_node, "declare_heard", m_tSettings.declare_heard, 0);
    GetNodeAttributeOrDefault(t_node, "declare_quorum", m_tSettings.declare_quorum, 1.0);

@@ -41,7 +41,7 @@ EXPORTED: Final = {
     "radio": {"range", "loss"},
     "decision": {
         *("strategy", "parameters", "exploration", "gain", "dissemination_floor", "quality_floor", "listen"),
-        *("inbox", "inbox_size", "own_vote", "ties", "start", "switching", "declare", "threshold"),
+        *("inbox", "inbox_size", "own_vote", "ties", "start", "declare", "threshold"),
     },
     "run": {"steps", "stop_at_decision"},
     "place": {"map", "walls", "cell"},
@@ -188,7 +188,6 @@ def _decision(scenario: Scenario) -> dict[str, Any]:
         "own_vote": decision.own_vote,
         "random_ties": decision.ties == "random-message",
         "first_sight": decision.start == "first-sight",
-        "switching": decision.switching or 0.0,
         **(
             {f"declare_{key}": getattr(declare, key) for key in ("rounds", "heard", "quorum")}
             if declare

@@ -14,7 +14,6 @@ struct mind {
     struct feasibee_settings settings;
     struct feasibee_robot robot;
     struct feasibee_wire wire;
-    double switching;
     double (*uniform)(void *context);
     void *context;
 };
@@ -61,12 +60,6 @@ static struct feasibee_choice choice(void *context)
     return drawn;
 }
 
-static bool switches(void *context)
-{
-    struct mind *mind = context;
-    return word(mind) < mind->switching * 4294967296.0;
-}
-
 static struct feasibee_settings settings_of(const struct mind_settings *given,
                                             const struct feasibee_strategy *strategy)
 {
@@ -92,7 +85,6 @@ static struct feasibee_settings settings_of(const struct mind_settings *given,
     settings.parameters.positive_feedback = given->positive_feedback;
     settings.draw_duration = duration;
     settings.draw_choice = choice;
-    settings.draw_switch = given->switching > 0.0 ? switches : NULL;
     return settings;
 }
 
@@ -108,7 +100,6 @@ struct mind *mind_new(const struct mind_settings *given, uint16_t id, double (*u
         return NULL;
     mind->uniform = uniform;
     mind->context = context;
-    mind->switching = given->switching;
     mind->settings = settings_of(given, strategy);
     mind->wire = feasibee_wire_of(&mind->settings, given->strategy, (uint8_t)given->id_bits);
     struct feasibee_me me = {0};

@@ -29,7 +29,6 @@ struct mind_settings {
     bool own_vote;
     bool random_ties;         /* ties = "random-message" */
     bool first_sight;         /* start = "first-sight" */
-    double switching;         /* probability; 0 for none */
     int declare_rounds;       /* 0: it never declares */
     int declare_heard;
     double declare_quorum;    /* in ten thousandths */

@@ -68,10 +68,7 @@ WORLDS = {
         "decision.strategy": "tally",
         "decision.declare": {"quorum": 0.6, "rounds": 1, "heard": 1},
     },
-    "declaring and switching": {
-        "decision.declare": {"quorum": 0.7, "rounds": 1, "heard": 1},
-        "decision.switching": 0.3,
-    },
+    "declaring by votes": {"decision.declare": {"quorum": 0.7, "rounds": 1, "heard": 1}},
     "first sight, and a robot that keeps its coin": {
         "decision.start": "first-sight",
         "decision.exploration": 3.0,

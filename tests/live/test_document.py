@@ -118,8 +118,8 @@ def test_a_page_offers_all_strategies_that_go_with_its_scenario():
         return [each.decision.strategy for each in variants_of(Scenario(**tables))]
 
     assert offered() == list(STRATEGIES)
-    assert offered(decision={"switching": 0.1}) == [
-        name for name, each in STRATEGIES.items() if not each.knowledge
+    assert offered(decision={"start": "first-sight"}) == [
+        name for name, each in STRATEGIES.items() if not (each.knowledge or each.starts_neutral)
     ]
     strategies = given(page_of(Scenario()))["strategies"]
     assert [each["numbers"]["given_knows_count"] for each in strategies] == [

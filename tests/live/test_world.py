@@ -163,7 +163,6 @@ def test_any_fields_that_a_page_simulates_equal_the_engines(play, boundary):
                 "exploration": any_of(10.0, 5.1),
                 "gain": any_of(10.0, 3.3, 17.9),
                 "declare": None if strategy.declares else any_of(None, {"quorum": 0.85}),
-                "switching": None if strategy.knowledge else any_of(None, 0.05),
                 "inbox_size": any_of(None, 2),
                 "quality_floor": 0 if strategy.knowledge else any_of(0, 2),
                 "dissemination_floor": any_of(0, 3),

@@ -12,8 +12,7 @@ static const struct feasibee_strategy *const strategies[] = {STRATEGIES};
 
 struct draws {
     uint32_t word;
-    uint32_t switching; /* probability in 1/2^32 */
-    double mean;        /* of the last duration, in steps */
+    double mean; /* of the last duration, in steps */
 };
 
 static uint32_t read_number(unsigned bytes)
@@ -72,12 +71,6 @@ static struct feasibee_choice draw_choice(void *context)
     return choice;
 }
 
-static bool draw_switch(void *context)
-{
-    struct draws *draws = context;
-    return draw_word(draws) < draws->switching;
-}
-
 static void read_settings(struct feasibee_settings *settings, struct draws *draws)
 {
     settings->exploration = (feasibee_steps)(read_double() * FEASIBEE_STEP);
@@ -100,10 +93,8 @@ static void read_settings(struct feasibee_settings *settings, struct draws *draw
     settings->parameters.credence = read_double();
     settings->parameters.positive_feedback = read_number(1);
     draws->word = read_number(4);
-    draws->switching = read_number(4);
     settings->draw_duration = draw_duration;
     settings->draw_choice = draw_choice;
-    settings->draw_switch = draws->switching > 0 ? draw_switch : NULL;
 }
 
 #ifdef TRANSLATED
@@ -155,7 +146,7 @@ int main(void)
         uint32_t steps = read_number(4);
         uint32_t strategy = read_number(1);
         struct feasibee_settings settings = feasibee_defaults(strategies[strategy]);
-        struct draws draws = {0, 0, 0.0};
+        struct draws draws = {0, 0.0};
         struct feasibee_me me = {.context = &draws};
         struct feasibee_robot robot;
         int8_t opinion = (int8_t)read_number(1);

@@ -148,7 +148,6 @@ class Episode:
             declare=self.rule and Declare(Fraction(*self.rule[2:]), *self.rule[:2]),
         )
         self.word = draw.randrange(1, 2**32)
-        self.switching = 2**29 if draw.random() < 0.2 else 0
         feasible, most = pick([0.0, 0.2, 0.5, 0.9, 1.0]), pick([0, 2, 6])
         self.sights = [(draw.randrange(4), draw.randrange(pick([1, 4]))) for _ in range(self.steps)]
         self.messages = [
@@ -177,7 +176,7 @@ class Episode:
             struct.pack("<ddHHHH", *numbers, listens_for, settings.inbox_size or INBOX),
             struct.pack("<BBBBBHHHH", *flags, *rule),
             struct.pack("<HIdB", int(own["k"]), voters, own["credence"], int(own["positive_feedback"])),
-            struct.pack("<II", self.word, self.switching),
+            struct.pack("<I", self.word),
         ]
         for sight, messages in zip(self.sights, self.messages, strict=True):
             parts.append(struct.pack("<BBB", *sight, len(messages)))
@@ -186,14 +185,13 @@ class Episode:
 
     def states(self, whole_numbers=False):
         """Return what the controller in Python does, as drive.c writes it."""
-        draws = Draws(self.word, whole_numbers, self.switching)
+        draws = Draws(self.word, whole_numbers)
         robot = Controller(
             exact_dc() if whole_numbers and self.strategy == "dc" else STRATEGIES[self.strategy],
             self.opinion,
             draws.duration,
             draws.choice,
             self.settings,
-            draw_switch=draws.switch if self.switching else None,
             stubborn=self.stubborn,
         )
         return [state(robot, draws, *each) for each in zip(self.sights, self.messages, strict=True)]
@@ -219,9 +217,8 @@ def mutated(frame, rng):
 class Draws:
     """The random draws of the programs in C: xorshift with 32 bits (Marsaglia 2003)."""
 
-    def __init__(self, word, whole_numbers=False, switching=0):
+    def __init__(self, word, whole_numbers=False):
         self.last = word
-        self.switching = switching
         self.whole_numbers = whole_numbers
         self.mean = 0.0
 
@@ -243,9 +240,6 @@ class Draws:
     def choice(self):
         chance = self.word() / 2**32
         return chance, self.word() / 2**32
-
-    def switch(self):
-        return self.word() < self.switching
 
 
 def state(robot, draws, sight, messages):

@@ -115,7 +115,6 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
         declare_rounds=3,
         declare_heard=2,
         declare_quorum=0.9,
-        switching=0.05,
     )
     mind = library.mind_new(ctypes.byref(settings), ME, draw, None)
     robot = Controller(
@@ -124,7 +123,6 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
         in_python.duration,
         lambda: (in_python.fraction(), in_python.fraction()),
         Settings(inbox_size=9, first_sight=True, declare=Declare(Fraction(9, 10), 3, 2)),
-        draw_switch=lambda: in_python.fraction() < 0.05,
     )
     wire = Wire(STRATEGIES[strategy], 9, declares=True)
     world, said, opinions = random.Random(2), ctypes.create_string_buffer(15), set()
@@ -150,7 +148,7 @@ def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
         )
         opinions.add(robot.opinion)
     library.mind_free(mind)
-    assert opinions >= {0, 1}
+    assert len(opinions) > 1
 
 
 def test_what_is_no_message_is_not_heard(library):

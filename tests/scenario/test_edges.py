@@ -322,9 +322,6 @@ EDGES = {
         )
         for name in ("tally", "quiet-census", "bayes")
     ],
-    "decision.switching": [
-        (by("tally"), None, 0.0, "tally decides by what the swarm knows, not by the counts")
-    ],
     "sensing.false_robots": [*((by(name), 0.0, 0.5, f"{name} counts things by name") for name in NAMING)],
     "sensing.false_tasks": [*((by(name), 0.0, 0.5, f"{name} counts things by name") for name in NAMING)],
     "sensing.view": [

@@ -367,7 +367,6 @@ WRONG = [
     ("decision.quality_floor", -1, "≥ 0", "0"),
     ("decision.inbox_size", 0, "≥ 1", "default"),
     ("decision.declare", True, "table", "[decision.declare]"),
-    ("decision.switching", 1.5, "≤ 1", "default"),
     ("radio.id_bits", 0, "≥ 1", "default"),
     ("radio.id_bits", 33, "≤ 32", "default"),
     ("decision.listen", {"last": 0}, "{last = 3}", "always"),

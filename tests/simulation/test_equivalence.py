@@ -85,9 +85,6 @@ def deciding(draw, longest_exploration, longest_gain):
         "start": "coin"
         if strategy.knowledge or strategy.starts_neutral
         else draw(st.sampled_from(["coin", "first-sight"])),
-        "switching": None
-        if strategy.knowledge
-        else draw(st.one_of(st.none(), st.floats(0, 1), st.just(1.0))),
         "threshold": draw(st.floats(0.5, 0.99)),
     }
     if draw(st.booleans()):
@@ -647,14 +644,6 @@ def test_every_strategy_is_equal_in_every_world(name, world):
         assert_equal(scenario, seed=7)
     else:
         assert STRATEGIES[name].one_class or STRATEGIES[name].declares
-
-
-@pytest.mark.quick(11)
-@pytest.mark.parametrize("name", [name for name, each in STRATEGIES.items() if not each.knowledge])
-@pytest.mark.parametrize("count", [20, 40])
-def test_robots_that_switch_to_their_own_evidence_are_equal(name, count):
-    changes = {"decision.switching": 0.3, "faults.stubborn": 0.1, "robots.count": count, **BY_VOTES}
-    assert_equal(small_scenario(name, changes), seed=7)
 
 
 FRESH = {"decision.start": "first-sight", "decision.exploration": 4.0}

@@ -332,7 +332,6 @@ class DecisionParams(NamedTuple):
     own_vote: int  # 0 or 1
     random_ties: int  # 0 or 1
     first_sight: bool  # whether a robot adopts what its first exploration favours
-    switching: np.uint64  # probability times 2**32
     declare: DeclareParams
     quorum: QuorumParams
 

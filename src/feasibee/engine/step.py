@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from numba import int32, int64, uint32, uint64
+from numba import int32, int64, uint32
 
 from feasibee.engine import inbox
 from feasibee.engine.acting import start_acting
 from feasibee.engine.bodies import move_where_clear
 from feasibee.engine.compile import called, inlined, spliced
 from feasibee.engine.crowd import keep_order, sense_crowd
-from feasibee.engine.draws import draw_phases, draw_words, list_members, phase_duration, present_phase
+from feasibee.engine.draws import draw_phases, list_members, phase_duration, present_phase
 from feasibee.engine.dynamics import draw_dynamics
 from feasibee.engine.few import move_few, sense_general_few, sense_together
-from feasibee.engine.intrinsics import contains, lowest_member, number_of, set_member, without_lowest
+from feasibee.engine.intrinsics import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.knowledge import defer, known_by, setting_of, take_own_messages, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
 from feasibee.engine.motion import head, move_freely, tick, turn
@@ -33,7 +33,6 @@ from feasibee.engine.starting import (
 )
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import CERTAIN, NO_OPINION
-from feasibee.model.purposes import PHASE
 from feasibee.strategies.contract import Inbox, Mind
 
 
@@ -258,8 +257,6 @@ def end_dissemination(params, state, functions, part, i, phase):
     mean = inbox.as_share(params, total) / votes if votes > 0 else 0.0
     received = Inbox(feasible, votes - feasible, heard, inbox.as_share(params, told), mean, chance)
     decided = functions.decide(mind_of(params, state, i), received)
-    if params.decision.switching > 0 and switches(params, state, i):
-        decided = int64(state.memory[i, 0] >= 0.5)
     adopt(state.sets, i, decided)
     if params.decision.declare.enabled:
         declare_by_votes(params, state.robots[Robot.AGREED], state.sets, i, feasible, votes)
@@ -267,14 +264,6 @@ def end_dissemination(params, state, functions, part, i, phase):
     set_member(state.sets, Set.DISSEMINATING, i, False)
     set_member(state.sets, Set.SPEAKING, i, False)
     enter_phase(state, i, phase_duration(params, state, i, length, params.decision.exploration))
-
-
-@called
-def switches(params, state, i):
-    """Return whether a robot adopts what its own counts favour (model.md 6.10)."""
-    run, number = state.clock[Clock.RUN], number_of(state.robots[Robot.LABEL, i])
-    word = draw_words(params, run, number, state.robots[Robot.PHASES, i], PHASE)[3]
-    return uint64(word) < params.decision.switching
 
 
 @spliced

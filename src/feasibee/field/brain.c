@@ -9,12 +9,11 @@
 #define EXPORT __attribute__((visibility("default")))
 
 /* Which robot it is, in the order of CompiledMind in brain.py; then come the numbers of given.h. */
-enum own { ID, KIND, MARK, STEP, OPINION, SWITCHES, STUBBORN, X, Y, GIVEN };
+enum own { ID, KIND, MARK, STEP, OPINION, STUBBORN, X, Y, GIVEN };
 
 struct brain {
     uint32_t (*draw_steps)(double mean);
     void (*draw_words)(uint32_t *words);
-    bool (*draw_switch)(void);
     struct feasibee_setting setting;
     struct feasibee_settings settings;
     struct feasibee_wire wire;
@@ -39,25 +38,18 @@ static struct feasibee_choice choice(void *context)
     return drawn;
 }
 
-static bool switches(void *context)
-{
-    const struct brain *brain = context;
-    return brain->draw_switch();
-}
-
 EXPORT uint32_t brain_size(void)
 {
     return sizeof(struct brain);
 }
 
 EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*steps)(double),
-                        void (*words)(uint32_t *), bool (*adopts)(void), int32_t (*task_of)(uint32_t),
-                        const struct feasibee_set *sets, uint16_t set_count, const uint8_t *cells, int32_t length)
+                        void (*words)(uint32_t *), int32_t (*task_of)(uint32_t), const struct feasibee_set *sets,
+                        uint16_t set_count, const uint8_t *cells, int32_t length)
 {
     struct feasibee_me me = {.context = brain, .x = numbers[X], .y = numbers[Y]};
     brain->draw_steps = steps;
     brain->draw_words = words;
-    brain->draw_switch = adopts;
     brain->setting = feasibee_setting_given(numbers + GIVEN);
     brain->setting.plan.cells = cells;
     brain->setting.plan.length = length;
@@ -65,7 +57,6 @@ EXPORT void brain_begin(struct brain *brain, const double *numbers, uint32_t (*s
     brain->settings.stubborn = numbers[STUBBORN] != 0.0;
     brain->settings.draw_duration = duration;
     brain->settings.draw_choice = choice;
-    brain->settings.draw_switch = numbers[SWITCHES] != 0.0 ? switches : NULL;
     brain->settings.task_of = task_of;
     brain->settings.sets = sets;
     brain->settings.set_count = set_count;

@@ -110,9 +110,8 @@ class CompiledMind(Mind):
         self._state = (ctypes.c_int32 * 5)()
         self._frame = (ctypes.c_uint8 * FRAME)()
         opinion = words(settings.joined, FIRST_OPINION)[0] >> 31
-        faults = settings.switching is not None, settings.fault == STUBBORN
         numbers = numbers_of(strategy, settings, settings.setting, _inbox(settings.setting))
-        own = *settings.me, settings.step, opinion, *faults, *settings.place
+        own = *settings.me, settings.step, opinion, settings.fault == STUBBORN, *settings.place
         self._begin([float(each) for each in (*own, *numbers.values())], task_of)
 
     def _begin(self, numbers: list[float], task_of: Callable[[int], int] | None) -> None:
@@ -122,7 +121,6 @@ class CompiledMind(Mind):
             (real * len(numbers))(*numbers),
             ctypes.CFUNCTYPE(u32, real)(self._duration),
             ctypes.CFUNCTYPE(void, ctypes.POINTER(u32))(self._choose),
-            ctypes.CFUNCTYPE(ctypes.c_bool)(self._switches),
             ctypes.CFUNCTYPE(i32, u32)(task_of) if task_of else none,
             self._sets(),
             len(self.settings.sets),

@@ -30,7 +30,7 @@ from feasibee.files import named
 from feasibee.model.codes import DECISIONS, RUN_LIMIT, SEED_LIMIT
 from feasibee.reference.mind import Words, setting_from
 from feasibee.scenario.setting import WORDS_LIMIT, excess
-from feasibee.scenario.types import Duration, Length, Lie, ManyTasks, Million, Section, Share, Some, Speed
+from feasibee.scenario.types import Duration, Length, Lie, ManyTasks, Million, Section, Some, Speed
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Setting, Strategy
 
@@ -122,7 +122,6 @@ class _Settings(Section):
     inbox_size: Some | None
     parameters: list[float]
     declare: _Declare | None
-    switching: Share | None
     sets: Annotated[list[Annotated[tuple[Weights, Weights], Strict(False)]], Field(min_length=1)]
     me: Annotated[tuple[Million, Million, Word], Strict(False)]
     place: Annotated[tuple[Ordinate, Ordinate], Strict(False)]

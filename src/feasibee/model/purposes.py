@@ -9,8 +9,7 @@ PLACE_ROBOT: Final = 0  # words 0, 1: x, y
 PLACE_TASK: Final = 1  # words 0, 1: x, y
 FIRST_OPINION: Final = 2  # word 0: its top bit
 WALK: Final = 3  # word 0: heading; word 1: duration
-PHASE: Final = 4  # word 0: duration; for the decision before it, word 1: chance, word 2: the message drawn,
-#                    word 3: whether the robot switches (model.md 6.10)
+PHASE: Final = 4  # word 0: duration; for the decision before it, word 1: chance, word 2: the message drawn
 CENTRE_ROBOT: Final = 5  # words 0, 1: x, y of a cluster's centre
 CENTRE_TASK: Final = 6
 CLUSTER_ROBOT: Final = 7  # word 0: which cluster

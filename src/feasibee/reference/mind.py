@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE
-from feasibee.reference.draws import TURN, duration, happens, philox
+from feasibee.reference.draws import TURN, duration, philox
 from feasibee.robot import controller
 from feasibee.robot.controller import Controller, Declare, Message
 from feasibee.strategies.contract import Setting, Strategy, Thing
@@ -33,8 +33,6 @@ class Settings(controller.Settings):
     """Number of robots that have had this number before it."""
     phases: int
     """Number of phases that these have begun."""
-    switching: float | None
-    """Probability that a decision adopts what the robot's own counts favour; None if it never does."""
     fault: str
     """The robot's fault (model.md 6.6)."""
     byzantine_says: str
@@ -62,7 +60,6 @@ class Mind(Controller):
             draw_duration=self._duration,
             draw_choice=self._choice,
             settings=settings,
-            draw_switch=None if settings.switching is None else self._switches,
             stubborn=settings.fault == STUBBORN,
         )
 
@@ -122,10 +119,6 @@ class Mind(Controller):
         """Return a chance and a drawn message; the next phase's duration has the same coordinate."""
         _, chance, message, _ = self._words(self.phases, PHASE)
         return chance / TURN, message / TURN
-
-    def _switches(self) -> bool:
-        """Return whether the robot switches to its own evidence in the decision that ends a phase."""
-        return happens(self._words(self.phases, PHASE)[3], self.settings.switching or 0.0)
 
     def _duration(self, mean: float) -> int:
         word = self._words(self.phases, PHASE)[0]

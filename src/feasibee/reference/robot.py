@@ -183,7 +183,6 @@ class Robot:
             coordinates=(*self._world.run, self.number),
             joined=self.joined,
             phases=phases,
-            switching=self._scenario.decision.switching,
             fault=self.fault,
             byzantine_says=self._scenario.faults.byzantine_says,
             repeated=self._scenario.sensing.observation == "repeated",

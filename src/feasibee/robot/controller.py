@@ -126,8 +126,6 @@ class Controller:
         Draws two numbers, each at least 0 and below 1: the chance left to a decision, and the message drawn.
     settings : Settings, optional
         Its numbers and rules.
-    draw_switch : callable, optional
-        Draws whether a decision adopts what the robot's own counts favour; by default none does.
     stubborn : bool
         Whether it never changes its opinion (a fault).
     """
@@ -140,7 +138,6 @@ class Controller:
         draw_choice: Callable[[], tuple[float, float]],
         settings: Settings = DEFAULTS,
         *,
-        draw_switch: Callable[[], bool] | None = None,
         stubborn: bool = False,
     ) -> None:
         self.strategy = strategy
@@ -164,7 +161,6 @@ class Controller:
         self._agreed = 0
         self._draw_duration = draw_duration
         self._draw_choice = draw_choice
-        self._draw_switch = draw_switch
         robots, tasks = settings.sets[0]
         self.robots_seen = [0] * len(robots)
         self.tasks_seen = [0] * len(tasks)
@@ -330,8 +326,6 @@ class Controller:
             self._rate()
         inbox = self._inbox()
         decided = _opinion(self.strategy.decide(self._mind(), inbox))
-        if self._draw_switch is not None and self._draw_switch():  # model.md 6.10
-            decided = int(self.feasible_quality >= 0.5)
         if not self._keeps_opinion:
             self.opinion = decided
         if self.settings.declare is not None:

@@ -454,12 +454,6 @@ RULES: Final[tuple[Rule, ...]] = (
         "leave it out",
     ),
     never(
-        "decision.switching",
-        lambda s: s.manifest.knowledge and s.decision.switching is not None,
-        "{strategy} decides by what the swarm knows, not by the counts of one exploration",
-        "leave it out, or choose dc",
-    ),
-    never(
         "decision.start",
         lambda s: (s.manifest.knowledge or s.manifest.starts_neutral) and s.decision.start != "coin",
         "needs robots that begin with a coin and pass on opinions; those of {strategy} don't",

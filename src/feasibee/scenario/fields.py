@@ -464,12 +464,6 @@ class Decision(Section):
         description="First opinion of a robot: a fair coin, or the one that its counts favour when its first "
         "exploration ends. With a tie it keeps the coin.",
     )
-    switching: Share | None = Field(
-        None,
-        description="Probability that a robot, at the end of a dissemination, adopts what its own counts "
-        "favour, whatever it heard; by default none does.",
-        examples=[0.05],
-    )
     declare: Declare | None = Field(
         None,
         description="Rule by which a robot declares its opinion, if its strategy doesn't define `declare`; "

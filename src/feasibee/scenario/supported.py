@@ -28,7 +28,7 @@ COMMON: Final = frozenset(
 FAST_PATH: Final = COMMON | {"robots.know_count", "units.metres", "units.seconds"}
 """Fields that the fast path of the engine implements; the general engine simulates any other scenario."""
 IN_C: Final = COMMON | {
-    *("decision.inbox_size", "decision.switching", "decision.declare"),
+    *("decision.inbox_size", "decision.declare"),
     *("arena.boundary", "sensing.miss", "radio.loss"),
 }
 """Fields that a world around the controller in C has."""

@@ -23,7 +23,6 @@ SYMBOLS: Final[Mapping[str, str]] = {
     "radio.range": "d_radio",
     "radio.loss": "p_loss",
     "decision.gain": "g",
-    "decision.switching": "p_switch",
     "faults.stopped": "f_stopped",
     "faults.byzantine": "f_lying",
     "run.steps": "T",

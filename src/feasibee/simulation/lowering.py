@@ -217,7 +217,6 @@ def _decision(scenario: Scenario, most: int) -> numbers.DecisionParams:
         own_vote=int(decision.own_vote),
         random_ties=int(decision.ties == "random-message"),
         first_sight=decision.start == "first-sight",
-        switching=probability(decision.switching or 0.0),
         declare=numbers.DeclareParams(
             enabled=rule is not None,
             share=exact(rule.quorum).numerator if rule else 0,

@@ -44,7 +44,6 @@ FINE = {
     *(f"robots.{field} true" for field in ("avoid_collisions", "know_count")),
     *(f"{field} true" for field in ("sensing.count_self", "decision.own_vote")),
     *(f"radio.{field} tiny" for field in ("range", "loss")),
-    "decision.switching tiny",
     *(f"sensing.{field} tiny" for field in ("view", "position_error", "gate")),
     "place.walls list",
     "place.zones table",

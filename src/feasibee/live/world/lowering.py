@@ -101,7 +101,6 @@ def numbers_of(scenario: Scenario) -> dict[str, float]:
         "lost": int(probability(radio.loss)),
         "count_self": int(sensing.count_self),
         "strategy": strategies_of(scenario).index(scenario.strategy),
-        "switching": -1 if decision.switching is None else int(probability(decision.switching)),
         "id_bits": radio.id_bits or 0,
         **_halves("share", threshold.numerator),
         **_halves("whole", threshold.denominator),

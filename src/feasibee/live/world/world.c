@@ -21,8 +21,7 @@
 /* The numbers of a scenario, in the order of numbers_of in lowering.py; a test compares them. Those of given.h follow. */
 enum number {
     ROBOTS, TASKS, SPAN_X, SPAN_Y, UNIT, WALLED, RADIUS, REACH, MEAN_RUN, SIGHT_HIGH, SIGHT_LOW, RADIO_HIGH, RADIO_LOW,
-    MISS, LOST, COUNT_SELF, STRATEGY, SWITCHING, ID_BITS, SHARE_HIGH, SHARE_LOW,
-    WHOLE_HIGH, WHOLE_LOW, EVENTS, NUMBERS
+    MISS, LOST, COUNT_SELF, STRATEGY, ID_BITS, SHARE_HIGH, SHARE_LOW, WHOLE_HIGH, WHOLE_LOW, EVENTS, NUMBERS
 };
 
 /* An event: its step; how many tasks and robots come, or go if negative; the task and the robot that it names, or -1; and
@@ -135,12 +134,6 @@ static struct feasibee_choice choice(void *context)
     return (struct feasibee_choice){drawn.word[1], drawn.word[2]};
 }
 
-static bool switches(void *context)
-{
-    const struct body *body = context;
-    return philox(seed, run, body->number, body->phases, PHASE).word[3] < numbers[SWITCHING];
-}
-
 /* Count the most robots at a time, and the tasks of the whole run; lowering.py and the page refuse too many. */
 static void read_events(void)
 {
@@ -177,7 +170,6 @@ static void read_settings(void)
     settings = feasibee_settings_given(numbers + NUMBERS, strategies[whole(STRATEGY)], &setting);
     settings.draw_duration = draw_steps;
     settings.draw_choice = choice;
-    settings.draw_switch = numbers[SWITCHING] < 0 ? NULL : switches;
     read_setting();
 }
 

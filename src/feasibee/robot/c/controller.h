@@ -206,7 +206,6 @@ struct feasibee_settings {
     struct feasibee_parameters parameters;
     uint32_t (*draw_duration)(void *context, const struct feasibee_mean *mean); /* steps, 1 to 2^30 */
     struct feasibee_choice (*draw_choice)(void *context);
-    bool (*draw_switch)(void *context); /* whether to adopt what the own counts favour; NULL: never */
     int32_t (*task_of)(uint32_t name);  /* the id of a task by its name in messages; NULL: they are equal */
     const struct feasibee_setting *setting; /* for translated strategies; otherwise NULL */
 #ifdef FEASIBEE_CLASSES

@@ -30,7 +30,6 @@ static inline struct feasibee_settings feasibee_defaults(const struct feasibee_s
     settings.parameters.positive_feedback = true;
     settings.draw_duration = NULL;
     settings.draw_choice = NULL;
-    settings.draw_switch = NULL;
     settings.task_of = NULL;
     settings.setting = NULL;
     return settings;
@@ -176,12 +175,13 @@ static inline bool feasibee_keeps_opinion(const struct feasibee_robot *robot)
     return robot->settings->stubborn || robot->declared != FEASIBEE_NONE;
 }
 
-/* Return the opinion that the robot's own counts favour; with a tie the one given. */
-static inline int8_t feasibee_favoured(const struct feasibee_robot *robot, int8_t tie)
+/* Adopt what the robot's own counts favour; keep its opinion with a tie (model.md 6.10). */
+static inline void feasibee_adopt_first_sight(struct feasibee_robot *robot)
 {
     feasibee_amount feasible = robot->feasible_quality.part;
     feasibee_amount infeasible = robot->feasible_quality.whole - feasible;
-    return feasible == infeasible ? tie : feasible > infeasible;
+    if (feasible != infeasible)
+        robot->opinion = feasible > infeasible;
 }
 
 /* Begin disseminating, for a time drawn by the quality of the opinion (model.md 4.3, 4.4). */
@@ -190,7 +190,7 @@ static inline void feasibee_disseminate(struct feasibee_robot *robot)
     const struct feasibee_strategy *strategy = robot->settings->strategy;
     feasibee_rate(robot);
     if (robot->settings->first_sight && !robot->explored && !feasibee_keeps_opinion(robot))
-        robot->opinion = feasibee_favoured(robot, robot->opinion); /* model.md 6.10 */
+        feasibee_adopt_first_sight(robot);
     robot->disseminating = robot->explored = true;
     robot->said = strategy->say ? strategy->say(robot) : robot->opinion;
 #if FEASIBEE_VALUES
@@ -229,8 +229,6 @@ static inline void feasibee_decide(struct feasibee_robot *robot)
         feasibee_rate(robot);
     struct feasibee_votes votes = feasibee_votes_of(robot, settings->draw_choice(robot->me.context));
     int8_t decided = settings->strategy->decide(robot, &votes);
-    if (settings->draw_switch && settings->draw_switch(robot->me.context)) /* model.md 6.10 */
-        decided = feasibee_favoured(robot, FEASIBEE_FEASIBLE);
     if (!feasibee_keeps_opinion(robot))
         robot->opinion = decided;
     if (settings->declare.rounds > 0)
