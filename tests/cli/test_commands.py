@@ -356,6 +356,13 @@ def test_an_unknown_kind_of_file_is_refused_before_the_work(here, name):
     assert names(here) == []
 
 
+@pytest.mark.usefixtures("no_simulation")
+def test_a_report_as_pdf_is_printed_from_its_page(here):
+    (line,) = refused("assess", "--out", "a.pdf")
+    rule = "unknown file format; end the name with .html or .htm, and print that page for PDF"
+    assert line == f"feasibee: --out a.pdf: {rule}"
+
+
 @pytest.mark.quick(1)
 @pytest.mark.parametrize("name", ["a.png", "a.pdf", "a.svg", "A.PNG"])
 def test_a_plot_is_of_the_kind_of_its_suffix(here, name):

@@ -17,8 +17,8 @@ from feasibee import FeasibeeError, Scenario
 from feasibee.field.brain import CompiledMind
 from feasibee.robot.firmware import header, needs_double
 from feasibee.robot.wire import WireError
+from feasibee.scenario.html import render
 from feasibee.scenario.plugins import load
-from feasibee.scenario.skeletons import skeleton
 from feasibee.studies import check
 
 KINDS = pytest.mark.parametrize("options", [(), ("--knowledge",)], ids=["opinions", "knowledge"])
@@ -68,7 +68,7 @@ def test_a_skeleton_runs_as_it_is_and_with_what_its_comments_offer(here, options
 def test_a_skeleton_passes_on_names_as_the_example_does():
     """Both also have bits, which differ: messages of the example are as long as those of census."""
     example = (Path(__file__).parents[2] / "examples" / "roll_call.py").read_text(encoding="utf-8")
-    texts = example, skeleton("mine.py", knowledge=True)
+    texts = example, render("strategy.txt", file="mine.py", knowledge=True)
     assert len({text[text.index("def words") : text.index("def bits")] for text in texts}) == 1
 
 
@@ -178,7 +178,7 @@ def test_a_check_says_all_of_a_strategy_in_one_screen(here):
 
 @NEEDS_CC
 def test_json_has_all_of_it(here):
-    (here / "mine.py").write_text(skeleton("mine.py", knowledge=True))
+    (here / "mine.py").write_text(render("strategy.txt", file="mine.py", knowledge=True))
     found = json_of("check", "mine.py", "--runs", 5)
     assert (found["bits"], found["words"], found["needs"]) == ({"first": 40, "full": 40}, 40, [])
     assert (found["engine"], found["c"], found["in_c"], found["needs_double"]) == (
@@ -204,7 +204,7 @@ def unread(*_):
 @NEEDS_CC
 def test_a_brain_that_differs_is_found(here, monkeypatch):
     """Each fault is one that a wrong translation could have."""
-    (here / "mine.py").write_text(skeleton("mine.py", knowledge=True))
+    (here / "mine.py").write_text(render("strategy.txt", file="mine.py", knowledge=True))
     (scenario, *_) = check._worlds("mine.py", 0)
     check._same_in_c(scenario, 0)
     with monkeypatch.context() as patch:
@@ -222,7 +222,7 @@ def test_a_brain_that_differs_is_found(here, monkeypatch):
 
 
 def test_an_engine_that_differs_is_found(here, monkeypatch):
-    (here / "mine.py").write_text(skeleton("mine.py", knowledge=False))
+    (here / "mine.py").write_text(render("strategy.txt", file="mine.py", knowledge=False))
     assert check._agreement("mine.py", 0, check._same_in_engine) == "agree"
     simulate = check.simulate_record
 
@@ -249,7 +249,7 @@ def test_a_whole_number_that_leaves_64_bits_ends_a_check_with_status_1(here):
 
 @pytest.mark.parametrize("agrees", [True, False])
 def test_a_difference_ends_a_check_with_status_1(here, monkeypatch, agrees):
-    (here / "mine.py").write_text(skeleton("mine.py", knowledge=False))
+    (here / "mine.py").write_text(render("strategy.txt", file="mine.py", knowledge=False))
     found = SimpleNamespace(agrees=agrees, to_dict=lambda seed: {"engine": "world 0"})
     monkeypatch.setattr(check, "check", lambda *_: found)
     assert invoke("check", "mine.py", "--json").exit_code == (not agrees)
@@ -266,7 +266,9 @@ def test_what_only_the_engine_takes_is_checked_without_c(here):
 def test_a_large_strategy_does_not_fit_a_small_processor(here):
     if shutil.which("avr-gcc") is None:
         pytest.skip("no avr-gcc; Debian has it in gcc-avr and avr-libc")
-    text = skeleton("mine.py", knowledge=True).replace("+ setting.task_ids", "+ setting.task_ids + 3000", 1)
+    text = render("strategy.txt", file="mine.py", knowledge=True).replace(
+        "+ setting.task_ids", "+ setting.task_ids + 3000", 1
+    )
     (here / "mine.py").write_text(text)
     assert check._size("ATmega328P", check._paper("mine.py")) == "too large for its memory"
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
@@ -12,7 +10,6 @@ from feasibee.live.lane import opening
 from feasibee.reference.place import ground_of as reference_ground
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.ground import ground_of, nearest, shares
-from feasibee.studies import report
 from tests.commands import json_of, output_of
 from tests.places import bitmap, random_cells, rectangle, rooms
 
@@ -153,16 +150,6 @@ def test_the_commands_name_the_piece_that_lacks_robots(tmp_path):
     file.write_text(SPLIT)
     table = [line for line in output_of("truth", file).splitlines() if "│" in line]
     assert [line.split("│")[1].strip()[:4] for line in table] == ["1 (x", "2 (x"]
-
-
-def test_a_report_names_the_piece_that_lacks_robots():
-    scenario = Scenario.from_toml(SPLIT + BEYOND)
-    assessment = SimpleNamespace(
-        scenario=scenario, truth=explain(scenario), outcome=SimpleNamespace(tracking=None)
-    )
-    where = "in piece 2 (x 10.7 to 19.4, y 0.6 to 19.4)"
-    said = f"The tasks are infeasible: {where}, they need 12 robots, and there are 10 of 20."
-    assert report._truth(assessment) == said
 
 
 HALL = {"arena": {"boundary": "walls", "side": 10.0}}

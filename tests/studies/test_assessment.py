@@ -17,6 +17,7 @@ from feasibee.cli import main
 from feasibee.results.calibration import OWN
 from feasibee.results.measures import declarations
 from feasibee.results.statistics import Interval, paired_difference, plain
+from feasibee.scenario.feasibility import Piece, Verdict, Violator
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies import flooding
@@ -24,8 +25,8 @@ from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare, percent, wait_for
 from feasibee.studies.needs import Asked, suitable, waiting_in_words
 from feasibee.studies.pages import write_report
-from feasibee.studies.report import Trial, bias_in_words, sections
-from feasibee.studies.size import Rule, band_of
+from feasibee.studies.race import MARGIN
+from feasibee.studies.report import Trial, sections
 from feasibee.studies.space import Dimension, dimensions
 from feasibee.studies.tuning import (
     Objective,
@@ -393,12 +394,48 @@ def test_what_is_asked_of_robots_is_said(assessment):
     assert "bytes of memory" in text
 
 
-def test_a_bias_is_explained():
-    """Robots that average what they see do not see themselves: n tasks look like one too many."""
-    scenario = Scenario(decision={"strategy": "average"}, run={"steps": 400})
-    band = band_of(scenario, Rule(0.9, most=150), 2, reach=3)
-    shares, why = bias_in_words(band, scenario)
-    assert shares.startswith("With 20 tasks 1.0 % ")
+def test_a_bias_is_explained(assessment, monkeypatch):
+    """Robots that count what they see do not see themselves: n tasks look like one too many."""
+    sides = Interval(0.01, 0.0, 0.02), Interval(0.9, 0.8, 1.0)
+    monkeypatch.setattr("feasibee.studies.report._sides", lambda band, robots: sides)
+    *_, shares, why = sections(assessment)["How many robots, for how many tasks"]
+    assert shares == "With 20 tasks 1.0 % (0.0 to 2.0) are right, with 21 tasks 90.0 % (80.0 to 100.0)."
     assert why.startswith("The swarm leans to infeasible around 20 tasks. Robots don't see themselves")
-    (_, there) = bias_in_words(band, scenario.replace({"sensing.count_self": True}))
-    assert there == "The swarm leans to infeasible around 20 tasks."
+    counting = replace(assessment, scenario=SHORT.replace({"sensing.count_self": True}))
+    *_, why = sections(counting)["How many robots, for how many tasks"]
+    assert why == "The swarm leans to infeasible around 20 tasks."
+    sides = sides[::-1]
+    *_, why = sections(assessment)["How many robots, for how many tasks"]
+    assert why == "The swarm leans to feasible around 20 tasks."
+
+
+@pytest.mark.parametrize(
+    ("shown", "words"),
+    [
+        (Interval(0.0, -0.02, 0.03), "as without it (within 5 points)."),
+        (Interval(0.0, -0.06, 0.06), "+0.0 points (-6.0 to +6.0), which may be chance."),
+        (Interval(0.16, 0.056, 0.258), "+16.0 points (+5.6 to +25.8)."),
+        (Interval(0.02, 0.01, MARGIN), "as without it (within 5 points)."),
+    ],
+)
+def test_a_difference_is_called_none_only_if_it_is_shown_to_be_small(assessment, shown, words):
+    found = replace(assessment, faults=[replace(assessment.faults[0], difference=shown)])
+    (line,) = sections(found)["If something fails"]
+    assert line.endswith(f"are right, {words}")
+
+
+def test_the_piece_of_a_place_that_lacks_robots_is_named(assessment):
+    piece = Piece(2, (10.7, 19.4), (0.6, 19.4), {})
+    truth = Verdict({}, Violator(("any",), 12, 10), 2, (piece,))
+    line = sections(replace(assessment, truth=truth))["What to expect"][0]
+    where = "in piece 2 (x 10.7 to 19.4, y 0.6 to 19.4)"
+    assert line == f"The tasks are infeasible: {where}, they need 12 robots, and there are 10 of 20."
+
+
+def test_what_a_user_named_stays_text_in_a_page(assessment, tmp_path):
+    name = "<script>alert('&')</script>"
+    trial = replace(assessment.faults[0], outcome=replace(assessment.faults[0].outcome, contender=name))
+    write_report(replace(assessment, faults=[trial]), tmp_path / "a.html", f"feasibee assess {name}")
+    page = (tmp_path / "a.html").read_text()
+    assert "<script" not in page
+    assert page.count("&lt;script&gt;alert(&#39;&amp;&#39;)&lt;/script&gt;") == 3

@@ -11,8 +11,7 @@ import pytest
 from feasibee import Scenario
 from feasibee.results.statistics import Interval, mean_difference
 from feasibee.studies.comparison import difference
-from feasibee.studies.race import AS_IT_IS, MARGIN, Race, is_clear, is_none
-from feasibee.studies.report import _gain
+from feasibee.studies.race import AS_IT_IS, Race, is_clear, is_none
 from feasibee.studies.size import Finding, looks
 
 
@@ -74,19 +73,6 @@ def test_outcomes_of_different_length_are_paired_by_their_first_runs():
     other = SimpleNamespace(shares=np.array([1.0, 0.0] * 15 + [0.0] * 50), runs=80)
     assert difference(one, other) == mean_difference(one.shares, other.shares[:30])
     assert difference(other, one).estimate == 0.0
-
-
-@pytest.mark.parametrize(
-    ("shown", "words"),
-    [
-        (Interval(0.0, -0.02, 0.03), "as without it (within 5 points)"),
-        (Interval(0.0, -0.06, 0.06), "+0.0 points (-6.0 to +6.0), which may be chance"),
-        (Interval(0.16, 0.056, 0.258), "+16.0 points (+5.6 to +25.8)"),
-        (Interval(0.02, 0.01, MARGIN), "as without it (within 5 points)"),
-    ],
-)
-def test_a_difference_is_called_none_only_if_it_is_shown_to_be_small(shown, words):
-    assert _gain(shown) == words
 
 
 @pytest.mark.parametrize(

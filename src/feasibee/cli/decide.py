@@ -49,11 +49,11 @@ def assess(
     budget: float | None,
     workforce: Workforce,
     outputs: dict[str, Path] = outputs_option(
-        f"Write the assessment as pages, .pdf or .html; the first has all in brief. A folder: {JOURNAL} "
-        "Repeatable.",
+        "Write the assessment as one .html file; printed, its first page has the answer. "
+        f"A folder: {JOURNAL} Repeatable.",
         folder=True,
+        hint=", and print that page for PDF",
         page=(".html", ".htm"),
-        sheets=(".pdf",),
     ),
     as_json: bool,
 ) -> None:
@@ -65,7 +65,7 @@ def assess(
 
     \b
     Examples:
-      feasibee assess mine.toml --out mine.pdf --out mine.html
+      feasibee assess mine.toml --out mine.html
       feasibee assess --robots 40 --tasks 30 --arena 50 --range 4
       feasibee assess mine.toml --budget 2min
     """
@@ -80,8 +80,8 @@ def assess(
     folder = outputs.pop("folder", None) or kept_folder(scenario, seed)
     with executing("Assessing", folder, workforce, budget=budget, answers=True) as execution:
         assessment = simulate_all(scenario, runs, seed, execution, right)
-    for path in outputs.values():
-        write_report(assessment, path, shlex.join(("feasibee", *sys.argv[1:])))
+    if page := outputs.get("page"):
+        write_report(assessment, page, shlex.join(("feasibee", *sys.argv[1:])))
     if as_json:
         print_json(assessment.to_dict())
     for title, lines in sections(assessment).items() if not as_json else ():
@@ -89,8 +89,8 @@ def assess(
         for line in lines:
             click.echo(wrapped(line, "  ", "    "))
         click.echo()
-    if outputs and not as_json:
-        click.echo(f"The report is {' and '.join(map(str, outputs.values()))}")
+    if page and not as_json:
+        click.echo(f"The report is {page}")
     leave_if_stopped(assessment.stopped)
 
 

@@ -120,7 +120,7 @@ def new(
     """
     from feasibee.files import check_output, write_text
     from feasibee.scenario.comments import commented_toml
-    from feasibee.scenario.skeletons import skeleton
+    from feasibee.scenario.html import render
 
     *kind, out = files
     if kind not in ([], [Path("strategy")]):
@@ -132,7 +132,10 @@ def new(
     if out.exists():
         raise FeasibeeError(f"{out}: exists already; use another name, or remove it")
     check_output(out, (".py",) if kind else (".toml",))
-    made = skeleton(out.name, knowledge=knowledge) if kind else commented_toml(Given(None, changes).read())
+    if kind:
+        made = render("strategy.txt", file=out.name, knowledge=knowledge)
+    else:
+        made = commented_toml(Given(None, changes).read())
     write_text(out, made)
     click.echo(f"Wrote {out}. Edit it, then: feasibee {'check' if kind else 'run'} {out}")
 

@@ -263,10 +263,11 @@ def command(
     return made
 
 
-def outputs_option(text: str, *, folder: bool = False, **kinds: Sequence[str]) -> Any:
+def outputs_option(text: str, *, folder: bool = False, hint: str = "", **kinds: Sequence[str]) -> Any:
     """Return --out for one file of each kind, by its suffixes, and for a folder if a command writes one.
 
-    The command gets a dict of kinds and paths, of files that can be written.
+    The command gets a dict of kinds and paths, of files that can be written. ``hint`` ends the error about
+    another suffix.
     """
     suffixes = {suffix: kind for kind, group in kinds.items() for suffix in group}
 
@@ -278,7 +279,7 @@ def outputs_option(text: str, *, folder: bool = False, **kinds: Sequence[str]) -
             if folder and path.suffix.lower() not in suffixes and (path.is_dir() or not path.suffix):
                 kind = "folder"
             else:
-                kind = suffixes[check_output(path, list(suffixes), "--out")]
+                kind = suffixes[check_output(path, list(suffixes), "--out", hint)]
             earlier = next(
                 (each for of, each in found.items() if of == kind or each.resolve() == path.resolve()), None
             )

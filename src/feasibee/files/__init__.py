@@ -155,7 +155,7 @@ def write_table(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
     write_csv(path, list(rows[0]), [list(row.values()) for row in rows])
 
 
-def check_output(path: str | Path, suffixes: Sequence[str], option: str = "") -> str:
+def check_output(path: str | Path, suffixes: Sequence[str], option: str = "", hint: str = "") -> str:
     """Validate an output path before a long computation; return its suffix in lower case.
 
     Parameters
@@ -166,6 +166,8 @@ def check_output(path: str | Path, suffixes: Sequence[str], option: str = "") ->
         The supported suffixes, such as ``".csv"``.
     option : str
         The command-line option that named the file, for the error.
+    hint : str
+        The end of the error about an unsupported suffix.
 
     Raises
     ------
@@ -176,7 +178,7 @@ def check_output(path: str | Path, suffixes: Sequence[str], option: str = "") ->
     if suffix not in suffixes:
         known = f"{', '.join(suffixes[:-1])} or {suffixes[-1]}" if len(suffixes) > 1 else suffixes[0]
         raise FeasibeeError(
-            f"{option} {named(path)}: unknown file format; end the name with {known}".lstrip()
+            f"{option} {named(path)}: unknown file format; end the name with {known}{hint}".lstrip()
         )
     _beside(path)[1].unlink()
     return suffix

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import html
 import io
 from collections.abc import Iterator
 from functools import lru_cache
@@ -91,8 +90,7 @@ def paint_plan(
     ground.paste(ink, (0, height - size[1]), dark)
 
 
-def as_html(picture: Image.Image, text: str) -> str:
-    """Return a picture as an element of HTML, in few colours, with a text for those who don't see it."""
+def encoded(picture: Image.Image) -> str:
+    """Return a picture as PNG of few colours in base64."""
     picture.quantize(128).save(kept := io.BytesIO(), "PNG", optimize=True)
-    data = base64.b64encode(kept.getvalue()).decode()
-    return f'<img alt="{html.escape(text)}" src="data:image/png;base64,{data}"/>'
+    return base64.b64encode(kept.getvalue()).decode()

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import html
 import math
 from collections.abc import Collection, Container, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -16,8 +15,7 @@ from feasibee.results.statistics import CONFIDENCE, Interval, normal_quantile
 from feasibee.studies.benchmark import Card, Row
 from feasibee.studies.comparison import percent
 from feasibee.studies.needs import IN_WORDS, NAMES
-from feasibee.studies.pages import Shown, figure_as_html, write_page
-from feasibee.studies.report import section_as_html, table_as_html
+from feasibee.studies.pages import encoded, write_page
 from feasibee.studies.suite import SIDES
 
 COIN: Final = 0.5
@@ -198,32 +196,29 @@ def write_board(path: Path, card: Card, names: Collection[str], command: str) ->
         The command that made it, for the footer.
     """
     classes = standings(card)
-    given = [
-        f"Suite {card.suite}: {len(card.worlds)} worlds, each with feasible and with infeasible tasks.",
-        f"{card.runs:,} runs of each side, fewer of large swarms; seed {card.seed}.",
-        "Contenders rank among those whose robots are given the same.",
-    ]
-    body = f"<h1>Benchmark of decisions on feasibility</h1>{section_as_html('What was done', given)}"
-    if own := list(in_words(classes, names)):
-        body += section_as_html("In brief", own)
     foremost = sorted(classes.values(), key=lambda group: not any(each.contender in names for each in group))
-    body += "".join(_class_as_html(card, group, names) for group in foremost)
-    body += f"<p>{html.escape(CAPTION)}. {html.escape(COSTS)}.</p>"
-    worlds = [f"{world.name} ({world.group}): {world.about}." for world in card.worlds]
-    write_page(path, "benchmark", body + section_as_html("Worlds", worlds), command)
+    write_page(
+        path,
+        "board.html",
+        command,
+        card=card,
+        brief=list(in_words(classes, names)),
+        classes={f"Given {group[0].given}": _class_of(card, group, names) for group in foremost},
+        caption=f"{CAPTION}. {COSTS}",
+        worlds=[f"{world.name} ({world.group}): {world.about}." for world in card.worlds],
+    )
 
 
-def _class_as_html(card: Card, group: Sequence[Standing], names: Container[str]) -> str:
-    """Return a class as a table, the Pareto front, and a table of the shares by world."""
-    title = f"Given {group[0].given}"
-    body = table_as_html(title, [["", *HEADS], *([each.contender, *each.cells] for each in group)])
+def _class_of(card: Card, group: Sequence[Standing], names: Container[str]) -> tuple[Any, ...]:
+    """Return a class as a table, the Pareto front if several are in it, and the shares by world."""
+    figure = None
     if len(group) > 1:
+        title = f"Given {group[0].given}: right swarms against bits on the air"
         best = f"Best: {group[0].contender}, {percent(group[0].right)}."
-        body += figure_as_html(
-            Shown(f"{title}: right swarms against bits on the air", best, draw_board(group, names))
-        )
+        figure = title, best, encoded(draw_board(group, names))
     columns = {each.contender: each.worlds for each in group}
     if NAMES not in group[0].given:
         columns = {"could be known": {world.name: world.known for world in card.worlds}, **columns}
-    rows = [[world.name, *(column[world.name] for column in columns.values())] for world in card.worlds]
-    return body + table_as_html(f"{title}: right by world (%)", [["", *columns], *rows])
+    shares = [[world.name, *(column[world.name] for column in columns.values())] for world in card.worlds]
+    ranks = [[each.contender, *each.cells] for each in group]
+    return [["", *HEADS], *ranks], figure, [["", *columns], *shares]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import html
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -14,7 +12,7 @@ from feasibee.results.calibration import SHARES, Calibration
 from feasibee.results.statistics import CONFIDENCE, Interval, pareto, plain, wilson
 from feasibee.scenario.feasibility import Verdict as Truth
 from feasibee.scenario.feasibility import who_counts
-from feasibee.scenario.html import folded, framed
+from feasibee.scenario.html import render
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import length_in_words, step_in_words, steps_in_words, when_in_words
 from feasibee.studies.comparison import (
@@ -196,13 +194,7 @@ class Assessment:
 
     def _repr_html_(self) -> str:
         """Return the assessment as HTML, for notebooks."""
-        tables = {"Strategies": self.strategies, "Changes": self.limits, "Faults": self.faults}
-        parts = [section_as_html(*each) for each in sections(self).items()]
-        parts += [
-            folded(name, table_as_html(name, cells_of(trials)) if trials else "")
-            for name, trials in tables.items()
-        ]
-        return framed("".join(parts) + folded("Scenario", self.scenario._repr_html_()))
+        return render("cell.html", a=self, words=sections(self), tables=tables_of(self))
 
     def _recommended_as_dict(self) -> dict[str, Any] | None:
         if self.recommended is None:
@@ -229,23 +221,52 @@ def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
 
 
 def sections(assessment: Assessment) -> dict[str, list[str]]:
-    """Return an assessment in words: the lines of each section, by its title."""
-    sizing = assessment.sizing
-    sized = [] if sizing is None else sentences(sizing)
-    if sizing is not None and sizing.band:
-        sized += bias_in_words(sizing.band, assessment.scenario)
-    found = {
-        "Verdict": [verdict_sentence(assessment), *_ended_early(assessment)],
-        "What to do": [action(assessment)],
-        "Recommended": _recommended(assessment),
-        "What to expect": _expected(assessment),
-        "How many robots, for how many tasks": sized,
-        "What is asked of the robots": _asked(assessment),
-        "If something fails": _faults(assessment),
-        "What would help": _changes(assessment),
-        "What this rests on": evidence(assessment),
-    }
+    """Return an assessment in words: the lines of each section, by its title; see ``assessment.txt``."""
+    found: dict[str, list[str]] = {}
+    for line in render("assessment.txt", a=assessment, **_words(assessment)).splitlines():
+        if line.startswith("# "):
+            lines = found[line[2:]] = []
+        elif line.startswith("- "):
+            lines.append(line[2:].strip())
+        elif more := line.strip():
+            lines[-1] += f" {more}"
     return {title: lines for title, lines in found.items() if lines}
+
+
+def _words(assessment: Assessment) -> dict[str, Any]:
+    """Return what the words of an assessment need in addition to it: what is computed, and functions."""
+    scenario, recommended, sizing = assessment.scenario, assessment.recommended, assessment.sizing
+    asked = {scenario.decision.strategy: assessment.asked}
+    if recommended is not None:
+        asked.setdefault(recommended.strategy, recommended.asked)
+    return {
+        "sign": SIGNS[assessment.verdict.level],
+        "action": action(assessment),
+        "who": who_counts(scenario),
+        "waits": wait_interval(assessment.outcome, assessment.target),
+        "warnings": [
+            *waiting_in_words(scenario, give_up if assessment.stopped else go_on),
+            *rooms_in_words(assessment.rooms),
+            *noisy_names_in_words(scenario),
+        ],
+        "waiting_there": [] if recommended is None else waiting_in_words(recommended.scenario),
+        "sides": _sides(sizing.band, scenario.robots.count) if sizing is not None and sizing.band else None,
+        "unseen": not scenario.sensing.count_self and NAMES not in needs_of(scenario),
+        "asked": asked,
+        "chosen": _chosen(assessment.better),
+        "version": version("feasibee"),
+        "model_version": MODEL_VERSION,
+        "needs": NEEDS,
+        "MARGIN": MARGIN,
+        "SHARES": SHARES,
+        **{each.__name__: each for each in CALLED},
+    }
+
+
+def _sides(band: Band, robots: int) -> tuple[Interval, Interval]:
+    """Return the shares of right swarms with as many tasks as robots, and with one more."""
+    shares = {value: each.interval for edge in (band.below, band.above) for value, each in edge.tested}
+    return shares[robots], shares[robots + 1]
 
 
 def action(assessment: Assessment) -> str:
@@ -322,273 +343,6 @@ def _cheap_changes(assessment: Assessment) -> Iterator[tuple[int, str]]:
             yield trial.price, f"Change this: {trial.outcome.contender}. {then}"
 
 
-def agreement(assessment: Assessment) -> list[str]:
-    """Return how far the robots' confidence can be trusted; nothing without worlds of both truths."""
-    found, by = assessment.calibration, assessment.outcome.said_by
-    if found is None:
-        return []
-    score, sure = found.brier, found.sure
-    agreed = "In no run are 90 % on one side."
-    if sure is not None:
-        where = "the robots agree" if by == SHARES else "the probability goes to one truth"
-        agreed = f"Where at least 90 % of {where}, {percent(sure)} of the swarms are right."
-    interval = f"{score.estimate:.3f} ({score.low:.3f} to {score.high:.3f})"
-    parts = f"{found.reliability:.3f} - {found.resolution:.3f} + {found.uncertainty:.3f}"
-    return [
-        f"{agreed} Brier score of the {by}: {interval}; 0 is best, always 1/2 has 0.25. It is "
-        f"reliability - resolution + uncertainty: {parts}."
-    ]
-
-
-def evidence(assessment: Assessment) -> list[str]:
-    """Return what an assessment rests on: runs, seed, assumptions and versions."""
-    runs = f"{assessment.outcome.runs:,} simulated runs of the swarm"
-    scenario, sizing = assessment.scenario, assessment.sizing
-    assumed = [] if sizing is None else [f"For numbers of robots and tasks, {sizing.assumption}."]
-    return [
-        f"{runs}, seed {assessment.seed}. Shares have 95 % intervals; differences hold together with 95 %.",
-        "Sensors, radio and motion are as the scenario says. No experiment with robots is included.",
-        *assumed,
-        f"feasibee {version('feasibee')}, model {MODEL_VERSION}, scenario {scenario.hash[:12]}.",
-    ]
-
-
-def _ended_early(assessment: Assessment) -> list[str]:
-    if not assessment.stopped:
-        return []
-    missing = ", ".join(assessment.missing)
-    return [f"The assessment ended early ({assessment.stopped}). More time would complete: {missing}."]
-
-
-def verdict_sentence(assessment: Assessment) -> str:
-    """Return the verdict in a sentence, with one number and its interval."""
-    level, right, tasks = assessment.verdict
-    shape = SIGNS[level][1]
-    steps = steps_in_words(assessment.scenario, assessment.scenario.run.steps)
-    other = (
-        "" if tasks == assessment.outcome.tasks else f" with {tasks} tasks, where the truth is the opposite"
-    )
-    wanted = f"{100 * assessment.target:g} % are asked for"
-    text = (
-        f"{percent(right)} of such swarms are right after {steps}{other}; {wanted}."
-        if assessment.outcome.tracking is None
-        else f"such swarms are right in {percent(right)} of {steps}; {wanted}."
-    )
-    return f"{shape} {level.capitalize()}: {text}"
-
-
-def _expected(assessment: Assessment) -> list[str]:
-    outcome, target = assessment.outcome, f"{100 * assessment.target:g} %"
-    answers = {"right": "are right", "wrong": "are wrong", "split": "are undecided"}
-    shares = [f"{percent(share)} {answers[name]}" for name, share in assessment.shares.items()]
-    steps = (assessment.wait, *wait_interval(outcome, assessment.target))
-    since, first, last = (when_in_words(assessment.scenario, each).removeprefix("by ") for each in steps)
-    interval = "" if first == last == "never" else f" (95 % interval: {first} to {last})"
-    waiting = (
-        f"From {since} on{interval}, at least {target} of the swarms are right."
-        if assessment.wait is not None
-        else f"The share of right swarms never stays at {target} or more{interval}."
-    )
-    lines = [
-        _truth(assessment),
-        *filter(None, [who_counts(assessment.scenario)]),
-        f"With {assessment.scenario.decision.strategy}, of {outcome.runs} simulated swarms "
-        f"{', '.join(shares)}{'' if outcome.tracking is None else ', at the end'}.",
-        waiting,
-        f"The first collective decision is right in {percent(outcome.first)} of the swarms.",
-        *_declared(outcome, assessment.scenario),
-        *_tracking(outcome, assessment.scenario),
-        *acted_in_words(outcome, assessment.scenario),
-        *waiting_in_words(assessment.scenario, give_up if assessment.stopped else go_on),
-        *rooms_in_words(assessment.rooms),
-        *noisy_names_in_words(assessment.scenario),
-    ]
-    other = assessment.opposite
-    if other is not None:
-        lines.append(
-            f"With {other.tasks} tasks, where the truth is the opposite, {percent(other.accuracy)} are right."
-        )
-        lines += [
-            f"With {other.tasks} tasks, {each[0].lower()}{each[1:]}"
-            for each in acted_in_words(other, assessment.scenario)
-        ]
-    return lines + agreement(assessment)
-
-
-def _truth(assessment: Assessment) -> str:
-    robots, truth = assessment.scenario.robots.count, assessment.truth
-    if assessment.outcome.tracking is not None:
-        answer = "feasible" if truth.feasible else "infeasible"
-        return f"The world changes. Before any change, the tasks are {answer}."
-    if truth.violator is None:
-        free = robots - sum(truth.assignment.values())
-        left = "1 robot is" if free == 1 else f"{free} robots are"
-        return f"The tasks are feasible: each task can have its own robots, and {left} left over."
-    skills, demand, able = truth.violator
-    named = f" that can {' or '.join(skills)}" if assessment.scenario.tasks.classes else ""
-    where, of = (f"{truth.where}, ", f" of {robots}") if truth.where else ("", "")
-    return f"The tasks are infeasible: {where}they need {demand} robots{named}, and there are {able}{of}."
-
-
-def _declared(outcome: Outcome, scenario: Scenario) -> list[str]:
-    if outcome.declared is None:
-        return []
-    _, _, ok, wrong, steps = outcome.declared
-    when = (
-        "Fewer than 95 % of the swarms declare."
-        if steps.p95 is None
-        else f"By {step_in_words(scenario, steps.p95)}, 95 % of the swarms have declared."
-    )
-    told = f"By their own word, {percent(ok)} are right; a robot is wrong in {percent(wrong)}. {when}"
-    return [told]
-
-
-def acted_in_words(outcome: Outcome, scenario: Scenario) -> list[str]:
-    """Return whether and when robots that act did the tasks, in words."""
-    found = outcome.found.acting
-    if found is None:
-        return []
-    steps = found.all_taken_step.median, found.all_taken_step.p95
-    half, most = (when_in_words(scenario, each) for each in steps)
-    done = f"In {percent(found.done)} of the swarms, robots stand at all tasks that they can do"
-    lines = [f"{done}: in half of the swarms {half}, in 95 % {most}."]
-    if not outcome.feasible:
-        vain = percent(found.started_in_vain)
-        lines.append(f"In {vain} of the swarms, a robot takes a task although they are infeasible.")
-    return lines
-
-
-def _tracking(outcome: Outcome, scenario: Scenario) -> list[str]:
-    """Return how the swarms tracked the truth, in words."""
-    if outcome.tracking is None:
-        return []
-    _, delay, missed, changes, alarms = outcome.tracking
-    rate = f"{alarms.estimate:.3g} ({alarms.low:.3g} to {alarms.high:.3g}) false alarms per 1,000 steps."
-    if missed is None:
-        return [f"No swarm was right just before a change of truth. There are {rate}"]
-    half = "never" if delay.median is None else f"within {steps_in_words(scenario, delay.median)}"
-    return [
-        f"Of {changes:,} changes of truth just before which a swarm was right, it follows half {half}, and "
-        f"misses {percent(missed)}. There are {rate}"
-    ]
-
-
-def bias_in_words(band: Band, scenario: Scenario) -> list[str]:
-    """Return how often a swarm is right on both sides of the truth, and why one is harder, if it is."""
-    robots = scenario.robots.count
-    shares = {value: each.interval for edge in (band.below, band.above) for value, each in edge.tested}
-    here, there = shares[robots], shares[robots + 1]
-    lines = [f"With {robots} tasks {percent(here)} are right, with {robots + 1} tasks {percent(there)}."]
-    if here.high < there.low:
-        why = f"The swarm leans to infeasible around {robots} tasks."
-        if not scenario.sensing.count_self and NAMES not in needs_of(scenario):
-            why += (
-                f" Robots don't see themselves: each can see {robots - 1} others, so that {robots} tasks "
-                "look like one too many. The strategy estimate corrects for it; so does sensing.count_self."
-            )
-        lines.append(why)
-    elif there.high < here.low:
-        lines.append(f"The swarm leans to feasible around {robots} tasks.")
-    return lines
-
-
-def _asked(assessment: Assessment) -> list[str]:
-    asked = {assessment.scenario.decision.strategy: assessment.asked}
-    if assessment.recommended is not None:
-        asked.setdefault(assessment.recommended.strategy, assessment.recommended.asked)
-    return [f"{name}: {_asked_in_words(each, assessment.scenario)}." for name, each in asked.items()]
-
-
-def _asked_in_words(asked: Asked, scenario: Scenario) -> str:
-    needs = {
-        IDS: "every robot must have an id that is never misread",
-        NAMES: "all robots must have the same name for a task, such as its position in a shared frame",
-    }
-    needed = "; ".join(needs.get(each, f"each robot must know {each}") for each in asked.needs)
-    parts = [
-        needed or "no ids that are never misread, no names of tasks, no known number of robots",
-        f"messages of up to {asked.message_bits} bits",
-        f"sight {length_in_words(scenario, asked.sight)}, radio {length_in_words(scenario, asked.radio)}",
-        f"{math.ceil(asked.memory_bits / 8):,} bytes of memory",
-    ]
-    return "; ".join(parts)
-
-
-def _recommended(assessment: Assessment) -> list[str]:
-    found = assessment.recommended
-    target = f"{100 * assessment.target:g} %"
-    if assessment.outcome.tracking is not None:
-        return _best_tracker(assessment)
-    if found is None:
-        return [
-            f"No strategy is shown to be right in {target} of the swarms, here and at the opposite truth.",
-            *assessment.recommendation.probably,
-            "feasibee recommend says which constraint to relax.",
-        ]
-    text = (
-        f"right in {percent(found.worst.right)}, with {found.worst.outcome.tasks} tasks; "
-        f"{found.bits:.3g} bits per robot-step"
-        + (
-            ""
-            if found.step is None
-            else f"; {target} are right from {step_in_words(found.scenario, found.step)} on"
-        )
-    )
-    own = found.strategy == assessment.scenario.decision.strategy
-    lines = [f"{found.strategy}{', as it is' if own else ''}: {text}."]
-    lines += _declared(found.worst.outcome, found.scenario) + waiting_in_words(found.scenario)
-    if assessment.recommended_band is not None:
-        robots = assessment.scenario.robots.count
-        lines.append(band_sentence(assessment.recommended_band, robots, assessment.target))
-    return lines
-
-
-def _best_tracker(assessment: Assessment) -> list[str]:
-    """Return the strategy that is right in most steps of a world that changes."""
-    own = assessment.scenario.decision.strategy
-    tried = {
-        own: assessment.outcome,
-        **{trial.outcome.contender: trial.outcome for trial in assessment.strategies},
-    }
-    name = max(tried, key=lambda each: tried[each].judged.estimate)
-    same = " (as it is)" if name == own else ""
-    found = tried[name]
-    return [
-        f"Of {len(tried)} strategies, {name}{same} is right in the most steps: {percent(found.judged)}; "
-        f"{found.bits.mean():.3g} bits per robot-step.",
-        *_tracking(found, assessment.scenario),
-    ]
-
-
-def _faults(assessment: Assessment) -> list[str]:
-    chosen = assessment.scenario if assessment.recommended is None else assessment.recommended.scenario
-    name = chosen.decision.strategy
-    return [
-        f"{name}, {trial.outcome.contender}: {_right(trial.outcome)}, {_gain(trial.difference)}."
-        for trial in assessment.faults
-    ]
-
-
-def _changes(assessment: Assessment) -> list[str]:
-    helps = [trial for trial in assessment.limits if trial.difference.low > 0]
-    lines = [f"{trial.outcome.contender}: {points(trial.difference)}." for trial in helps]
-    if not helps:
-        lines = ["None of the tried changes is shown to make the swarm right more often."]
-    better = _chosen(assessment.better)
-    return lines + [_strategy_in_words(trial, assessment.target) for trial in better]
-
-
-def _strategy_in_words(trial: Trial, target: float) -> str:
-    step, other = wait_for(trial.outcome, target), trial.opposite
-    return (
-        f"strategy {trial.outcome.contender}: {points(trial.difference)}, "
-        f"{trial.outcome.bits.mean():.3g} bits per robot-step"
-        + ("" if step is None else f", {100 * target:g} % right from step {step}")
-        + ("" if other is None else f", {percent(other.accuracy)} right with {other.tasks} tasks")
-        + "."
-    )
-
-
 def _chosen(better: Sequence[Trial]) -> list[Trial]:
     """Return the three best of the Pareto front of bits and right swarms."""
     bits = [float(trial.outcome.bits.mean()) for trial in better]
@@ -596,43 +350,10 @@ def _chosen(better: Sequence[Trial]) -> list[Trial]:
     return [better[place] for place in sorted(best, key=bits.__getitem__)]
 
 
-def _right(outcome: Outcome) -> str:
-    """Return the share that judges an outcome, in words."""
-    share = percent(outcome.judged)
-    return f"{share} are right" if outcome.tracking is None else f"right in {share} of the steps"
-
-
-def _gain(difference: Interval) -> str:
-    """Return a difference in words: none to speak of, one that is shown, or one that isn't."""
-    if is_none(difference):
-        return f"as without it (within {100 * MARGIN:g} points)"
-    return points(difference) + ("" if is_clear(difference) else ", which may be chance")
-
-
-def section_as_html(title: str, lines: Sequence[str]) -> str:
-    """Return a section as a heading and a list."""
-    listed = "".join(f"<li>{html.escape(line).replace(' %', '&nbsp;%')}</li>" for line in lines)
-    return f"<h2>{html.escape(title)}</h2><ul>{listed}</ul>"
-
-
-def table_as_html(title: str, cells: Sequence[Sequence[str | float | None]]) -> str:
-    """Return a table in HTML that scrolls where it is too wide; the names of its columns are first.
-
-    A number is a share, shown in percent and as a shade; None is a dash.
-    """
-    heads, *rows = cells
-    head = "".join(f'<th scope="col">{html.escape(str(name))}</th>' for name in heads)
-    body = "".join(
-        f'<tr><th scope="row">{html.escape(str(name))}</th>{"".join(map(_cell, others))}</tr>'
-        for name, *others in rows
-    )
-    return _framed(title, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>")
-
-
-def _cell(cell: str | float | None) -> str:
-    if isinstance(cell, float):
-        return f'<td class="share" style="--share: {cell:.3f}">{100 * cell:.0f}</td>'
-    return f"<td>{'-' if cell is None else html.escape(cell)}</td>"
+def tables_of(assessment: Assessment) -> dict[str, list[list[str]]]:
+    """Return the tables of an assessment by title: rows of texts, the names of the columns first."""
+    tables = {"Strategies": assessment.strategies, "Changes": assessment.limits, "Faults": assessment.faults}
+    return {title: cells_of(trials) for title, trials in tables.items() if trials}
 
 
 def cells_of(trials: Sequence[Trial]) -> list[list[str]]:
@@ -655,15 +376,12 @@ def cells_of(trials: Sequence[Trial]) -> list[list[str]]:
     return rows
 
 
-def excluded_as_html(excluded: Mapping[str, str]) -> str:
-    """Return why strategies aren't recommended, as a table in HTML."""
-    rows = "".join(
-        f'<tr><th scope="row">{html.escape(name)}</th><td class="text">{html.escape(why)}</td></tr>'
-        for name, why in excluded.items()
-    )
-    return _framed("Not recommended", f"<table><tbody>{rows}</tbody></table>") if rows else ""
-
-
-def _framed(title: str, table: str) -> str:
-    label = html.escape(title, quote=True)
-    return f'<h2>{label}</h2><div class="wide" tabindex="0" role="region" aria-label="{label}">{table}</div>'
+NEEDS: Final = {
+    IDS: "every robot must have an id that is never misread",
+    NAMES: "all robots must have the same name for a task, such as its position in a shared frame",
+}
+CALLED: Final = (
+    *(percent, points, is_clear, is_none, wait_for, sentences, band_sentence),
+    *(length_in_words, step_in_words, steps_in_words, when_in_words),
+)
+"""Functions that the words of an assessment call."""
