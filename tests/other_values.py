@@ -98,7 +98,6 @@ OTHER_VALUES = {
     "acting.tell": False,
     "acting.tolerates": 1,
     "acting.detour": 10,
-    "acting.drift": 0.02,
     "run.stop_when_taken": True,
     "units.metres": 0.5,
     "units.seconds": 2.0,
@@ -122,7 +121,7 @@ NEEDS = {
     "decision.parameters": {"decision.strategy": "k-unanimity"},
     "response.delay": {"response.patience": 60},
     "response.margin": {"response.patience": 60},
-    **{f"acting.{key}": ACTS for key in ("choose", "hold", "reach", "tell", "tolerates", "detour", "drift")},
+    **{f"acting.{key}": ACTS for key in ("choose", "hold", "reach", "tell", "tolerates", "detour")},
     "acting.relieve": {
         **ACTS,
         "robots.classes": ({"name": "arms", "count": 12, "skills": ["arm"]}, {"name": "eyes", "count": 8}),

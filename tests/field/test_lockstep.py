@@ -308,7 +308,6 @@ def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
 @pytest.mark.parametrize(
     ("changes", "faults", "told"),
     [
-        ({"acting.drift": 0.1}, (), "robots of a field have one frame"),
         ({"events": PUT[:1]}, (), "robots of a field that act know only the tasks of the start"),
         ({}, (Fault(5, "restart-world"),), "doesn't know who has which task"),
     ],
@@ -317,8 +316,6 @@ def test_what_acting_robots_of_a_field_can_not_do_is_an_error(changes, faults, t
     with pytest.raises(FeasibeeError, match=told):
         Field(a_plan(small(**{"acting.start": 3, **changes}), faults=faults), None, print)
     assert "frames in C" in refused_in_a_line("launch", "--c", "--set", "acting.start=3")
-    own_frames = ("--set", "acting.start=3", "--set", "acting.drift=0.1")
-    assert "have one frame" in refused_in_a_line("robot", "--id", "1", "--senses", "-", *own_frames)
 
 
 @NEEDS_FORK

@@ -158,30 +158,6 @@ def test_a_robot_relieves_only_where_it_finds_no_free_task_and_only_the_more_ski
     assert (errand.task, errand.known[5]) == (5, 2)
 
 
-def test_in_its_own_frame_a_robot_takes_over_where_a_task_was_seen_later():
-    errand = Errand(Rules())
-    errand.drift(4, 2, -1)
-    errand.see(3, 0)
-    errand.drift(5, 2, -1)
-    assert errand.errors == {3: (2, -1, 4)}
-    errand.hear(1, {3: 0, 4: 0}, {3: (9, 9, 4), 4: (7, 7, 2)})
-    assert errand.errors == {3: (2, -1, 4), 4: (7, 7, 2)}
-    errand.hear(1, {3: 1}, {3: (5, 0, 5)})
-    assert (errand.errors[3], errand.known[3]) == ((5, 0, 5), 1)
-
-
-def test_a_robot_that_missed_a_task_believes_only_who_saw_it_later():
-    errand = Errand(Rules())
-    errand.see(3, 0)
-    errand.drift(8, 1, 1)
-    errand.forget(3)
-    for seen in (7, 8):
-        errand.hear(1, {3: 0}, {3: (4, 4, seen)})
-        assert errand.known == {}
-    errand.hear(1, {3: 0}, {3: (4, 4, 9)})
-    assert (errand.known, errand.errors) == ({3: 0}, {3: (4, 4, 9)})
-
-
 # --- Swarms ---
 
 
@@ -344,28 +320,6 @@ def test_byzantine_robots_never_have_a_task_but_know_of_them():
         liars = [robot for robot in swarm.robots if robot.fault == BYZANTINE]
         assert all((robot.errand.target, robot.errand.task) == (-1, -1) for robot in liars)
     assert all(robot.errand.known for robot in liars)
-
-
-@pytest.mark.parametrize("boundary", ["torus", "walls"])
-def test_a_robot_goes_to_where_its_odometry_has_drifted_and_sees_or_forgets_the_task(boundary):
-    """One robot that saw the only task in step 0 to 19: where it heads, and what it finds there."""
-    acting = {"start": 20, "drift": 0.08}
-    ends = set()
-    for run in range(40):
-        seen, around = 0, {"side": 12, "boundary": boundary}
-        scenario = Scenario(arena=around, robots={"count": 1}, tasks={"count": 1}, acting=acting)
-        for swarm in play(scenario, 1, run):
-            (robot,), (task,) = swarm.robots, swarm.tasks.values()
-            if robot.errand.target == 0 and swarm.time < 60:
-                *error, seen = robot.errand.errors[0]
-                assert error == [(swarm.time - seen) * each for each in robot.drift]
-                way = swarm.world.way(robot.place, (task[0] + error[0], task[1] + error[1]))
-                course = swarm.work.course(robot)
-                assert np.dot(way, course) == pytest.approx(np.hypot(*way) * np.hypot(*course), rel=1e-6)
-            if swarm.time == 60:
-                ends.add((robot.errand.task, len(robot.errand.known), swarm.work.vain_arrivals > 0))
-                break
-    assert {(0, 1, False), (-1, 0, True)} <= ends, "some find it, and some have forgotten it"
 
 
 def test_messages_say_where_tasks_are_unless_the_strategy_does():

@@ -227,21 +227,6 @@ EDGES = {
     ],
     "acting.relieve": [(ACTS, False, True, "needs robots of several classes")],
     "acting.tolerates": [(ACTS, 16, 17, "must be ≤ 16")],
-    "acting.drift": [
-        (ACTS, 1.25, 1.26, "must be at most a sixteenth of the arena's longer side"),
-        (
-            {**ACTS, "acting.hold": "tag"},
-            0.0,
-            0.1,
-            'can\'t be combined with a place, nor with acting.hold = "tag"',
-        ),
-        (
-            {**ACTS, **by("map"), "robots.know_count": True},
-            0.0,
-            0.1,
-            "must be 0 for map, which looks at where named tasks are",
-        ),
-    ],
     "run.stop_when_taken": [
         ({}, False, True, "needs acting.start: without it, no task is taken"),
         ({**ACTS, "events": [MORE]}, False, True, "ends a run once all tasks are taken, but more appear"),

@@ -85,7 +85,6 @@ PAPER = {
         "relieve": False,
         "tell": True,
         "tolerates": 0,
-        "drift": 0.0,
         "detour": 3,
     },
     "units": {},

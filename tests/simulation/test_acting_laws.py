@@ -73,18 +73,6 @@ def test_the_mean_of_one_mind_is_at_most_that_of_gossip():
         assert one < gossip < none
 
 
-@pytest.mark.parametrize("start", [0, 40])
-def test_news_from_others_helps_in_own_frames_too_unless_these_drift_much(start):
-    """Robots that only see tasks for themselves take 240 steps."""
-    tasks = {"acting__start": start, **QUIET}
-    median = {
-        drift: np.median(simulate(acting(acting__drift=drift, **tasks), runs=400, seed=1).all_taken_step)
-        for drift in (0.0, 0.02, 0.2)
-    }
-    assert median[0.0] == pytest.approx(median[0.02], rel=0.06)
-    assert median[0.02] < median[0.2] < 250
-
-
 def test_with_complete_lists_no_robot_arrives_in_vain_by_rank():
     """Robots that have wide radio know all 20 tasks by step 300, and each goes to its own."""
     found = simulate(acting(acting__choose="rank", acting__start=300, radio__range=10.0), runs=50, seed=1)

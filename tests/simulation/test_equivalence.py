@@ -345,7 +345,6 @@ def acting(draw):
         "acting.tell": draw(st.sampled_from([True, True, False])),
         "acting.tolerates": draw(st.sampled_from([0, 0, 1, 3])),
         "acting.detour": draw(st.integers(1, 9)),
-        "acting.drift": draw(st.sampled_from([0.0, 0.0, 0.01, 0.2])) * max(scenario.arena.size) / 20,
         "tasks.work": draw(st.none() | st.integers(1, 20)),
         "sensing.misname": 0.0,
         "sensing.position_error": 0.0,
@@ -408,7 +407,6 @@ MISSIONS = {
         "faults": {"byzantine": {"count": 3}},
         "radio": {"delay": 2},
     },
-    "own frames": {"acting": {"start": 5, "drift": 0.1}},
     "robots and tasks that come and go": {
         "acting": {"start": 0},
         "tasks": COMING,

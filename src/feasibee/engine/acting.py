@@ -13,15 +13,6 @@ from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.cells import shortest
 from feasibee.engine.compile import called, inlined, with_helpers
-from feasibee.engine.frames import (
-    begin_frame,
-    believed,
-    drift_all,
-    hear_place,
-    is_late,
-    see_place,
-    tell_places,
-)
 from feasibee.engine.intrinsics import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.layout import Clock, Robot, Set
 from feasibee.engine.params import Moment
@@ -60,7 +51,6 @@ def act(params, state, moment, i, w, members):
         hear_all(params, state, i, w, members)
     elif moment == Moment.BEGIN:
         begin(params, state)
-        drift_all(params, state)
         set_out(params, state)
     elif moment == Moment.MOVED:
         count_moves(params, state)
@@ -76,10 +66,8 @@ def rest(params, state, moment, i, w, members):
 
 
 @called
-def start_acting(params, state):
+def start_acting(state):
     """Let no task be taken, and no robot know of any."""
-    for i in range(params.robots.count):
-        begin_frame(params, state, i)
     state.holders[:] = FREE
     state.news[:] = 0
     state.told[:] = 0
@@ -88,9 +76,8 @@ def start_acting(params, state):
 
 
 @called
-def forget_tasks(params, state, i):
+def forget_tasks(state, i):
     """Let a robot that joins know of no task."""
-    begin_frame(params, state, i)
     state.news[i] = 0
     state.sayers[i] = 0
 
@@ -219,13 +206,6 @@ def way_to(params, state, i, task):
 
 
 @inlined
-def way_believed(params, state, i, task):
-    """Return the way from a robot to where it believes a task to be."""
-    x, y = way_to(params, state, i, task)
-    return believed(params, state, i, task, x, y)
-
-
-@inlined
 def squared(x, y):
     """Return the squared length of a way."""
     return uint64(x * x) + uint64(y * y)
@@ -237,7 +217,7 @@ def away(params, state, i, task):
     if params.arena.place.exists:
         way = way_around(params, state, i, task)
         return uint64(way) if way < NO_WAY else uint64(NOWHERE)
-    x, y = way_believed(params, state, i, task)
+    x, y = way_to(params, state, i, task)
     return squared(x, y)
 
 
@@ -246,7 +226,7 @@ def course(params, state, i, task):
     """Return a robot's step towards a task (model.md 6.25.2, 6.25.17)."""
     if params.arena.place.exists:
         return step_around(params, state, i, task)
-    x, y = way_believed(params, state, i, task)
+    x, y = way_to(params, state, i, task)
     if x == 0 and y == 0:
         return int32(0), int32(0)
     length, reach = math.sqrt(float64(squared(x, y))), params.robots.reach
@@ -310,11 +290,6 @@ def arrive_all(params, state):
 @called
 def arrive(params, state, i, task, now):
     """Let a robot take a task, if it may have it, and know how the task is."""
-    if params.acting.drift > 0:
-        x, y = way_to(params, state, i, task)
-        if squared(x, y) >= params.acting.reach:
-            miss(params, state, i, task, squared(x, y) < params.sensing.limit)
-            return
     if not contains(state.tasks_there, task) or state.holders[task] == DONE:
         state.news[i, task] = GONE
         state.account[VAIN_ARRIVALS] += 1
@@ -337,18 +312,6 @@ def arrive(params, state, i, task, now):
     else:
         set_member(state.sets, Set.MARKED, i, True)
     see(params, state, i, task)
-
-
-@called
-def miss(params, state, i, task, in_sight):
-    """Let a robot see a task that isn't where it was believed to be, or forget it (model.md 6.27.5)."""
-    if in_sight and contains(state.tasks_there, task):
-        see(params, state, i, task)
-        return
-    state.account[VAIN_ARRIVALS] += 1
-    state.news[i, task] = 0
-    forget_sayers(params, state, i, task)
-    see_place(params, state, i, task)
 
 
 @inlined
@@ -383,7 +346,6 @@ def see(params, state, i, task):
         version = next_version(params, int64(state.news[i, task]), status_of(state, task))
     state.news[i, task] = int32(version)
     forget_sayers(params, state, i, task)
-    see_place(params, state, i, task)
 
 
 @inlined
@@ -419,7 +381,6 @@ def tell_all(params, state):
         told = state.told[slot_of(state, now), i]
         for task in range(told.size):
             told[task] = state.news[i, task]
-        tell_places(state, slot_of(state, now), i)
         if contains(state.sets[Set.BYZANTINE], i):
             lie(params, told)
         if contains(state.sets[Set.SPEAKING], i):
@@ -444,29 +405,27 @@ def hear_all(params, state, i, w, members):
     if not params.acting.tells:
         return
     known, due = state.news[i], slot_of(state, state.clock[Clock.STEP] + 2)
-    simple = params.acting.tolerates == 0 and params.acting.drift == 0
     while members:
         sender = lowest_member(w, members)
         told = state.told[due, sender]
-        if simple:
+        if params.acting.tolerates == 0:
             for task in range(known.size):
                 known[task] = max(known[task], told[task])
         else:
-            weigh_all(params, state, i, sender, due)
+            weigh_all(params, state, i, sender, told)
         members = without_lowest(members)
 
 
 @called
-def weigh_all(params, state, i, sender, due):
-    """Keep larger versions as far as they are believed, and where tasks were seen later."""
-    tolerates, known, told = params.acting.tolerates, state.news[i], state.told[due, sender]
+def weigh_all(params, state, i, sender, told):
+    """Keep larger versions as far as they are believed."""
+    tolerates, known = params.acting.tolerates, state.news[i]
     number = int64(state.robots[Robot.IDENTITY, sender])
     for task in range(known.size):
-        if told[task] > known[task] and not is_late(params, state, i, due, sender, task):
+        if told[task] > known[task]:
             is_free = (told[task] - 1) % (params.acting.ranks + 1) == 0 and told[task] != GONE
             if is_free or told_enough(state.sayers[i], tolerates * task, tolerates, number):
                 known[task] = told[task]
-        hear_place(params, state, i, due, sender, task)
 
 
 # --- Choice ---

@@ -434,7 +434,7 @@ def join(params, state, now, x, y):
     if params.sensing.unique:
         state.remembered[i] = uint32(0)
     if params.acting.acts:
-        forget_tasks(params, state, i)
+        forget_tasks(state, i)
     begin_to_walk(params, state, i)
     draw_phases(params, state, 0, 1)
     prepare_robot(params, state, i, 0)

@@ -81,9 +81,7 @@ class Robot(IntEnum):
     HEADING_X = 21  # of the run that waits while it goes to a task
     HEADING_Y = 22
     DONE_AT = 23  # step at whose beginning its task is done, if tasks take time
-    DRIFT_X = 24  # of its own frame, per step
-    DRIFT_Y = 25
-    SPARE = 26  # room: the tiles or cells of the robots, or sets while they are sorted
+    SPARE = 24  # room: the tiles or cells of the robots, or sets while they are sorted
 
 
 class Set(IntEnum):
@@ -194,14 +192,6 @@ class Pending(IntEnum):
     SPEAKER = 1  # number of the robot that it hears
     COLUMN = 2  # class of a false sighting: classes of robots, then of tasks
     MARK = 3  # hash of a false sighting
-
-
-class Error(IntEnum):
-    """Numbers of a task in a robot's own frame."""
-
-    X = 0  # from the task to where the robot believes it to be
-    Y = 1
-    SEEN = 2  # step at which it was seen; 0: never
 
 
 class Pool(IntEnum):
@@ -383,8 +373,6 @@ class State(Struct):
     ]  # who has each, -1 for none, -2 if it is done; this and what follows if robots act
     news: Annotated[Int32s, "robot", "task"]  # versions that robots know: see `feasibee.engine.acting`
     told: Annotated[Int32s, "step", "robot", "task"]  # versions in messages of this and the last steps
-    errors: Annotated[Int64s, "robot", "task", "Error"]  # in own frames
-    told_errors: Annotated[Int64s, "step", "robot", "task", "Error"]
     sayers: Annotated[Int32s, "robot", "task, then sender"]  # one more than who said that a task is taken
     ways: Annotated[Int32s, "task, then queue", "cell"]  # if robots act in a place: see `feasibee.engine.way`
     task_cells: Cells
@@ -505,13 +493,10 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
 def _empty_news(params: Params, padded: int) -> dict[str, Any]:
     """Allocate what is of tasks if robots act."""
     tasks = params.tasks.count * params.acting.acts
-    framed = tasks * (params.acting.drift > 0)
     return {
         "holders": np.full(tasks, -1, np.int32),
         "news": np.zeros((padded, tasks), np.int32),
         "told": np.zeros((params.radio.delay + 1, padded, tasks), np.int32),
-        "errors": np.zeros((padded, framed, len(Error)), np.int64),
-        "told_errors": np.zeros((params.radio.delay + 1, padded, framed, len(Error)), np.int64),
         "sayers": np.zeros((padded, tasks * params.acting.tolerates), np.int32),
     }
 

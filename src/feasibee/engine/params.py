@@ -372,7 +372,6 @@ class ActingParams(NamedTuple):
     tolerates: int
     detour: int  # steps
     ranks: int
-    drift: int  # standard deviation; 0: all robots have one frame
     come_free: bool  # whether taken tasks may come free
     list_bits: int  # of a message, in addition
     task_bits: int  # and for each known task

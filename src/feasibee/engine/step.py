@@ -58,7 +58,7 @@ def start_general(params, state, run):
             stop(params, state, w)
         set_quorum(params, state.clock, counted_after_stop(params))
     if params.acting.acts:
-        start_acting(params, state)
+        start_acting(state)
     if params.changes:
         draw_dynamics(params, state)
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, cast
 
-from feasibee.field.errands import RemoteErrand, check_frame
+from feasibee.field.errands import RemoteErrand, check_tasks
 from feasibee.field.node import Status, sighting_of
 from feasibee.model.codes import UNDECIDED
 from feasibee.reference.mind import BYZANTINE, HONEST, Mind, Settings, plain_settings
@@ -93,7 +93,7 @@ class Bodies(Swarm):
         self.everyone: list[Body] = []
         """All robots that have ever come, by the numbers of their processes."""
         self._insight: dict[str, Any] = {}
-        check_frame(scenario)
+        check_tasks(scenario)
         super().__init__(scenario, seed, run)
         self.bodies = cast("list[Body]", self.robots)
         for body in self.everyone:

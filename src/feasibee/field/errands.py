@@ -19,14 +19,8 @@ REACHED, LOST, JOINED = "reached", "lost", "joined"
 """What a body reports to its robot: it has reached its target, has lost its task, or more are there."""
 
 
-def check_frame(scenario: Scenario) -> None:
-    """Raise an error if robots have frames of their own (model.md 6.27), or act on tasks put at points.
-
-    Messages of a field have neither.
-    """
-    if scenario.acting.drift:
-        rule = "robots of a field have one frame; set it to 0"
-        raise FeasibeeError(f"acting.drift = {scenario.acting.drift}: {rule}")
+def check_tasks(scenario: Scenario) -> None:
+    """Raise an error if robots act on tasks put at points, of which messages of a field can't say where."""
     if scenario.acts and scenario.puts:
         rule = "robots of a field that act know only the tasks of the start and those at random"
         raise FeasibeeError(f"events = {len(scenario.events)} in all: {rule}; leave at out of them")

@@ -17,7 +17,7 @@ from typing import Any
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.connections import DEFAULT_HOST, join_address, split_address
-from feasibee.field.errands import check_frame
+from feasibee.field.errands import check_tasks
 from feasibee.field.logs import log_folder, remove_older
 from feasibee.field.plan import RESTART, Plan, plain_plan
 from feasibee.field.robot import KEY_VARIABLE, SIGNALS
@@ -68,7 +68,7 @@ class Field:
         if plan.scenario.robots.work is not None:
             rule = "robots of a field don't charge; leave out robots.work and robots.charge"
             raise FeasibeeError(f"robots.work = {plan.scenario.robots.work}: {rule}")
-        check_frame(plan.scenario)
+        check_tasks(plan.scenario)
         if plan.scenario.acts and any(fault.kind == RESTART for fault in plan.faults):
             rule = "a world that starts again doesn't know who has which task; leave out acting.start"
             raise FeasibeeError(f"--restart-world with [acting]: {rule}")

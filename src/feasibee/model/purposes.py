@@ -38,6 +38,5 @@ APPEARING_CLASS: Final = 28  # word 0: the same for a task
 RELEASE: Final = 29  # word 0: which of the robots there; of (how many released before it in this step, step)
 MISNAME: Final = 30  # word 0; of (observer, task)
 BATTERY: Final = 31  # word 0: how long the first battery of a robot lasts; as for FAILURE
-DRIFT: Final = 32  # all words of six: the drift of a robot; of (robot, six times as for FAILURE, and on)
 PAIR: Final = 256
 """A draw about a pair has the last word purpose + PAIR * (number of the second)."""

@@ -54,7 +54,6 @@ class Work:
         self.places = dict(swarm.tasks)
         """Where tasks are or were."""
         self._reach = swarm.world.squared(exact(scenario.acting.reach))
-        self._sight = swarm.world.squared(exact(scenario.sensing.range))
         self._ways = Ways(swarm.world.ground, scenario.acting.reach) if swarm.world.ground else None
         self.can_do = can_do(scenario.robots, scenario.tasks)
         """For each class of robots whether it can do a task of each class."""
@@ -106,8 +105,6 @@ class Work:
                 self.done.add(task)
         if swarm.scenario.tasks.work and self.all_done_step == -1 and len(self.done) >= self.most:
             self.all_done_step = swarm.time
-        for robot in swarm.robots if swarm.scenario.acting.drift else ():
-            robot.errand.drift(swarm.time, *robot.drift)
 
     @property
     def is_over(self) -> bool:
@@ -132,7 +129,7 @@ class Work:
         target = self.places[robot.errand.target]
         if self._ways:
             return self._ways.step(robot.place, target, robot.reach)
-        x, y = self._way(robot, robot.errand.target)
+        x, y = self._swarm.world.way(robot.place, target)
         length = math.sqrt(float(x * x + y * y))
         if length == 0:
             return 0, 0
@@ -145,28 +142,7 @@ class Work:
             return None
         if self._ways:
             return self._ways.length(robot.place, self.places[task])
-        x, y = self._way(robot, task)
-        return x * x + y * y
-
-    def _way(self, robot: Robot, task: int) -> Pair:
-        """Return the way from a robot to where it believes a task to be (model.md 6.27.2)."""
-        world, (x, y) = self._swarm.world, self.places[task]
-        ex, ey, _ = robot.errand.errors.get(task, (0, 0, 0))
-        across, along = world.way(robot.place, (x + ex, y + ey))
-        if world.is_torus:
-            return across, along
-        width, height = world.size
-        return min(max(across, -width), width), min(max(along, -height), height)
-
-    def _believes_to_be_at(self, robot: Robot) -> bool:
-        """Return whether a robot has reached where it believes its target to be."""
-        task = robot.errand.target
-        if task == NONE:
-            return False
-        if self._ways:
-            return self._has_reached(robot.place, task)
-        x, y = self._way(robot, task)
-        return x * x + y * y <= self._reach
+        return self._swarm.world.squared_distance(robot.place, self.places[task])
 
     def _has_reached(self, place: Pair, task: int) -> bool:
         """Return whether a robot at a place has reached a task (model.md 6.25.3, 6.25.16)."""
@@ -194,16 +170,13 @@ class Work:
         """Let robots take the tasks that they have reached, in the order of their numbers."""
         swarm = self._swarm
         for robot in working:
-            if self._believes_to_be_at(robot):
+            if robot.errand.target != NONE and self._has_reached(robot.place, robot.errand.target):
                 self._arrive(robot)
         if self.all_taken_step == -1 and self.tasks_taken >= self.most:
             self.all_taken_step = swarm.time
 
     def _arrive(self, robot: Robot) -> None:
         errand, task, swarm = robot.errand, robot.errand.target, self._swarm
-        if not self._has_reached(robot.place, task):
-            self._miss(robot, task)
-            return
         if not errand.arrive(self.status(task)):
             self.vain_arrivals += 1
             return
@@ -216,12 +189,3 @@ class Work:
             self.starts_in_vain += not swarm.truth
             if self.first_taken_step == -1:
                 self.first_taken_step = swarm.time
-
-    def _miss(self, robot: Robot, task: int) -> None:
-        """Let a robot see a task that isn't where it believed it to be, or forget it (model.md 6.27.5)."""
-        away = self._swarm.world.squared_distance(robot.place, self.places[task])
-        if task in self._swarm.tasks and away <= self._sight:
-            robot.errand.see(task, self.status(task))
-        else:
-            robot.errand.forget(task)
-            self.vain_arrivals += 1

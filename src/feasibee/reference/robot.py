@@ -9,8 +9,8 @@ from itertools import combinations
 from typing import Any
 
 from feasibee.model.codes import COS_EIGHTH, exact
-from feasibee.model.purposes import BATTERY, DRIFT, FAILURE, WALK
-from feasibee.reference.draws import choose, cos_sin, duration, happens, normal
+from feasibee.model.purposes import BATTERY, FAILURE, WALK
+from feasibee.reference.draws import choose, cos_sin, duration, happens
 from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.place import QUARTERS, Ground
 from feasibee.reference.world import Names, Place, World
@@ -84,17 +84,10 @@ class Robot:
         self.mind: Mind = self.mind_of(self._settings(phases, step))
         self._waiting = deque([SILENCE] * self._scenario.radio.delay)
         self.errand = self.errand_type(rules_of(self._scenario, number, kind))
-        self.drift = self._drift() if self._scenario.acting.drift else STAND
-        """By how much its own frame drifts in a step (model.md 6.27.1)."""
         self.detour = 0
         """Number of steps for which it walks another way than to its target."""
         self._run: Place | None = None
         self._waits = True
-
-    def _drift(self) -> Place:
-        scale = math.floor(exact(self._scenario.acting.drift) / self._world.unit)
-        words = [word for k in range(6) for word in self.draws(6 * self.joined + k, DRIFT)]
-        return normal(words[:12], scale), normal(words[12:], scale)
 
     def mind_of(self, settings: Settings) -> Mind:
         """Return the robot's mind; that of a robot of ``feasibee launch`` is in another process."""

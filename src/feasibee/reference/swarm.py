@@ -172,7 +172,7 @@ class Swarm:
                     if message and sender is not robot and self.hears(robot, sender):
                         named = self.names.id(sender.number)
                         robot.mind.hear(named, message)
-                        robot.errand.hear(named, dict(message.news), dict(message.errors))
+                        robot.errand.hear(named, dict(message.news))
         for robot in working:
             robot.end_step(robot in blocked)
             if self.work:
@@ -279,11 +279,7 @@ class Swarm:
         if self.work is None or not self.scenario.acting.tell:
             return message, bits
         news = sender.errand.news(lies=sender.fault == BYZANTINE)
-        message = message._replace(news=tuple(news.items()))
-        if self.scenario.acting.drift:
-            errors = {task: error for task, error in sender.errand.errors.items() if task in news}
-            message = message._replace(errors=tuple(errors.items()))
-        return message, bits + self.work.bits(len(news))
+        return message._replace(news=tuple(news.items())), bits + self.work.bits(len(news))
 
     @property
     def counted(self) -> list[Robot]:

@@ -39,9 +39,6 @@ GONE: Final = 2**30
 PATIENCE: Final = 20
 """Steps after which a robot without a task of its own by rank goes to the nearest."""
 
-Error = tuple[int, int, int]
-"""From a task to where a robot believes it to be, along x and y, and the step at which it was seen."""
-NOWHERE: Final[Mapping[int, Error]] = {}
 Way = Callable[[int], float | None]
 """Returns how far away a task is, or its square; None if the robot can't do it or get there."""
 
@@ -97,9 +94,6 @@ class Errand:
         """The step at whose end it began to act."""
         self.count = rules.count
         """Number of robots, if it knows that."""
-        self.errors: dict[int, Error] = {}
-        """In its own frame, the error of each task (model.md 6.27)."""
-        self._step = 0
         self._sayers: dict[int, list[int]] = {}
 
     def status(self, task: int) -> int:
@@ -111,21 +105,6 @@ class Errand:
         """Store the status of a task in sight; None if it is done."""
         self.known[task] = GONE if status is None else self._version(self.known.get(task), status)
         self._sayers.pop(task, None)
-        self._place(task)
-
-    def _place(self, task: int) -> None:
-        self.errors[task] = 0, 0, self._step
-
-    def drift(self, step: int, x: int, y: int) -> None:
-        """Begin a step, in which its own frame drifts."""
-        self._step = step
-        self.errors = {task: (ex + x, ey + y, seen) for task, (ex, ey, seen) in self.errors.items()}
-
-    def forget(self, task: int) -> None:
-        """Forget a task that isn't where it was believed to be, and all that is said of it up to now."""
-        self.known.pop(task, None)
-        self._sayers.pop(task, None)
-        self._place(task)
 
     def _version(self, version: int | None, status: int) -> int:
         """Return the least version with a status, from a version on."""
@@ -141,20 +120,13 @@ class Errand:
             for task, version in self.known.items()
         }
 
-    def hear(self, sender: int, news: Mapping[int, int], errors: Mapping[int, Error] = NOWHERE) -> None:
-        """Keep the larger versions of those that a robot says, if enough have said so (model.md 6.25.6).
-
-        In its own frame it keeps nothing that was seen before it forgot the task, and later errors.
-        """
+    def hear(self, sender: int, news: Mapping[int, int]) -> None:
+        """Keep the larger versions of those that a robot says, if enough have said so (model.md 6.25.6)."""
         for task, version in news.items():
-            later = task in errors and errors[task][2] > self.errors.get(task, (0, 0, 0))[2]
-            is_late = task in errors and task not in self.known and not later
-            if version > self.known.get(task, NONE) and not is_late:
+            if version > self.known.get(task, NONE):
                 is_free = version != GONE and version % (self.rules.ranks + 1) == FREE
                 if is_free or self._is_believed(task, sender):
                     self.known[task] = version
-            if later and task in self.known:
-                self.errors[task] = errors[task]
 
     def _is_believed(self, task: int, sender: int) -> bool:
         """Return whether enough other robots have said that a task is taken; else remember that this has."""

@@ -53,8 +53,6 @@ class Message(NamedTuple):
     """The words of the message, if the strategy passes on knowledge."""
     news: tuple[tuple[int, int], ...] = ()
     """Name and version of each task that it lists, if robots act (model.md 6.25.5)."""
-    errors: tuple[tuple[int, tuple[int, int, int]], ...] = ()
-    """In own frames, the error of each of these tasks (model.md 6.27)."""
 
 
 class Declare(NamedTuple):

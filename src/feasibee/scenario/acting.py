@@ -41,8 +41,7 @@ def most_taken(scenario: Sections, robots: Iterable[int]) -> int:
 
 def status_bits(scenario: Sections) -> int:
     """Return the length of what a message says of a task's status (model.md 6.25.7)."""
-    stamp = 12 * (scenario.acting.drift > 0)  # model.md 6.27.4
-    return max(ranks_of(scenario.robots)).bit_length() + 8 * scenario.may_come_free + stamp
+    return max(ranks_of(scenario.robots)).bit_length() + 8 * scenario.may_come_free
 
 
 def _alone(key: str) -> Rule:
@@ -77,8 +76,7 @@ def _reach(scenario: Sections) -> Iterator[Conflict]:
 
 def _memory(scenario: Sections) -> Iterator[Conflict]:
     robots, tasks = scenario.most
-    each = 28 if scenario.acting.drift else 4
-    needed = robots * tasks * (each * (2 + scenario.radio.delay) + 4 * scenario.acting.tolerates)
+    needed = 4 * robots * tasks * (2 + scenario.radio.delay + scenario.acting.tolerates)
     if scenario.acts and scenario.plan:
         needed += 4 * (tasks + 2) * scenario.plan.walls.size
     if scenario.acts and needed > NEWS_LIMIT:
@@ -88,7 +86,7 @@ def _memory(scenario: Sections) -> Iterator[Conflict]:
 
 
 ACTING: Final[tuple[Rule, ...]] = (
-    *map(_alone, ("choose", "hold", "reach", "relieve", "tell", "tolerates", "detour", "drift")),
+    *map(_alone, ("choose", "hold", "reach", "relieve", "tell", "tolerates", "detour")),
     _reach,
     never(
         "acting.start",
@@ -131,24 +129,6 @@ ACTING: Final[tuple[Rule, ...]] = (
         lambda s: s.acting.choose == "rank" and s.acting.hold == "tag",
         '"rank" gives each robot its task, so none is marked',
         'set it to "nearest", or set acting.hold = "stand"',
-    ),
-    never(
-        "acting.drift",
-        lambda s: s.acting.drift and (s.place.exists or s.acting.hold == "tag"),
-        'can\'t be combined with a place, nor with acting.hold = "tag"',
-        "set it to 0, or leave those out",
-    ),
-    never(
-        "acting.drift",
-        lambda s: s.acting.drift and s.manifest.needs_names and s.manifest.all_round,
-        "must be 0 for {strategy}, which looks at where named tasks are",
-        "set it to 0, or choose quiet-census",
-    ),
-    never(
-        "acting.drift",
-        lambda s: s.acting.drift > max(s.arena.size) / 16,
-        "must be at most a sixteenth of the arena's longer side",
-        "lower it, or leave it out",
     ),
     *map(_exact, ("misname", "position_error")),
     never(

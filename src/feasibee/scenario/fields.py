@@ -559,11 +559,6 @@ class Acting(Section):
         0,
         description="Number of lying robots: one more must say that a task is taken, or it isn't believed.",
     )
-    drift: Deviation = Field(
-        0.0,
-        description="Drift of a robot's odometry in units per step: its standard deviation per axis. "
-        "With 0, all robots have one frame.",
-    )
     detour: Steps = Field(
         3, description="Most steps that a blocked robot walks another way before it turns to its task again."
     )

@@ -288,7 +288,6 @@ def _acting(scenario: Scenario, unit: Fraction) -> numbers.ActingParams:
         relieves=acting.relieve,
         tells=acting.tell,
         ranks=max(ranks_of(scenario.robots)),
-        drift=fixed(acting.drift, unit),
         come_free=scenario.may_come_free,
         list_bits=int(place > 0),
         task_bits=place + status_bits(scenario),

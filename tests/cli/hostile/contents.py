@@ -51,7 +51,6 @@ FINE = {
     "decision.exploration tiny",
     *(f"run.{field} true" for field in ("stop_at_decision", "stop_at_declarations")),
     "acting.tell true",
-    "acting.drift tiny",
     "decision.parameters table",
     "decision.declare table",
     *(f"{section} table" for section in SECTIONS if section not in ("preset", "events")),
