@@ -94,7 +94,6 @@ OTHER_VALUES = {
     "acting.choose": "rank",
     "acting.hold": "tag",
     "acting.reach": 1.5,
-    "acting.relieve": True,
     "acting.tell": False,
     "acting.tolerates": 1,
     "acting.detour": 10,
@@ -122,10 +121,6 @@ NEEDS = {
     "response.delay": {"response.patience": 60},
     "response.margin": {"response.patience": 60},
     **{f"acting.{key}": ACTS for key in ("choose", "hold", "reach", "tell", "tolerates", "detour")},
-    "acting.relieve": {
-        **ACTS,
-        "robots.classes": ({"name": "arms", "count": 12, "skills": ["arm"]}, {"name": "eyes", "count": 8}),
-    },
     "tasks.work": ACTS,
     "run.stop_when_taken": ACTS,
 }

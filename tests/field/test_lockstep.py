@@ -197,19 +197,6 @@ ACTING = {
         "robots.diameter": 0.8,
         "robots.count": 7,
     },
-    "robots that relieve": {
-        "robots.classes": [
-            {"name": "a", "count": 3, "skills": ["x", "y"]},
-            {"name": "b", "count": 3, "skills": ["x"]},
-        ],
-        "tasks.classes": [
-            {"name": "c", "count": 3, "needs": {"x": 1}},
-            {"name": "d", "count": 3, "needs": {"y": 1}},
-        ],
-        "acting.start": 0,
-        "acting.relieve": True,
-        "run.steps": 100,
-    },
     "liars and late messages": {
         "acting.start": 5,
         "acting.tolerates": 1,

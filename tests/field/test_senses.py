@@ -153,7 +153,7 @@ def test_the_acting_driver_goes_to_the_free_task_and_stands_there(tmp_path):
 
 
 def test_an_acting_robot_that_loses_its_task_goes_on(tmp_path):
-    """Its object says that a robot of rank 2 took it over; a status that can't be is dropped."""
+    """Its object says that the task is done; a deed that can't be is dropped."""
     scenario = Scenario().replace(
         {
             "robots.classes": [
@@ -162,7 +162,6 @@ def test_an_acting_robot_that_loses_its_task_goes_on(tmp_path):
             ],
             "tasks.classes": [{"name": "t", "count": 2, "needs": {"x": 1}}],
             "acting.start": 0,
-            "acting.relieve": True,
         }
     )
     see = {"see": [[0, 0, 0, 0, 3.0, 3.0, 0], [0, 1, 0, 0, 9.0, 9.0, 1]], "place": [3.0, 4.0]}
@@ -170,8 +169,8 @@ def test_an_acting_robot_that_loses_its_task_goes_on(tmp_path):
         see,
         {**see, "acts": [["reached", 0]]},
         {**see, "acts": [["vanished", 0]]},
-        {**see, "acts": [["lost", 2]], "taken": [[0, 2]]},
-        {**see, "see": see["see"][:1], "acts": [["reached", -1]], "taken": [[0, 2]]},
+        {**see, "acts": [["lost", -1]], "taken": [[0, -1]]},
+        {**see, "see": see["see"][:1], "acts": [["reached", -1]], "taken": [[0, -1]]},
     ]
     (tmp_path / "mine.toml").write_text(scenario.to_toml())
     (tmp_path / "senses").write_text("".join(f"{json.dumps(each)}\n" for each in objects))

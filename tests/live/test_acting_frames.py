@@ -113,20 +113,6 @@ def test_a_robot_walks_to_a_task_that_is_done():
     assert swarm.acting.achieved.endswith(f" of 20 tasks and have done {(swarm.holders == -2).sum()}")
 
 
-def test_a_robot_says_whom_it_relieves():
-    classes = [
-        {"name": "one", "count": 12, "skills": ["a"]},
-        {"name": "both", "count": 8, "skills": ["a", "b"]},
-    ]
-    tasks = [{"name": "a", "count": 12, "needs": {"a": 1}}, {"name": "b", "count": 8, "needs": {"b": 1}}]
-    changes = {"robots.classes": classes, "tasks.classes": tasks, "acting.relieve": True, "acting.start": 40}
-    swarm, words = swarm_at(40, SCENARIO.replace(changes), 3), []
-    while swarm.step < 120:
-        swarm.advance()
-        words += [said(swarm, robot) for robot in range(20)]
-    assert any("that it has a robot with more skills" in each for each in words)
-
-
 def test_a_page_in_one_file_says_that_its_robots_do_not_act():
     with pytest.raises(ScenarioError) as told:
         check_scenario(SCENARIO)

@@ -142,22 +142,6 @@ def test_a_task_that_too_few_call_taken_is_not_known():
     assert errand.known == {}
 
 
-def test_a_robot_relieves_only_where_it_finds_no_free_task_and_only_the_more_skilled():
-    errand = Errand(Rules(start=1, relieves=True, rank=2, ranks=3))
-    errand.known = {1: 1, 2: 2, 3: 3, 4: 0, 5: 1}
-    far = {1: 5.0, 2: 1.0, 3: 1.0, 4: 9.0, 5: 5.0}
-    errand.choose(1, -1, far.get)
-    assert errand.target == 4
-    del far[4]  # it can't do it
-    errand.choose(1, -1, far.get)
-    assert errand.target == 1
-    assert not errand.arrive(2)
-    errand.choose(1, -1, far.get)
-    assert errand.target == 5
-    assert errand.arrive(1)
-    assert (errand.task, errand.known[5]) == (5, 2)
-
-
 # --- Swarms ---
 
 
@@ -251,27 +235,6 @@ def test_tags_are_seen_as_taken_and_lead_each_robot_back():
             assert all(robot.errand.mark == task for task, robot in swarm.work.holders.items())
     assert marked > 3
     assert swarm.work.tasks_taken == 6
-
-
-CREW = {
-    "classes": [
-        {"name": "all", "count": 3, "skills": ["a", "b"]},
-        {"name": "one", "count": 3, "skills": ["a"]},
-    ]
-}
-JOBS = {
-    "classes": [{"name": "a", "count": 3, "needs": {"a": 1}}, {"name": "b", "count": 3, "needs": {"b": 1}}]
-}
-
-
-def test_relieving_robots_finish_what_others_leave_undone():
-    def done(relieve):
-        acting = {"start": 0, "relieve": relieve}
-        run = {"steps": 600, "stop_when_taken": True}
-        scenario = Scenario(arena={"side": 12}, robots=CREW, tasks=JOBS, acting=acting, run=run)
-        return (record_of(scenario).all_taken_step >= 0).mean()
-
-    assert done(True) == 1 > done(False)
 
 
 def test_the_task_of_a_robot_that_stops_comes_free_and_another_takes_it():

@@ -44,8 +44,7 @@ int main(void)
             rules.by_word = a[6] != 0;
             rules.by_rank = a[7] != 0;
             rules.tags = a[8] != 0;
-            rules.relieves = a[9] != 0;
-            rules.comes_free = a[10] != 0;
+            rules.comes_free = a[9] != 0;
             feasibee_set_out(&errand, &rules);
         } else if (what == 'w') {
             away[a[0]] = a[1] < 0 ? FEASIBEE_FAR : (uint64_t)a[1];
@@ -58,7 +57,7 @@ int main(void)
         } else if (what == 'a') {
             answer = feasibee_arrive(&errand, (int32_t)a[0]);
         } else if (what == 'l') {
-            feasibee_lose_task(&errand, (int32_t)a[0]);
+            feasibee_lose_task(&errand);
         } else {
             feasibee_announce(&errand, (uint32_t)a[0]);
         }

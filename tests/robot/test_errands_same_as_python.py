@@ -31,7 +31,6 @@ def rules_of(draw):
         by_word=draw.random() < 0.5,
         by_rank=draw.random() < 0.4,
         tags=draw.random() < 0.4,
-        relieves=draw.random() < 0.6,
         tolerates=draw.randint(0, 3),
         comes_free=draw.random() < 0.5,
         number=draw.randint(0, 4),
@@ -50,8 +49,8 @@ class Life:
         self.errand, self.away, self.kinds = Errand(rules_of(self._draw)), {}, set()
         rules = self.errand.rules
         numbers = rules.start, rules.number, rules.count or 0, rules.rank, rules.ranks, rules.tolerates
-        flags = rules.by_word, rules.by_rank, rules.tags, rules.relieves, rules.comes_free
-        self._note("b", *numbers, *map(int, flags), 0)
+        flags = rules.by_word, rules.by_rank, rules.tags, rules.comes_free
+        self._note("b", *numbers, *map(int, flags), 0, 0)
         for task in range(TASKS):
             far = self._draw.choice([NONE, *range(6)])
             self.away[task] = None if far == NONE else far
@@ -86,9 +85,8 @@ class Life:
             found = draw.choice([NONE, 0, 0, status])
             self._note("a", found, 0, 0, answer=errand.arrive(None if found == NONE else found))
         elif what == "l" and errand.task != NONE:
-            found = draw.choice([NONE, status])
-            errand.lose(found)
-            self._note("l", found, 0, 0)
+            errand.lose()
+            self._note("l", 0, 0, 0)
         elif what == "j":
             errand.announce(step % 20)
             self._note("j", step % 20, 0, 0)

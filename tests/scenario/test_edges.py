@@ -217,15 +217,6 @@ EDGES = {
         ),
         ({**ACTS, "acting.hold": "tag"}, "nearest", "rank", '"rank" gives each robot its task'),
     ],
-    "acting.hold": [
-        (
-            {**ACTS, "acting.relieve": True, "robots.classes": robots_of(1) + SKILLED},
-            "stand",
-            "tag",
-            '"tag" can\'t be combined with acting.relieve',
-        )
-    ],
-    "acting.relieve": [(ACTS, False, True, "needs robots of several classes")],
     "acting.tolerates": [(ACTS, 16, 17, "must be ≤ 16")],
     "run.stop_when_taken": [
         ({}, False, True, "needs acting.start: without it, no task is taken"),

@@ -82,7 +82,6 @@ PAPER = {
         "choose": "nearest",
         "hold": "stand",
         "reach": 1.0,
-        "relieve": False,
         "tell": True,
         "tolerates": 0,
         "detour": 3,

@@ -341,7 +341,6 @@ def acting(draw):
         "acting.choose": draw(st.sampled_from(["nearest", "rank"])),
         "acting.hold": draw(st.sampled_from(["stand", "tag"])),
         "acting.reach": draw(st.floats(1, 3)) * least,
-        "acting.relieve": draw(st.booleans()),
         "acting.tell": draw(st.sampled_from([True, True, False])),
         "acting.tolerates": draw(st.sampled_from([0, 0, 1, 3])),
         "acting.detour": draw(st.integers(1, 9)),
@@ -397,9 +396,9 @@ MISSIONS = {
         "robots": {"count": 12, "avoid_collisions": True, "diameter": 0.6},
         "arena": {"side": 14, "boundary": "walls"},
     },
-    "relieving, until some stop": {
+    "a crew, until some stop": {
         **CREW,
-        "acting": {"start": 0, "relieve": True},
+        "acting": {"start": 0},
         "faults": {"stopped": 0.3, "stop_step": 50},
     },
     "liars and delay": {

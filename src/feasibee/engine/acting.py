@@ -295,17 +295,12 @@ def arrive(params, state, i, task, now):
         state.account[VAIN_ARRIVALS] += 1
         return
     holder, status = int64(state.holders[task]), status_of(state, task)
-    relieves = params.acting.relieves and 0 < status < rank_of(state, i)
-    if status > 0 and holder != i and not relieves:
+    if status > 0 and holder != i:
         state.account[VAIN_ARRIVALS] += 1
         see(params, state, i, task)
         return
     set_member(state.sets, Set.BOUND, i, False)
     state.holders[task] = int32(i)
-    if relieves:
-        set_member(state.sets, Set.STANDING, holder, False)
-        state.account[TASKS_TAKEN] -= 1
-        see(params, state, holder, task)
     if contains(state.sets[Set.ACTING], i):
         stand(state, i, now)
         state.robots[Robot.DONE_AT, i] = int32(now + params.tasks.work if params.tasks.work > 0 else -1)
@@ -526,17 +521,11 @@ def task_of_rank(params, state, i):
 
 @called
 def nearest(params, state, i):
-    """Return the nearest free task, or else the nearest at which to relieve; or -1."""
-    found, relieved = int64(-1), int64(-1)
-    least = least_relieved = uint64(NOWHERE)
+    """Return the nearest free task, or -1."""
+    found, least = int64(-1), uint64(NOWHERE)
     for task in range(state.holders.size):
-        status = known_status(params, state, i, task)
-        relieves = params.acting.relieves and 0 < status < rank_of(state, i)
-        if not (status == 0 or relieves) or not can_do(params, state, i, task):
-            continue
-        far = away(params, state, i, task)
-        if status == 0 and far < least:
-            found, least = int64(task), far
-        elif relieves and far < least_relieved:
-            relieved, least_relieved = int64(task), far
-    return found if found >= 0 else relieved
+        if known_status(params, state, i, task) == 0 and can_do(params, state, i, task):
+            far = away(params, state, i, task)
+            if far < least:
+                found, least = int64(task), far
+    return found

@@ -367,7 +367,6 @@ class ActingParams(NamedTuple):
     by_rank: bool
     tags: bool
     reach: np.uint64  # has arrived if the squared distance is below this
-    relieves: bool
     tells: bool
     tolerates: int
     detour: int  # steps

@@ -32,7 +32,7 @@ class RemoteErrand(Errand):
     def __init__(self, rules: Rules) -> None:
         super().__init__(rules)
         self.deeds: list[list[Any]] = []
-        """All that has happened: REACHED or LOST with a status, -1 for none; JOINED with a number."""
+        """All that has happened: REACHED with a status, LOST with -1, JOINED with a number."""
         self.heeded = 0
         """Number of deeds that the robot knew when it last reported."""
 
@@ -41,10 +41,10 @@ class RemoteErrand(Errand):
         self.deeds.append([REACHED, NONE if status is None else status])
         return super().arrive(status)
 
-    def lose(self, status: int = NONE) -> None:
+    def lose(self) -> None:
         """Let the robot know that it doesn't have its task any more."""
-        self.deeds.append([LOST, status])
-        super().lose(status)
+        self.deeds.append([LOST, NONE])
+        super().lose()
 
     def announce(self, robots: int) -> None:
         """Let the robot know how many robots there are, if that is new to it."""
@@ -150,7 +150,7 @@ class Errands:
             if what == JOINED:
                 self.errand.announce(status)
             elif what == LOST:
-                self.errand.lose(status if self.errand.task != NONE else NONE)
+                self.errand.lose()
             elif self.errand.target != NONE:
                 self.errand.arrive(None if status == NONE else status)
 

@@ -135,10 +135,10 @@ def _deed(swarm: Swarm, state: RobotState, number: int) -> str:
     line = segments(*ends, scenario.arena.size, scenario.arena.boundary == "walls")[0][0]
     away = float(np.hypot(*(line[1] - line[0])))
     how = "sees" if away <= scenario.sensing.range else "saw or heard" if scenario.acting.tell else "saw"
-    why = f"it {how} that it {'is free' if known[task] == 0 else 'has a robot with more skills'}"
+    why = f"it {how} that it is free"
     if holder == number:
         why = "it has marked it"
-    elif holder != FREE and known[task] == 0:
+    elif holder != FREE:
         why += ", but it is done" if holder < 0 else f", but robot {holder} has it"
     return f"walks to task {task}, {away:.1f} units{in_brackets(scenario, LENGTH, away)} away: {why}; {knows}"
 

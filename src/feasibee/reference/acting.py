@@ -180,9 +180,6 @@ class Work:
         if not errand.arrive(self.status(task)):
             self.vain_arrivals += 1
             return
-        relieved = self.holders.get(task)
-        if relieved is not None and relieved is not robot:
-            relieved.errand.lose(errand.rules.rank)
         self.holders[task] = robot
         if errand.task == task:
             self._done_at[task] = swarm.time + (swarm.scenario.tasks.work or 0)

@@ -211,7 +211,6 @@ def rules_of(scenario: Scenario, number: int, kind: int) -> Rules:
         by_word=acting.start == "declared",
         by_rank=acting.choose == "rank",
         tags=acting.hold == "tag",
-        relieves=acting.relieve,
         tolerates=acting.tolerates,
         comes_free=scenario.may_come_free,
         number=number,

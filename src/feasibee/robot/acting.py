@@ -55,8 +55,6 @@ class Rules:
     """Whether it takes the task that comes after as many known ones as its number says."""
     tags: bool = False
     """Whether it marks a free task before it acts."""
-    relieves: bool = False
-    """Whether it takes over a task from a robot with more skills."""
     tolerates: int = 0
     """Number of other robots that must have said that a task is taken before one more is believed."""
     comes_free: bool = False
@@ -139,7 +137,7 @@ class Errand:
         return True
 
     def choose(self, step: int, declared: int, way: Way) -> None:
-        """Choose the target at the end of a step (model.md 6.25.8 to 6.25.11).
+        """Choose the target at the end of a step (model.md 6.25.8 to 6.25.10).
 
         Parameters
         ----------
@@ -176,18 +174,10 @@ class Errand:
         return task if self.status(task) == FREE and way(task) is not None else NONE
 
     def _nearest(self, way: Way) -> int:
-        """Return the nearest free task, or else the nearest that it can take over."""
-        statuses = {task: self.status(task) for task in self.known}
-        free = [task for task, status in statuses.items() if status == FREE]
-        others = [task for task, status in statuses.items() if self._relieves(status)]
-        for tasks in (free, others):
-            ways = [(far, task) for task in tasks if (far := way(task)) is not None]
-            if ways:
-                return min(ways)[1]
-        return NONE
-
-    def _relieves(self, status: int) -> bool:
-        return self.rules.relieves and FREE < status < self.rules.rank
+        """Return the nearest free task."""
+        free = [task for task in self.known if self.status(task) == FREE]
+        ways = [(far, task) for task in free if (far := way(task)) is not None]
+        return min(ways, default=(0, NONE))[1]
 
     def arrive(self, status: int | None) -> bool:
         """Store how the target is, which it has reached; return whether it gets it (model.md 6.25.3).
@@ -199,7 +189,7 @@ class Errand:
         if status is None:
             self.known[task] = GONE
             return False
-        gets = status == FREE or self.mark == task or self._relieves(status)
+        gets = status == FREE or self.mark == task
         if gets:
             self.target = NONE
             self.task, self.mark = (task, NONE) if self.began != NONE else (NONE, task)
@@ -211,8 +201,6 @@ class Errand:
         if self.rules.count is not None:
             self.count = max(self.rules.count, robots)
 
-    def lose(self, status: int = NONE) -> None:
-        """Go on without its task or its mark, which a robot of this rank has taken over, if any."""
-        if status != NONE:
-            self.see(self.task, status)
+    def lose(self) -> None:
+        """Go on without its task or its mark."""
         self.task = self.mark = NONE

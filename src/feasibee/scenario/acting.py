@@ -86,7 +86,7 @@ def _memory(scenario: Sections) -> Iterator[Conflict]:
 
 
 ACTING: Final[tuple[Rule, ...]] = (
-    *map(_alone, ("choose", "hold", "reach", "relieve", "tell", "tolerates", "detour")),
+    *map(_alone, ("choose", "hold", "reach", "tell", "tolerates", "detour")),
     _reach,
     never(
         "acting.start",
@@ -95,28 +95,10 @@ ACTING: Final[tuple[Rule, ...]] = (
         'set it to a step or "safe", set decision.declare, or choose quiet-census',
     ),
     never(
-        "acting.relieve",
-        lambda s: s.acting.relieve and len(ranks_of(s.robots)) == max(ranks_of(s.robots)) == 1,
-        "needs robots of several classes",
-        "set it to false, or set robots.classes",
-    ),
-    never(
-        "acting.hold",
-        lambda s: s.acting.hold == "tag" and s.acting.relieve,
-        '"tag" can\'t be combined with acting.relieve',
-        'set it to "stand"',
-    ),
-    never(
         "tasks.work",
         lambda s: s.tasks.work is not None and not s.acts,
         "needs acting.start: without it, no robot works at a task",
         'leave it out, or set acting.start = "safe"',
-    ),
-    never(
-        "tasks.work",
-        lambda s: s.tasks.work is not None and s.acting.relieve,
-        "can't be combined with acting.relieve",
-        "leave it out, or set acting.relieve to false",
     ),
     never(
         "acting.choose",

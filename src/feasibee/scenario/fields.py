@@ -551,9 +551,6 @@ class Acting(Section):
         "reach, walk on, and come back.",
     )
     reach: Length = Field(1.0, description="Distance at which a robot has reached its task, in units.")
-    relieve: bool = Field(
-        False, description="Whether a robot without a free task takes one over from a robot with more skills."
-    )
     tell: bool = Field(True, description="Whether robots pass on which tasks they know, free or taken.")
     tolerates: Annotated[int, Field(ge=0, le=16)] = Field(
         0,

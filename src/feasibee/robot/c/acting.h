@@ -34,7 +34,6 @@ struct feasibee_rules {
     bool by_word;      /* it acts once it has declared feasible */
     bool by_rank;
     bool tags;
-    bool relieves;
     bool comes_free; /* taken tasks may come free again */
 };
 
@@ -164,31 +163,23 @@ static inline uint32_t feasibee_task_of_rank(const struct feasibee_errand *erran
     return FEASIBEE_NO_TASK;
 }
 
-/* Return whether a robot takes a task over from one with this rank. */
-static inline bool feasibee_relieves(const struct feasibee_errand *errand, int32_t status)
-{
-    return errand->rules->relieves && 0 < status && status < errand->rules->rank;
-}
-
-/* Return the nearest free task, or else the nearest that the robot can take over. */
+/* Return the nearest free task. */
 static inline uint32_t feasibee_nearest(const struct feasibee_errand *errand, feasibee_way way, void *context)
 {
-    uint32_t found[2] = {FEASIBEE_NO_TASK, FEASIBEE_NO_TASK};
-    uint64_t least[2] = {FEASIBEE_FAR, FEASIBEE_FAR};
+    uint32_t found = FEASIBEE_NO_TASK;
+    uint64_t least = FEASIBEE_FAR;
     uint16_t k;
     for (k = 0; k < errand->known; k++) {
-        int32_t status = feasibee_status(errand, errand->tasks[k].version);
-        uint8_t other = status != 0;
         uint64_t far;
-        if (other && !feasibee_relieves(errand, status))
+        if (feasibee_status(errand, errand->tasks[k].version) != 0)
             continue;
         far = way(context, errand->tasks[k].name);
-        if (far < least[other]) {
-            least[other] = far;
-            found[other] = errand->tasks[k].name;
+        if (far < least) {
+            least = far;
+            found = errand->tasks[k].name;
         }
     }
-    return found[0] != FEASIBEE_NO_TASK ? found[0] : found[1];
+    return found;
 }
 
 /* Choose the target at the end of a step; declared is 1 for feasible, 0 for infeasible, -1 for nothing. */
@@ -219,7 +210,7 @@ static inline void feasibee_choose_task(struct feasibee_errand *errand, uint32_t
 static inline bool feasibee_arrive(struct feasibee_errand *errand, int32_t status)
 {
     uint32_t name = errand->target;
-    bool gets = status == 0 || errand->mark == name || feasibee_relieves(errand, status);
+    bool gets = status == 0 || errand->mark == name;
     if (status == FEASIBEE_UNKNOWN) {
         struct feasibee_task *task = feasibee_entry(errand, name);
         if (task)
@@ -235,11 +226,9 @@ static inline bool feasibee_arrive(struct feasibee_errand *errand, int32_t statu
     return gets;
 }
 
-/* Go on without task and mark; a robot of this rank has taken the task over, unless it is FEASIBEE_UNKNOWN. */
-static inline void feasibee_lose_task(struct feasibee_errand *errand, int32_t status)
+/* Go on without task and mark. */
+static inline void feasibee_lose_task(struct feasibee_errand *errand)
 {
-    if (status != FEASIBEE_UNKNOWN)
-        feasibee_see_task(errand, errand->task, status);
     errand->task = errand->mark = FEASIBEE_NO_TASK;
 }
 
