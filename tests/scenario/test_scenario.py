@@ -84,7 +84,6 @@ PAPER = {
         "reach": 1.0,
         "tell": True,
         "tolerates": 0,
-        "detour": 3,
     },
     "units": {},
 }

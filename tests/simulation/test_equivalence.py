@@ -343,7 +343,6 @@ def acting(draw):
         "acting.reach": draw(st.floats(1, 3)) * least,
         "acting.tell": draw(st.sampled_from([True, True, False])),
         "acting.tolerates": draw(st.sampled_from([0, 0, 1, 3])),
-        "acting.detour": draw(st.integers(1, 9)),
         "tasks.work": draw(st.none() | st.integers(1, 20)),
         "sensing.misname": 0.0,
         "sensing.position_error": 0.0,

@@ -37,6 +37,8 @@ FREE, DONE = -1, -2
 QUARTERS = 4
 PATIENCE = 20
 """Steps after which a robot that has no task by its rank goes to the nearest."""
+DETOUR = 3
+"""Most steps that a blocked robot walks another way before it heads for its target again."""
 NOWHERE = 2**64 - 1
 RUN = (int(Robot.STEP_X), int(Robot.HEADING_X)), (int(Robot.STEP_Y), int(Robot.HEADING_Y))
 """Where a robot's step is, and where that of its run is kept while the run waits."""
@@ -441,7 +443,7 @@ def choose_all(params, state):
         while left:
             i = lowest_member(w, left)
             if contains(sets[Set.BLOCKED], i) and contains(sets[Set.BOUND], i):
-                robots[Robot.DETOUR, i] = int32(params.acting.detour)
+                robots[Robot.DETOUR, i] = DETOUR
             elif contains(sets[Set.TURNING], i) or not contains(sets[Set.BOUND], i):
                 robots[Robot.DETOUR, i] = 0
             if not contains(sets[Set.STANDING], i):

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import combinations
-from typing import Any
+from typing import Any, Final
 
 from feasibee.model.codes import COS_EIGHTH, exact
 from feasibee.model.purposes import BATTERY, FAILURE, WALK
@@ -24,6 +24,8 @@ from feasibee.scenario.scenario import Scenario
 Said = tuple[Message | None, int]
 """A message, if any, and its length in bits."""
 SILENCE: Said = (None, 0)
+DETOUR: Final = 3
+"""Most steps that a blocked robot walks another way before it heads for its target again."""
 
 
 class Robot:
@@ -141,7 +143,7 @@ class Robot:
         if turns:
             self._turn()
         if turns or self.errand.target == NONE:
-            self.detour = self._scenario.acting.detour if blocked and self.errand.target != NONE else 0
+            self.detour = DETOUR if blocked and self.errand.target != NONE else 0
         self.mind.end_step()
 
     def happens(self, step: int, purpose: int, probability: float) -> bool:

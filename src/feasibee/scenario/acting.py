@@ -86,7 +86,7 @@ def _memory(scenario: Sections) -> Iterator[Conflict]:
 
 
 ACTING: Final[tuple[Rule, ...]] = (
-    *map(_alone, ("choose", "hold", "reach", "tell", "tolerates", "detour")),
+    *map(_alone, ("choose", "hold", "reach", "tell", "tolerates")),
     _reach,
     never(
         "acting.start",

@@ -556,9 +556,6 @@ class Acting(Section):
         0,
         description="Number of lying robots: one more must say that a task is taken, or it isn't believed.",
     )
-    detour: Steps = Field(
-        3, description="Most steps that a blocked robot walks another way before it turns to its task again."
-    )
 
 
 class Units(Section):
