@@ -95,7 +95,6 @@ OTHER_VALUES = {
     "acting.hold": "tag",
     "acting.reach": 1.5,
     "acting.tell": False,
-    "acting.tolerates": 1,
     "run.stop_when_taken": True,
     "units.metres": 0.5,
     "units.seconds": 2.0,
@@ -119,7 +118,7 @@ NEEDS = {
     "decision.parameters": {"decision.strategy": "k-unanimity"},
     "response.delay": {"response.patience": 60},
     "response.margin": {"response.patience": 60},
-    **{f"acting.{key}": ACTS for key in ("choose", "hold", "reach", "tell", "tolerates")},
+    **{f"acting.{key}": ACTS for key in ("choose", "hold", "reach", "tell")},
     "tasks.work": ACTS,
     "run.stop_when_taken": ACTS,
 }

@@ -199,7 +199,6 @@ ACTING = {
     },
     "liars and late messages": {
         "acting.start": 5,
-        "acting.tolerates": 1,
         "robots.count": 7,
         "faults.byzantine": {"count": 1},
         "radio.delay": 2,

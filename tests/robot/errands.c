@@ -27,12 +27,12 @@ int main(void)
 {
     struct feasibee_errand errand;
     struct feasibee_rules rules;
-    long long a[12];
+    long long a[9];
     char what;
     while (scanf(" %c %lld %lld %lld", &what, &a[0], &a[1], &a[2]) == 4) {
         int answer = 0;
         if (what == 'b') {
-            for (int k = 3; k < 12; k++)
+            for (int k = 3; k < 9; k++)
                 if (scanf("%lld", &a[k]) != 1)
                     return 1;
             rules.start = (uint32_t)a[0];
@@ -40,18 +40,17 @@ int main(void)
             rules.count = (uint32_t)a[2];
             rules.rank = (uint8_t)a[3];
             rules.ranks = (uint8_t)a[4];
-            rules.tolerates = (uint8_t)a[5];
-            rules.by_word = a[6] != 0;
-            rules.by_rank = a[7] != 0;
-            rules.tags = a[8] != 0;
-            rules.comes_free = a[9] != 0;
+            rules.by_word = a[5] != 0;
+            rules.by_rank = a[6] != 0;
+            rules.tags = a[7] != 0;
+            rules.comes_free = a[8] != 0;
             feasibee_set_out(&errand, &rules);
         } else if (what == 'w') {
             away[a[0]] = a[1] < 0 ? FEASIBEE_FAR : (uint64_t)a[1];
         } else if (what == 's') {
             feasibee_see_task(&errand, (uint32_t)a[0], (int32_t)a[1]);
         } else if (what == 'h') {
-            feasibee_hear_task(&errand, (uint32_t)a[0], (uint32_t)a[1], (int32_t)a[2]);
+            feasibee_hear_task(&errand, (uint32_t)a[0], (int32_t)a[1]);
         } else if (what == 'c') {
             feasibee_choose_task(&errand, (uint32_t)a[0], (int8_t)a[1], way, NULL);
         } else if (what == 'a') {

@@ -13,14 +13,14 @@ from feasibee.robot.acting import GONE, NONE, Errand, Rules
 from tests.robot.driving import HERE, SANITIZED, STRICT, needs, run
 
 HEADER = Path(feasibee.robot.firmware.__file__).parent / "c" / "acting.h"
-TASKS, SENDERS, LIFE = 12, 5, 400
+TASKS, LIFE = 12, 400
 
 
 @pytest.fixture(scope="module")
 def program(tmp_path_factory):
     needs("cc", "gcc")
     made = tmp_path_factory.mktemp("errands") / "errands"
-    options = [*STRICT, *SANITIZED, "-DFEASIBEE_TASKS=12", "-DFEASIBEE_TOLERATES=3"]
+    options = [*STRICT, *SANITIZED, "-DFEASIBEE_TASKS=12"]
     run(["cc", "-std=c99", *options, "-I", HEADER.parent, HERE / "errands.c", "-o", made])
     return made
 
@@ -31,7 +31,6 @@ def rules_of(draw):
         by_word=draw.random() < 0.5,
         by_rank=draw.random() < 0.4,
         tags=draw.random() < 0.4,
-        tolerates=draw.randint(0, 3),
         comes_free=draw.random() < 0.5,
         number=draw.randint(0, 4),
         rank=draw.randint(1, 3),
@@ -48,9 +47,9 @@ class Life:
         self.lines, self.answers = [], []
         self.errand, self.away, self.kinds = Errand(rules_of(self._draw)), {}, set()
         rules = self.errand.rules
-        numbers = rules.start, rules.number, rules.count or 0, rules.rank, rules.ranks, rules.tolerates
+        numbers = rules.start, rules.number, rules.count or 0, rules.rank, rules.ranks
         flags = rules.by_word, rules.by_rank, rules.tags, rules.comes_free
-        self._note("b", *numbers, *map(int, flags), 0, 0)
+        self._note("b", *numbers, *map(int, flags))
         for task in range(TASKS):
             far = self._draw.choice([NONE, *range(6)])
             self.away[task] = None if far == NONE else far
@@ -68,15 +67,15 @@ class Life:
     def _live(self, step):
         draw, errand = self._draw, self.errand
         what = draw.choice("sshhhhccalj")
-        task, status, sender = draw.randrange(TASKS), draw.randint(0, 3), draw.randrange(SENDERS)
+        task, status = draw.randrange(TASKS), draw.randint(0, 3)
         version = draw.choice([status, draw.randint(0, 40), GONE] if draw.random() < 0.3 else [status])
         self.kinds.add(what)
         if what == "s":
             errand.see(task, status)
             self._note("s", task, status, 0)
         elif what == "h":
-            errand.hear(sender, {task: version})
-            self._note("h", sender, task, version)
+            errand.hear({task: version})
+            self._note("h", task, version, 0)
         elif what == "c":
             declared = draw.choice([-1, -1, -1, 0, 1])
             errand.choose(step, declared, self.away.get)
@@ -107,7 +106,7 @@ def test_lives_in_c_are_those_in_python(program):
 
 def test_a_robot_without_room_for_a_task_goes_on(program):
     lines = [
-        "b 0 0 0 1 1 0 0 0 0 0 0 0",
+        "b 0 0 0 1 1 0 0 0 0",
         *(f"w {k} 1 0" for k in range(14)),
         *(f"s {k} 0 0" for k in range(14)),
     ]

@@ -217,7 +217,6 @@ EDGES = {
         ),
         ({**ACTS, "acting.hold": "tag"}, "nearest", "rank", '"rank" gives each robot its task'),
     ],
-    "acting.tolerates": [(ACTS, 16, 17, "must be ≤ 16")],
     "run.stop_when_taken": [
         ({}, False, True, "needs acting.start: without it, no task is taken"),
         ({**ACTS, "events": [MORE]}, False, True, "ends a run once all tasks are taken, but more appear"),

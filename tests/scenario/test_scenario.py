@@ -83,7 +83,6 @@ PAPER = {
         "hold": "stand",
         "reach": 1.0,
         "tell": True,
-        "tolerates": 0,
     },
     "units": {},
 }

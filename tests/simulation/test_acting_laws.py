@@ -17,7 +17,7 @@ WAYS = [
     {"acting.hold": "tag", "acting.start": 60},
     {"acting.choose": "rank", "acting.start": 40},
     {"robots.avoid_collisions": True, "arena.boundary": "walls", "tasks.count": 15},
-    {"faults.byzantine": 0.1, "faults.byzantine_says": "feasible", "tasks.count": 17, "acting.tolerates": 2},
+    {"faults.byzantine": 0.1, "faults.byzantine_says": "feasible", "tasks.count": 17},
 ]
 
 

@@ -342,7 +342,6 @@ def acting(draw):
         "acting.hold": draw(st.sampled_from(["stand", "tag"])),
         "acting.reach": draw(st.floats(1, 3)) * least,
         "acting.tell": draw(st.sampled_from([True, True, False])),
-        "acting.tolerates": draw(st.sampled_from([0, 0, 1, 3])),
         "tasks.work": draw(st.none() | st.integers(1, 20)),
         "sensing.misname": 0.0,
         "sensing.position_error": 0.0,
@@ -401,7 +400,7 @@ MISSIONS = {
         "faults": {"stopped": 0.3, "stop_step": 50},
     },
     "liars and delay": {
-        "acting": {"start": 5, "tolerates": 1},
+        "acting": {"start": 5},
         "faults": {"byzantine": {"count": 3}},
         "radio": {"delay": 2},
     },

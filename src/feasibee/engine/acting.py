@@ -12,7 +12,7 @@ import math
 from numba import float64, int32, int64, uint32, uint64
 
 from feasibee.engine.cells import shortest
-from feasibee.engine.compile import called, inlined, with_helpers
+from feasibee.engine.compile import called, inlined
 from feasibee.engine.intrinsics import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.layout import Clock, Robot, Set
 from feasibee.engine.params import Moment
@@ -28,7 +28,6 @@ from feasibee.model.outcomes import (
     TASKS_TAKEN,
     VAIN_ARRIVALS,
 )
-from feasibee.strategies import certified
 
 GONE = 2**30 + 1
 """Version of a task that has vanished."""
@@ -42,7 +41,6 @@ DETOUR = 3
 NOWHERE = 2**64 - 1
 RUN = (int(Robot.STEP_X), int(Robot.HEADING_X)), (int(Robot.STEP_Y), int(Robot.HEADING_Y))
 """Where a robot's step is, and where that of its run is kept while the run waits."""
-told_enough = inlined(with_helpers(certified.told_enough, inlined))
 
 
 def act(params, state, moment, i, w, members):
@@ -73,7 +71,6 @@ def start_acting(state):
     state.holders[:] = FREE
     state.news[:] = 0
     state.told[:] = 0
-    state.sayers[:] = 0
     clear_ways(state)
 
 
@@ -81,7 +78,6 @@ def start_acting(state):
 def forget_tasks(state, i):
     """Let a robot that joins know of no task."""
     state.news[i] = 0
-    state.sayers[i] = 0
 
 
 # --- Motion ---
@@ -342,15 +338,6 @@ def see(params, state, i, task):
     if state.holders[task] != DONE:
         version = next_version(params, int64(state.news[i, task]), status_of(state, task))
     state.news[i, task] = int32(version)
-    forget_sayers(params, state, i, task)
-
-
-@inlined
-def forget_sayers(params, state, i, task):
-    """Forget who said that a task is taken."""
-    first = params.acting.tolerates * task
-    for k in range(first, first + params.acting.tolerates):
-        state.sayers[i, k] = 0
 
 
 @called
@@ -405,24 +392,9 @@ def hear_all(params, state, i, w, members):
     while members:
         sender = lowest_member(w, members)
         told = state.told[due, sender]
-        if params.acting.tolerates == 0:
-            for task in range(known.size):
-                known[task] = max(known[task], told[task])
-        else:
-            weigh_all(params, state, i, sender, told)
+        for task in range(known.size):
+            known[task] = max(known[task], told[task])
         members = without_lowest(members)
-
-
-@called
-def weigh_all(params, state, i, sender, told):
-    """Keep larger versions as far as they are believed."""
-    tolerates, known = params.acting.tolerates, state.news[i]
-    number = int64(state.robots[Robot.IDENTITY, sender])
-    for task in range(known.size):
-        if told[task] > known[task]:
-            is_free = (told[task] - 1) % (params.acting.ranks + 1) == 0 and told[task] != GONE
-            if is_free or told_enough(state.sayers[i], tolerates * task, tolerates, number):
-                known[task] = told[task]
 
 
 # --- Choice ---

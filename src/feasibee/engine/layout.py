@@ -373,7 +373,6 @@ class State(Struct):
     ]  # who has each, -1 for none, -2 if it is done; this and what follows if robots act
     news: Annotated[Int32s, "robot", "task"]  # versions that robots know: see `feasibee.engine.acting`
     told: Annotated[Int32s, "step", "robot", "task"]  # versions in messages of this and the last steps
-    sayers: Annotated[Int32s, "robot", "task, then sender"]  # one more than who said that a task is taken
     ways: Annotated[Int32s, "task, then queue", "cell"]  # if robots act in a place: see `feasibee.engine.way`
     task_cells: Cells
     task_lists: TaskLists
@@ -497,7 +496,6 @@ def _empty_news(params: Params, padded: int) -> dict[str, Any]:
         "holders": np.full(tasks, -1, np.int32),
         "news": np.zeros((padded, tasks), np.int32),
         "told": np.zeros((params.radio.delay + 1, padded, tasks), np.int32),
-        "sayers": np.zeros((padded, tasks * params.acting.tolerates), np.int32),
     }
 
 
@@ -520,9 +518,7 @@ def size_of(params: Params, tables: Tables, room: Room) -> int:
     padded = words * WORD
     remembered = words + -(-params.tasks.count // WORD) if params.sensing.unique else 0
     own = math.prod(_inbox_shape(params, room)) + padded * (remembered + 2 * copy_length(params))
-    news = (
-        padded * params.tasks.count * params.acting.acts * (2 + params.radio.delay + params.acting.tolerates)
-    )
+    news = padded * params.tasks.count * params.acting.acts * (2 + params.radio.delay)
     return 4 * (own + news) + 8 * math.prod(_delayed_shape(params))
 
 

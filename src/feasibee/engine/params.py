@@ -368,7 +368,6 @@ class ActingParams(NamedTuple):
     tags: bool
     reach: np.uint64  # has arrived if the squared distance is below this
     tells: bool
-    tolerates: int
     ranks: int
     come_free: bool  # whether taken tasks may come free
     list_bits: int  # of a message, in addition

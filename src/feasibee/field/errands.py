@@ -124,10 +124,10 @@ class Errands:
             total += way * way
         return total
 
-    def hear(self, sender: int, news: Iterable[tuple[int, int]]) -> None:
+    def hear(self, news: Iterable[tuple[int, int]]) -> None:
         """Keep what a robot says of tasks that there can be."""
         there = None if self._tasks is None else len(self._tasks)
-        self.errand.hear(sender, {name: version for name, version in news if there is None or name < there})
+        self.errand.hear({name: version for name, version in news if there is None or name < there})
 
     def sense(self, told: Mapping[str, Any]) -> None:
         """Keep what a sense says of walls and of the body, in the forms of `checks.WORK`."""

@@ -223,7 +223,7 @@ class Node:
             self._line["heard"].append([sender, text])
             self._mind.hear(sender if named == -1 else named, message)
             if self._errands:
-                self._errands.hear(sender if named == -1 else named, message.news)
+                self._errands.hear(message.news)
         self._mind.end_step()
         if self._errands:
             if self._mind.settings.fault != BYZANTINE:

@@ -139,7 +139,6 @@ class _Rules(Section):
     by_word: bool
     by_rank: bool
     tags: bool
-    tolerates: Annotated[int, Field(ge=0, le=16)]
     comes_free: bool
     number: Million
     rank: Classes

@@ -213,7 +213,6 @@ def rules_of(scenario: Scenario, number: int, kind: int) -> Rules:
         by_word=acting.start == "declared",
         by_rank=acting.choose == "rank",
         tags=acting.hold == "tag",
-        tolerates=acting.tolerates,
         comes_free=scenario.may_come_free,
         number=number,
         rank=ranks[kind],

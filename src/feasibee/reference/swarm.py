@@ -172,7 +172,7 @@ class Swarm:
                     if message and sender is not robot and self.hears(robot, sender):
                         named = self.names.id(sender.number)
                         robot.mind.hear(named, message)
-                        robot.errand.hear(named, dict(message.news))
+                        robot.errand.hear(dict(message.news))
         for robot in working:
             robot.end_step(robot in blocked)
             if self.work:

@@ -9,7 +9,7 @@ A robot that hears of two free tasks goes to the nearer one, which another robot
 
 >>> from feasibee.robot.acting import Errand, Rules
 >>> errand = Errand(Rules(start=40))
->>> errand.hear(sender=7, news={3: 0, 8: 0})
+>>> errand.hear({3: 0, 8: 0})
 >>> away = {3: 2.0, 8: 5.0}
 >>> errand.choose(step=39, declared=-1, way=away.get)
 >>> errand.target
@@ -55,8 +55,6 @@ class Rules:
     """Whether it takes the task that comes after as many known ones as its number says."""
     tags: bool = False
     """Whether it marks a free task before it acts."""
-    tolerates: int = 0
-    """Number of other robots that must have said that a task is taken before one more is believed."""
     comes_free: bool = False
     """Whether a taken task may come free again, so that versions count."""
     number: int = 0
@@ -92,7 +90,6 @@ class Errand:
         """The step at whose end it began to act."""
         self.count = rules.count
         """Number of robots, if it knows that."""
-        self._sayers: dict[int, list[int]] = {}
 
     def status(self, task: int) -> int:
         """Return the status of a task as it knows it; -1 if it doesn't, or if the task has vanished."""
@@ -102,7 +99,6 @@ class Errand:
     def see(self, task: int, status: int | None) -> None:
         """Store the status of a task in sight; None if it is done."""
         self.known[task] = GONE if status is None else self._version(self.known.get(task), status)
-        self._sayers.pop(task, None)
 
     def _version(self, version: int | None, status: int) -> int:
         """Return the least version with a status, from a version on."""
@@ -118,23 +114,10 @@ class Errand:
             for task, version in self.known.items()
         }
 
-    def hear(self, sender: int, news: Mapping[int, int]) -> None:
-        """Keep the larger versions of those that a robot says, if enough have said so (model.md 6.25.6)."""
+    def hear(self, news: Mapping[int, int]) -> None:
+        """Keep the larger versions of those that a robot says (model.md 6.25.6)."""
         for task, version in news.items():
-            if version > self.known.get(task, NONE):
-                is_free = version != GONE and version % (self.rules.ranks + 1) == FREE
-                if is_free or self._is_believed(task, sender):
-                    self.known[task] = version
-
-    def _is_believed(self, task: int, sender: int) -> bool:
-        """Return whether enough other robots have said that a task is taken; else remember that this has."""
-        sayers = self._sayers.setdefault(task, [])
-        if sender in sayers:
-            return False
-        if len(sayers) < self.rules.tolerates:
-            sayers.append(sender)
-            return False
-        return True
+            self.known[task] = max(version, self.known.get(task, NONE))
 
     def choose(self, step: int, declared: int, way: Way) -> None:
         """Choose the target at the end of a step (model.md 6.25.8 to 6.25.10).

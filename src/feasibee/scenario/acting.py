@@ -76,7 +76,7 @@ def _reach(scenario: Sections) -> Iterator[Conflict]:
 
 def _memory(scenario: Sections) -> Iterator[Conflict]:
     robots, tasks = scenario.most
-    needed = 4 * robots * tasks * (2 + scenario.radio.delay + scenario.acting.tolerates)
+    needed = 4 * robots * tasks * (2 + scenario.radio.delay)
     if scenario.acts and scenario.plan:
         needed += 4 * (tasks + 2) * scenario.plan.walls.size
     if scenario.acts and needed > NEWS_LIMIT:
@@ -86,7 +86,7 @@ def _memory(scenario: Sections) -> Iterator[Conflict]:
 
 
 ACTING: Final[tuple[Rule, ...]] = (
-    *map(_alone, ("choose", "hold", "reach", "tell", "tolerates")),
+    *map(_alone, ("choose", "hold", "reach", "tell")),
     _reach,
     never(
         "acting.start",

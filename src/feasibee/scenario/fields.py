@@ -552,10 +552,6 @@ class Acting(Section):
     )
     reach: Length = Field(1.0, description="Distance at which a robot has reached its task, in units.")
     tell: bool = Field(True, description="Whether robots pass on which tasks they know, free or taken.")
-    tolerates: Annotated[int, Field(ge=0, le=16)] = Field(
-        0,
-        description="Number of lying robots: one more must say that a task is taken, or it isn't believed.",
-    )
 
 
 class Units(Section):

@@ -2,7 +2,7 @@
  *
  * Give it what the robot sees and hears of tasks, let it choose at the end of each step, and tell it how the task is
  * that it reaches. A task's name is any number below 2^32 - 1 that all robots give it. Define FEASIBEE_TASKS, the most
- * tasks that it knows, and FEASIBEE_TOLERATES, the most liars among its neighbours, before you include this file.
+ * tasks that it knows, before you include this file.
  */
 #ifndef FEASIBEE_ACTING_H
 #define FEASIBEE_ACTING_H
@@ -12,9 +12,6 @@
 
 #ifndef FEASIBEE_TASKS
 #define FEASIBEE_TASKS 64
-#endif
-#ifndef FEASIBEE_TOLERATES
-#define FEASIBEE_TOLERATES 1
 #endif
 
 #define FEASIBEE_NO_TASK UINT32_MAX
@@ -30,8 +27,7 @@ struct feasibee_rules {
     uint32_t count;  /* of the robots; 0 if it doesn't know that */
     uint8_t rank;    /* 1 for robots with the most skills */
     uint8_t ranks;
-    uint8_t tolerates; /* at most FEASIBEE_TOLERATES */
-    bool by_word;      /* it acts once it has declared feasible */
+    bool by_word; /* it acts once it has declared feasible */
     bool by_rank;
     bool tags;
     bool comes_free; /* taken tasks may come free again */
@@ -39,9 +35,7 @@ struct feasibee_rules {
 
 struct feasibee_task {
     uint32_t name;
-    int32_t version; /* FEASIBEE_UNKNOWN if too few have said that it is taken */
-    uint8_t said;
-    uint32_t sayers[FEASIBEE_TOLERATES + 1];
+    int32_t version;
 };
 
 /* A robot's errand. Read target, task and mark: each a name, or FEASIBEE_NO_TASK. */
@@ -85,7 +79,6 @@ static inline struct feasibee_task *feasibee_entry(struct feasibee_errand *erran
     errand->known++;
     errand->tasks[place].name = name;
     errand->tasks[place].version = FEASIBEE_UNKNOWN;
-    errand->tasks[place].said = 0;
     return &errand->tasks[place];
 }
 
@@ -110,32 +103,15 @@ static inline int32_t feasibee_version(const struct feasibee_errand *errand, int
 static inline void feasibee_see_task(struct feasibee_errand *errand, uint32_t name, int32_t status)
 {
     struct feasibee_task *task = feasibee_entry(errand, name);
-    if (!task)
-        return;
-    task->version = feasibee_version(errand, task->version, status);
-    task->said = 0;
+    if (task)
+        task->version = feasibee_version(errand, task->version, status);
 }
 
-/* Return whether enough other robots have said that a task is taken; else remember that this one has. */
-static inline bool feasibee_is_believed(struct feasibee_task *task, uint8_t tolerates, uint32_t sender)
-{
-    uint8_t k;
-    for (k = 0; k < task->said; k++)
-        if (task->sayers[k] == sender)
-            return false;
-    if (task->said >= tolerates)
-        return true;
-    task->sayers[task->said++] = sender;
-    return false;
-}
-
-/* Keep the larger of both versions of a task, if enough robots have said so. Call it for each task of a message. */
-static inline void feasibee_hear_task(struct feasibee_errand *errand, uint32_t sender, uint32_t name, int32_t version)
+/* Keep the larger of both versions of a task. Call it for each task of a message. */
+static inline void feasibee_hear_task(struct feasibee_errand *errand, uint32_t name, int32_t version)
 {
     struct feasibee_task *task = feasibee_entry(errand, name);
-    if (!task || version <= task->version)
-        return;
-    if (feasibee_status(errand, version) == 0 || feasibee_is_believed(task, errand->rules->tolerates, sender))
+    if (task && version > task->version)
         task->version = version;
 }
 
