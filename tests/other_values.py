@@ -94,7 +94,6 @@ OTHER_VALUES = {
     "acting.choose": "rank",
     "acting.hold": "tag",
     "acting.reach": 1.5,
-    "acting.tell": False,
     "run.stop_when_taken": True,
     "units.metres": 0.5,
     "units.seconds": 2.0,
@@ -118,7 +117,7 @@ NEEDS = {
     "decision.parameters": {"decision.strategy": "k-unanimity"},
     "response.delay": {"response.patience": 60},
     "response.margin": {"response.patience": 60},
-    **{f"acting.{key}": ACTS for key in ("choose", "hold", "reach", "tell")},
+    **{f"acting.{key}": ACTS for key in ("choose", "hold", "reach")},
     "tasks.work": ACTS,
     "run.stop_when_taken": ACTS,
 }

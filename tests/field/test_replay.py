@@ -87,7 +87,7 @@ def test_a_changed_line_of_an_acting_robot_is_named(tmp_path, name, value, told)
 
 @pytest.mark.parametrize(
     "change",
-    [{"rules": 1}, {"able": []}, {"tasks": [[1, 2, 3]]}, {"frame": [0.0, 1, 1, True]}, {"tells": None}],
+    [{"rules": 1}, {"able": []}, {"tasks": [[1, 2, 3]]}, {"frame": [0.0, 1, 1, True]}],
 )
 def test_orders_to_act_that_can_not_be_are_named(tmp_path, change):
     play(a_plan(small(**ACTED)), tmp_path)

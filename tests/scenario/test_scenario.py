@@ -82,7 +82,6 @@ PAPER = {
         "choose": "nearest",
         "hold": "stand",
         "reach": 1.0,
-        "tell": True,
     },
     "units": {},
 }

@@ -341,7 +341,6 @@ def acting(draw):
         "acting.choose": draw(st.sampled_from(["nearest", "rank"])),
         "acting.hold": draw(st.sampled_from(["stand", "tag"])),
         "acting.reach": draw(st.floats(1, 3)) * least,
-        "acting.tell": draw(st.sampled_from([True, True, False])),
         "tasks.work": draw(st.none() | st.integers(1, 20)),
         "sensing.misname": 0.0,
         "sensing.position_error": 0.0,

@@ -358,8 +358,6 @@ def slot_of(state, step):
 def tell_all(params, state):
     """Fix what each robot says of tasks, and count the bits of those that broadcast."""
     now = state.clock[Clock.STEP] + 1
-    if not params.acting.tells:
-        return
     due, bits = slot_of(state, now + 1), int64(0)
     for i in range(params.robots.count):
         told = state.told[slot_of(state, now), i]
@@ -386,8 +384,6 @@ def lie(params, told):
 @called
 def hear_all(params, state, i, w, members):
     """Let a robot keep the larger of its versions and those that it hears."""
-    if not params.acting.tells:
-        return
     known, due = state.news[i], slot_of(state, state.clock[Clock.STEP] + 2)
     while members:
         sender = lowest_member(w, members)

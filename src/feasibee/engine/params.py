@@ -367,7 +367,6 @@ class ActingParams(NamedTuple):
     by_rank: bool
     tags: bool
     reach: np.uint64  # has arrived if the squared distance is below this
-    tells: bool
     ranks: int
     come_free: bool  # whether taken tasks may come free
     list_bits: int  # of a message, in addition

@@ -145,7 +145,6 @@ class Bodies(Swarm):
         world, kinds = self.world, self.task_kinds
         return {
             "rules": asdict(body.errand.rules),
-            "tells": self.scenario.acting.tell,
             "able": list(self.work.can_do[body.kind]),
             "frame": [float(world.unit), *world.size, world.is_torus],
             "tasks": None if real else [[*world.task_place(i), kind] for i, kind in enumerate(kinds)],

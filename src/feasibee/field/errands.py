@@ -67,15 +67,14 @@ class Errands:
     Parameters
     ----------
     orders : mapping
-        What the robot is sent when it joins: ``rules``, whether it ``tells``, which classes of tasks it is
-        ``able`` to do, the ``frame`` of places, and place and class of the world's ``tasks``.
+        What the robot is sent when it joins: ``rules``, which classes of tasks it is ``able`` to do, the
+        ``frame`` of places, and place and class of the world's ``tasks``.
     setting : Setting
         The numbers of the scenario.
     """
 
     def __init__(self, orders: Mapping[str, Any], setting: Setting) -> None:
         self.errand = Errand(Rules(**orders["rules"]))
-        self.tells: bool = orders["tells"]
         self.done = 0
         """Number of deeds of its body that it knows."""
         self._able, self._setting = orders["able"], setting

@@ -107,7 +107,6 @@ class Node:
         task_of = self._names.of_position if self._names else None
         declares = settings.declare is not None
         self._errands = Errands(orders["acting"], setting) if "acting" in orders else None
-        tells = self._errands is not None and self._errands.tells
         if brain is not None and settings.fault != BYZANTINE:
             from feasibee.field.brain import CompiledMind
 
@@ -122,7 +121,7 @@ class Node:
                 declares=declares,
                 setting=setting,
                 task_of=task_of,
-                rules=self._errands.errand.rules if self._errands and tells else None,
+                rules=self._errands.errand.rules if self._errands else None,
             )
         self._line: dict[str, Any] = {"feasibee": "robot", "version": VERSION, **orders}
         self._log()
@@ -164,7 +163,7 @@ class Node:
         message = self._mind.says(step, self._insight["truth"], self._inventions)
         if self._errands:
             self._errands.move_to(place)
-            if message is not None and self._errands.tells:
+            if message is not None:
                 news = self._errands.errand.news(lies=self._mind.settings.fault == BYZANTINE)
                 message = message._replace(news=tuple(sorted(news.items())))
         said = None if message is None else self._encoded(message)

@@ -150,7 +150,6 @@ class _Acting(Section):
     """The orders of `feasibee.field.errands.Errands` with the ranges of their numbers."""
 
     rules: _Rules
-    tells: bool
     able: Annotated[list[bool], Field(min_length=1, max_length=_CLASSES)]
     frame: Annotated[tuple[Annotated[float, Field(gt=0, le=1e9)], Seed, Seed, bool], Strict(False)]
     tasks: list[Annotated[tuple[Seed, Seed, Annotated[int, Field(ge=0, lt=_CLASSES)]], Strict(False)]] | None

@@ -134,7 +134,7 @@ def _deed(swarm: Swarm, state: RobotState, number: int) -> str:
     scenario, ends = swarm.scenario, (swarm.positions[[number]], swarm.tasks[aims[[number]]])
     line = segments(*ends, scenario.arena.size, scenario.arena.boundary == "walls")[0][0]
     away = float(np.hypot(*(line[1] - line[0])))
-    how = "sees" if away <= scenario.sensing.range else "saw or heard" if scenario.acting.tell else "saw"
+    how = "sees" if away <= scenario.sensing.range else "saw or heard"
     why = f"it {how} that it is free"
     if holder == number:
         why = "it has marked it"

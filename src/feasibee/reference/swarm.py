@@ -276,7 +276,7 @@ class Swarm:
             bits += self.names.id_bits + 2 if says_declared else 0
         else:
             bits = self.names.id_bits + 1 + sender.mind.strategy.value_bits + says_declared
-        if self.work is None or not self.scenario.acting.tell:
+        if self.work is None:
             return message, bits
         news = sender.errand.news(lies=sender.fault == BYZANTINE)
         return message._replace(news=tuple(news.items())), bits + self.work.bits(len(news))

@@ -206,7 +206,7 @@ class Wire:
         Given the name of a task in a message, returns its id, or -1 if it has none. By default the name is
         the id.
     rules : Rules, optional
-        How robots act, if they tell each other of tasks (model.md 6.25.7). Names of tasks have 32 bits here
+        How robots act, if they do (model.md 6.25.7). Names of tasks have 32 bits here
         with each strategy.
 
     Examples

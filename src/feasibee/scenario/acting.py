@@ -86,7 +86,7 @@ def _memory(scenario: Sections) -> Iterator[Conflict]:
 
 
 ACTING: Final[tuple[Rule, ...]] = (
-    *map(_alone, ("choose", "hold", "reach", "tell")),
+    *map(_alone, ("choose", "hold", "reach")),
     _reach,
     never(
         "acting.start",

@@ -551,7 +551,6 @@ class Acting(Section):
         "reach, walk on, and come back.",
     )
     reach: Length = Field(1.0, description="Distance at which a robot has reached its task, in units.")
-    tell: bool = Field(True, description="Whether robots pass on which tasks they know, free or taken.")
 
 
 class Units(Section):

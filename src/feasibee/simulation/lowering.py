@@ -285,7 +285,6 @@ def _acting(scenario: Scenario, unit: Fraction) -> numbers.ActingParams:
         by_rank=acting.choose == "rank",
         tags=acting.hold == "tag",
         reach=limit_of(squared(acting.reach, unit) + 1),
-        tells=acting.tell,
         ranks=max(ranks_of(scenario.robots)),
         come_free=scenario.may_come_free,
         list_bits=int(place > 0),

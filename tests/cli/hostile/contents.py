@@ -50,7 +50,6 @@ FINE = {
     "robots.speed tiny",
     "decision.exploration tiny",
     *(f"run.{field} true" for field in ("stop_at_decision", "stop_at_declarations")),
-    "acting.tell true",
     "decision.parameters table",
     "decision.declare table",
     *(f"{section} table" for section in SECTIONS if section not in ("preset", "events")),
