@@ -33,7 +33,7 @@ def declare(known, me):
 def declaring(folder, quiet=60.0, **sections):
     """Return a scenario whose robots declare after a number of steps without news, by a file of its own."""
     path = folder / "quiet.py"
-    example = Path(__file__).parents[1] / "examples" / "roll_call.py"
+    example = Path(__file__).parents[1] / "examples" / "strategies" / "roll_call.py"
     path.write_text(example.read_text(encoding="utf-8") + DECLARE, encoding="utf-8")
     decision = {"strategy": str(path), "parameters": {"quiet": quiet}}
     return Scenario(decision=decision, **sections)

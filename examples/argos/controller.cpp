@@ -66,7 +66,6 @@ void CFeasibeeController::ReadDecision(TConfigurationNode& t_node) {
    GetNodeAttributeOrDefault(t_node, "declare_heard", m_tSettings.declare_heard, 0);
    GetNodeAttributeOrDefault(t_node, "declare_quorum", m_tSettings.declare_quorum, 1.0);
    GetNodeAttributeOrDefault(t_node, "k", m_tSettings.k, 1);
-   GetNodeAttributeOrDefault(t_node, "voters", m_tSettings.voters, 0.0);
    GetNodeAttributeOrDefault(t_node, "credence", m_tSettings.credence, 0.0);
    GetNodeAttributeOrDefault(t_node, "positive_feedback", m_tSettings.positive_feedback, false);
 }

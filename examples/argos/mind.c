@@ -30,9 +30,6 @@ static const struct {
     {"k-unanimity", &feasibee_k_unanimity},
     {"cross-inhibition", &feasibee_cross_inhibition},
     {"bayes", &feasibee_bayes},
-    {"accumulate", &feasibee_accumulate},
-    {"average", &feasibee_average},
-    {"mixture", &feasibee_mixture},
 };
 
 /* A uniform word of 32 bits; `uniform` may return 1. */
@@ -79,8 +76,6 @@ static struct feasibee_settings settings_of(const struct mind_settings *given,
     settings.declare.quorum = (uint16_t)lround(given->declare_quorum * 10000);
     settings.declare.quorum_of = 10000;
     settings.parameters.k = (uint16_t)given->k;
-    settings.parameters.voters =
-        given->voters < 1.0 ? (uint32_t)(given->voters * 4294967296.0) : UINT32_MAX;
     settings.parameters.credence = given->credence;
     settings.parameters.positive_feedback = given->positive_feedback;
     settings.draw_duration = duration;

@@ -33,7 +33,6 @@ struct mind_settings {
     int declare_heard;
     double declare_quorum;    /* in ten thousandths */
     int k;                    /* k-unanimity */
-    double voters;            /* mixture */
     double credence;          /* bayes */
     bool positive_feedback;   /* bayes */
 };

@@ -184,9 +184,9 @@ def test_a_robot_that_acts_gets_goals_until_it_has_its_task(nodes, tmp_path):
 
 
 def test_parameters_change_the_decision(nodes):
-    robot = robot_of(nodes, 1, decision__strategy="average", decision__gain=12.5)
+    robot = robot_of(nodes, 1, decision__strategy="dc", decision__gain=12.5)
     line = json.loads(json.dumps(robot.mind._line))
-    assert (line["strategy"], line["settings"]["gain"]) == ("average", 12.5)
+    assert (line["strategy"], line["settings"]["gain"]) == ("dc", 12.5)
 
 
 def test_the_file_for_a_turtlebot_gives_its_parameters(nodes):

@@ -492,7 +492,7 @@ def test_names_that_look_like_markup_are_printed_as_they_are(here):
         told = invoke("results", "status", f"{folder}/red]")
         assert told.exit_code == 0
         assert f"{folder}/red]: 2 runs" in told.stdout.replace("\n", " ")
-    shutil.copy(Path(__file__).parents[2] / "examples" / "witness.py", here / "[" / "b].py")
+    shutil.copy(Path(__file__).parents[2] / "examples" / "strategies" / "witness.py", here / "[" / "b].py")
     change = "decision.strategy=[/b].py"
     told = invoke("run", "--set", change, "--runs", 2, "--steps", 5)
     assert "[/b].py: 2 runs" in told.stdout

@@ -67,7 +67,9 @@ def test_a_skeleton_runs_as_it_is_and_with_what_its_comments_offer(here, options
 
 def test_a_skeleton_passes_on_names_as_the_example_does():
     """Both also have bits, which differ: messages of the example are as long as those of census."""
-    example = (Path(__file__).parents[2] / "examples" / "roll_call.py").read_text(encoding="utf-8")
+    example = (Path(__file__).parents[2] / "examples" / "strategies" / "roll_call.py").read_text(
+        encoding="utf-8"
+    )
     texts = example, render("strategy.txt", file="mine.py", knowledge=True)
     assert len({text[text.index("def words") : text.index("def bits")] for text in texts}) == 1
 
@@ -122,8 +124,8 @@ def test_a_file_is_translated_to_a_header_that_compiles(here, options):
 
 def test_several_strategies_may_be_named_in_both_ways(here):
     output_of("new", "strategy", "mine.py")
-    text = output_of("header", "dmmd", "mine.py", "--strategy", "average")
-    assert "Strategies: dmmd, mine.py, average." in text
+    text = output_of("header", "dmmd", "mine.py", "--strategy", "dc")
+    assert "Strategies: dmmd, mine.py, dc." in text
     assert output_of("header", "--strategy", "dmmd") == header("dmmd") == output_of("header", "dmmd")
 
 
@@ -155,7 +157,7 @@ def test_a_missing_file_is_told_with_its_path(here):
 # --- Checked ---
 
 NEEDS_CC = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler: Debian's package gcc")
-QUIET = (Path(__file__).parents[2] / "examples" / "quiet_census.py").read_text()
+QUIET = (Path(__file__).parents[2] / "examples" / "strategies" / "quiet_census.py").read_text()
 
 
 @NEEDS_CC
@@ -306,7 +308,7 @@ def test_a_reader_simulates_translates_and_flashes_a_strategy(here):
     for tool in ("cc", "avr-gcc", "simavr"):
         if shutil.which(tool) is None:
             pytest.skip(f"no {tool}; Debian has it in gcc, gcc-avr and avr-libc, or simavr")
-    shutil.copy(PAGE.parents[1] / "examples" / "witness.py", "mine.py")
+    shutil.copy(PAGE.parents[1] / "examples" / "strategies" / "witness.py", "mine.py")
     (here / "feasibee").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m feasibee "$@"\n')
     (here / "feasibee").chmod(0o755)
     environment = {**os.environ, "PATH": f"{here}:{os.environ['PATH']}", "COLUMNS": "84", "NO_COLOR": "1"}

@@ -18,7 +18,7 @@ SCRIPT = re.compile(r"```python\n((?:(?!```).)*print\([^\n]*\)  # ([^\n]*)\n)```
 
 @pytest.mark.parametrize("page", ["deploying", "strategy-robots"])
 def test_the_controller_on_the_page_does_what_the_page_says(page, tmp_path):
-    shutil.copy(ROOT / "examples" / "witness.py", tmp_path / "mine.py")
+    shutil.copy(ROOT / "examples" / "strategies" / "witness.py", tmp_path / "mine.py")
     ((script, said),) = SCRIPT.findall((ROOT / "docs" / f"{page}.md").read_text(encoding="utf-8"))
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", script],
@@ -41,7 +41,7 @@ def test_the_strategy_on_the_page_is_the_example(name):
 
 
 def test_the_robots_on_the_page_declare_rightly_in_both_implementations():
-    path = str(ROOT / "examples" / "quiet_census.py")
+    path = str(ROOT / "examples" / "strategies" / "quiet_census.py")
     short = {"arena.side": 8.0, "run.steps": 160, "robots.know_count": True, "decision.strategy": path}
     for tasks, count in ((20, "declared_feasible"), (21, "declared_infeasible")):
         scenario = Scenario().replace({**short, "tasks.count": tasks})

@@ -99,7 +99,7 @@ def test_a_robot_from_elsewhere_waits_until_it_comes(tmp_path):
 def test_the_command_prints_the_decision_and_the_measures_of_the_run(tmp_path):
     path = tmp_path / "changing.toml"
     events = [{"step": 10, "tasks": 6}, {"step": 30, "tasks": -7}]
-    scenario = small(**{"decision.strategy": "fading", "events": events, "run.steps": 60})
+    scenario = small(**{"decision.strategy": "roster", "events": events, "run.steps": 60})
     path.write_text(scenario.to_toml())
     found = json.loads(invoke("launch", path, "--lockstep", "--seed", 1, "--json").stdout)
     expected = json.loads(invoke("run", path, "--runs", 1, "--seed", 1, "--json").stdout)

@@ -47,8 +47,8 @@ WORLDS = {
     "classes": CLASSES,
     "liars": {"decision.strategy": "census", **COLLUDING},
     "liars with a roster": {"decision.strategy": "roster", **KNOWING, **COLLUDING},
-    "random ids": {"decision.strategy": "sketch", "radio.id_bits": 3},
-    "streams": {"decision.strategy": "fading", **KNOWING, **STREAMS},
+    "random ids": {"decision.strategy": "census", "radio.id_bits": 3},
+    "streams": {"decision.strategy": "roster", **KNOWING, **STREAMS},
 }
 VALUES = (
     *(None, True, False, 0, 1, -1, 2, 3.5, -0.0, 17, 2**16, 2**31 - 1, 2**32, 2**53, 2**63, 10**30, -(2**31)),

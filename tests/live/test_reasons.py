@@ -75,7 +75,7 @@ ALONE = {"radio.range": 0.01, "robots.know_count": True, "tasks.count": 16}
 
 
 @pytest.mark.quick(2)
-@pytest.mark.parametrize("strategy", ["dmmd", "bayes", "accumulate", "average", "tally", "census", "totals"])
+@pytest.mark.parametrize("strategy", ["dmmd", "bayes", "estimate", "tally", "census"])
 def test_what_it_will_decide_is_what_it_decides(strategy):
     """Without messages, nothing that a robot knows changes while it disseminates."""
     swarm = Swarm(Scenario().replace({**ALONE, "decision.strategy": strategy}), 2)

@@ -179,8 +179,8 @@ def test_its_sliders_change_the_swarm(show):
     page.get_by_role("button", name="Copy as scenario").click()
     expect(page.get_by_role("button", name="Selected")).to_be_visible()  # as in a page without a clipboard
     assert Scenario.from_toml(page.evaluate("getSelection().toString()")) == scenario
-    page.get_by_label("Strategy").select_option("totals")
-    expect(page.locator("#problem")).to_contain_text("totals needs the number of robots")
+    page.get_by_label("Strategy").select_option("turns")
+    expect(page.locator("#problem")).to_contain_text("turns needs the number of robots")
     expect(said).to_be_visible()  # the previous swarm continues
     page.get_by_role("button", name="Step").click()
     expect(step_of(page)).to_have_text("5")

@@ -266,7 +266,6 @@ def test_without_a_compiler_a_page_of_ones_own_strategy_says_how_to_get_it(tmp_p
     [
         {"strategy": "k-unanimity", "parameters": {"k": 2.0}},
         {"strategy": "bayes", "parameters": {"credence": 0.8, "positive_feedback": 0.0}},
-        {"strategy": "mixture", "parameters": {"voters": 0.7}},
         {"inbox": "every-message"},
     ],
 )

@@ -89,7 +89,6 @@ static void read_settings(struct feasibee_settings *settings, struct draws *draw
     settings->declare.quorum = (uint16_t)read_number(2);
     settings->declare.quorum_of = (uint16_t)read_number(2);
     settings->parameters.k = (uint16_t)read_number(2);
-    settings->parameters.voters = read_number(4);
     settings->parameters.credence = read_double();
     settings->parameters.positive_feedback = read_number(1);
     draws->word = read_number(4);
@@ -99,13 +98,13 @@ static void read_settings(struct feasibee_settings *settings, struct draws *draw
 
 #ifdef TRANSLATED
 
-/* Parameters of each strategy, in the order of its file: k, voters, credence, positive feedback. */
-static const int parameters[][4] = {TRANSLATED};
+/* Parameters of each strategy, in the order of its file: k, credence, positive feedback. */
+static const int parameters[][3] = {TRANSLATED};
 
 static const struct feasibee_setting *setting_of(const struct feasibee_parameters *own, int strategy)
 {
     static struct feasibee_setting setting;
-    const double given[] = {own->k, (double)own->voters / 4294967296.0, own->credence, own->positive_feedback};
+    const double given[] = {own->k, own->credence, own->positive_feedback};
     for (int k = 0; k < FEASIBEE_PARAMETERS; k++)
         setting.parameters[k] = given[parameters[strategy][k]];
     return &setting;

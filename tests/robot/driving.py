@@ -127,7 +127,6 @@ class Episode:
         self.rule = (draw.randrange(1, 4), draw.randrange(5), *quorum) if draw.random() < 0.4 else None
         self.own = {
             "k": float(draw.randrange(1, 6)),
-            "voters": pick([0, 2**30, 2**31 + 1, 2**32]) / 2**32,
             "credence": pick([0.6, 0.9, 0.95, 0.9999]),
             "positive_feedback": float(draw.getrandbits(1)),
         }
@@ -170,12 +169,11 @@ class Episode:
         listens_for = 0 if settings.listens_for is None else settings.listens_for + 1
         votes = settings.own_vote, settings.random_ties
         flags = *votes, settings.first_sight, settings.every_message, self.stubborn
-        voters = min(int(own["voters"] * 2**32), 2**32 - 1)
         parts = [
             struct.pack("<IBB", self.steps, NAMES.index(self.strategy), self.opinion),
             struct.pack("<ddHHHH", *numbers, listens_for, settings.inbox_size or INBOX),
             struct.pack("<BBBBBHHHH", *flags, *rule),
-            struct.pack("<HIdB", int(own["k"]), voters, own["credence"], int(own["positive_feedback"])),
+            struct.pack("<HdB", int(own["k"]), own["credence"], int(own["positive_feedback"])),
             struct.pack("<I", self.word),
         ]
         for sight, messages in zip(self.sights, self.messages, strict=True):

@@ -4,14 +4,7 @@
 #include "feasibee.h"
 
 static const struct feasibee_strategy *const strategies[] = {
-    &feasibee_tally, &feasibee_estimate, &feasibee_totals, &feasibee_census, &feasibee_quiet_census,
-#ifdef FEASIBEE_DOUBLE
-    &feasibee_roster_turns,
-#else
-    NULL,
-#endif
-    &feasibee_average};
-enum { TOTALS = 2, AVERAGE = 6 };
+    &feasibee_tally, &feasibee_estimate, &feasibee_census, &feasibee_quiet_census};
 static struct feasibee_robot robot;
 
 static uint32_t draw_duration(void *context, const struct feasibee_mean *mean)
@@ -48,11 +41,6 @@ static void begin(int number, double parameter)
     feasibee_begin(&robot, &settings, &me, 1);
 }
 
-uint32_t row_of(uint32_t robots, uint32_t tasks)
-{
-    return (uint32_t)feasibee_totals_row_of((feasibee_int)robots, (feasibee_int)tasks);
-}
-
 void seen(int number, uint32_t robots, uint32_t tasks, bool is_robot, double *counts)
 {
     struct feasibee_thing thing = {0};
@@ -69,24 +57,12 @@ void seen(int number, uint32_t robots, uint32_t tasks, bool is_robot, double *co
     counts[3] = (double)found[1];
 }
 
-double kept(uint32_t robots, uint32_t tasks) /* quality after one more exploration of a life */
-{
-    begin(AVERAGE, 0.0);
-    feasibee_end_step(&robot);
-    robot.robots_seen = robots;
-    robot.tasks_seen = tasks;
-    feasibee_end_step(&robot);
-    feasibee_observe(&robot, UINT16_MAX, UINT16_MAX);
-    feasibee_end_step(&robot);
-    return (double)robot.feasible_quality.part / (double)robot.feasible_quality.whole;
-}
-
 uint32_t changed(int number, bool is_robot, int32_t id) /* words that seeing a thing changes */
 {
     static struct feasibee_robot before;
     struct feasibee_thing thing = {0};
     uint32_t found = 0;
-    begin(number, number == TOTALS ? 1.0 : 20.0);
+    begin(number, 20.0);
     before = robot;
     thing.is_robot = is_robot;
     thing.id = id;

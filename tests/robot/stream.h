@@ -93,7 +93,7 @@ static uint8_t read_setting(void)
     setting.id_bits = read_byte();
     setting.knows_count = read_byte();
     bool walled = read_byte();
-    double numbers[19];
+    double numbers[17];
     static uint8_t cells[64];
     take(numbers, sizeof numbers);
 #ifdef FEASIBEE_DOUBLE
@@ -108,9 +108,8 @@ static uint8_t read_setting(void)
     setting.mean_run = numbers[7];
     setting.flooding = numbers[8];
     setting.delay = numbers[9];
-    setting.in_sight = numbers[10];
-    setting.work = numbers[11];
-    setting.charge = numbers[12];
+    setting.work = numbers[10];
+    setting.charge = numbers[11];
     setting.columns = read_byte();
     setting.plan = (struct feasibee_plan){cells, read_byte()};
     take(cells, (size_t)setting.plan.length);
@@ -119,8 +118,8 @@ static uint8_t read_setting(void)
     (void)read_byte();
     take(cells, read_byte());
 #endif
-    for (uint8_t k = 0; k < 6; k++)
-        setting.parameters[k] = FEASIBEE_REAL(numbers[13 + k]);
+    for (uint8_t k = 0; k < 5; k++)
+        setting.parameters[k] = FEASIBEE_REAL(numbers[12 + k]);
     settings = feasibee_defaults(strategies[strategy]);
     settings.exploration = (feasibee_steps)(numbers[5] * FEASIBEE_STEP);
     settings.gain = (feasibee_steps)(numbers[6] * FEASIBEE_STEP);

@@ -39,21 +39,6 @@ VARIANTS = {
         "hurry": [0.0, 0.3, 0.5, 2.0],
         "lasts": [0.0, 2.5, 40.0],
     },
-    "totals": {"arrivals": [0.0, 1.0], "kappa": [1.19, 0.0, 1.5], "tolerates": [0.0, 0.0, 1.0, 2.0]},
-    "fading": {
-        "tau": [0.0, 0.0, 7.0, 60.0],
-        "margin": [0.2, 0.1],
-        "ratio": [0.0, 1.0],
-        "sees": [1.0, 0.9],
-        "fast": [0.0, 5.0],
-        "bounded": [0.0, 1.0],
-    },
-    "roster-turns": {
-        "name_bits": [2.0, 7.0, 20.0, 30.0],
-        "robot_timeout": [0.0, 9.0, 30.5, 1e5],
-        "looks": [1.0, 2.0],
-        "tolerates": [0.0, 0.0, 1.0, 2.0],
-    },
     "map": {"cell": [4.0, 7.0, 30.0], "rows": [0.0, 0.0, 1.0, 2.0], "tolerates": [0.0, 0.0, 1.0, 2.0]},
     "roster": {
         "task_timeout": [0.0, 9.0, 30.5, 1e5],
@@ -61,10 +46,9 @@ VARIANTS = {
         "looks": [1.0, 2.0],
         "tolerates": [0.0, 0.0, 1.0, 2.0],
     },
-    "fading-votes": {"tau": [0.0, 7.0], "margin": [0.2, 0.1], "ratio": [0.0, 1.0], "sees": [1.0, 0.9]},
 }
 """Values of parameters to draw from."""
-EXACT = {"quiet": [20.0, 33.5], "arrivals": [0.0]}
+EXACT = {"quiet": [20.0, 33.5]}
 """Values without which C computes in floating point."""
 EXTRAS = "bits", "lie", "gap"
 """Functions that robots don't need, which swarm.c calls by their names."""
@@ -122,7 +106,7 @@ def plan_of(draw):
     """Return the plan of a random place, or none."""
     columns = draw.choice([0, 0, 4, 7])
     cells = bytes(draw.choices([0, TASKS, WALL], [1, 4, 1], k=columns * draw.randint(3, 8)))
-    return {"plan": cells, "columns": columns, "in_sight": draw.choice([0.03, 0.2]) if columns else 0.0}
+    return {"plan": cells, "columns": columns}
 
 
 def setting_of(strategy, draw, whole_numbers, fixed):
@@ -173,15 +157,15 @@ def setting_bytes(name, setting, declares, names=()):
     """Return what `read_setting` of stream.h reads."""
     numbers = [setting.width, setting.height, setting.sight, setting.radio, setting.speed]
     numbers += [setting.exploration, setting.dissemination, setting.mean_run, setting.flooding]
-    numbers += [setting.delay, setting.in_sight, setting.work, setting.charge]
+    numbers += [setting.delay, setting.work, setting.charge]
     numbers += setting.parameters
     packed = struct.pack(
-        "<BHHHHH6B19dBB",
+        "<BHHHHH6B17dBB",
         NAMES.index(name),
         *(setting.robots, setting.count, setting.tasks, setting.robot_ids, setting.task_ids),
         *(setting.robot_classes, setting.task_classes, setting.colluding),
         *(setting.id_bits, setting.knows_count, setting.walled),
-        *(*numbers, *[0.0] * (19 - len(numbers))),
+        *(*numbers, *[0.0] * (17 - len(numbers))),
         *(setting.columns, len(setting.plan)),
     )
     kept = RULE.rounds if declares else 0, STRATEGIES[name].memory

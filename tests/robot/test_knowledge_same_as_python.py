@@ -28,8 +28,6 @@ def in_whole_numbers(tmp_path_factory):
 FIRST_STEPS = [edge - before for edge in (2**15, 2**16, 2**30, 2**31, 2**32) for before in (1, 20, 45)]
 """First steps of robots whose clocks soon pass a power of two, at which a word may overflow."""
 RARE = [
-    ("roster-turns", {"knows_count": [False], "robot_timeout": [1e5], "tolerates": [0.0]}),  # ages > 4,095
-    ("fading", {"robots": [200], "knows_count": [True], "bounded": [1.0], "ratio": [0.0]}),  # largest codes
     ("turns", {"names": [-1.0], "name_bits": [4.0, 5.0]}),  # the largest names
     ("turns", {"names": [0.0, 1.0], "quiet": [0.0]}),  # computed quiet times
     *((name, {"first_steps": FIRST_STEPS}) for name in KNOWLEDGE),

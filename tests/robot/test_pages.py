@@ -35,7 +35,7 @@ BYTES = "\n\n" + next(block for block in blocks_of("python") if block.startswith
 def roll_call(tmp_path, text):
     """Return the strategy of the docs with more functions."""
     path = tmp_path / "mine.py"
-    path.write_text((ROOT / "examples" / "roll_call.py").read_text() + text)
+    path.write_text((ROOT / "examples" / "strategies" / "roll_call.py").read_text() + text)
     return load(str(path))
 
 
@@ -148,7 +148,7 @@ int main(void)
 }}
 """
     declare = Scenario().replace({"decision.declare.quorum": 0.9}).decision.declare
-    said = run([built(tmp_path, code, header("average", inbox=40))])
+    said = run([built(tmp_path, code, header("dc", inbox=40))])
     assert said == f"{declare.rounds} {declare.heard} 9/10"
     assert declare.quorum == 0.9
 

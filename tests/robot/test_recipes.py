@@ -121,4 +121,4 @@ def test_the_controller_runs_from_the_archive_that_is_uploaded(tmp_path):
     lines = [line for line in source.splitlines() if line.startswith(("sys.path", "from feasibee"))]
     assert len(lines) == 3
     print_it = ["import sys", *lines, "print(sorted(STRATEGIES)[0], Controller.__module__)"]
-    assert run("\n".join(print_it), tmp_path, options=["-S"]) == ["accumulate feasibee.robot.controller"]
+    assert run("\n".join(print_it), tmp_path, options=["-S"]) == ["bayes feasibee.robot.controller"]

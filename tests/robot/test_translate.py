@@ -18,7 +18,7 @@ from feasibee.strategies import STRATEGIES
 from tests.robot.driving import NAMES, SANITIZED, Episode, answers, program
 
 DOUBLE = "-DFEASIBEE_DOUBLE"
-OWN = ["k", "voters", "credence", "positive_feedback"]
+OWN = ["k", "credence", "positive_feedback"]
 """Parameters in the order of drive.c."""
 
 

@@ -36,7 +36,7 @@ CLASSES = {
 }
 VARIANTS = [
     *((name, {}, {}) for name in STRATEGIES),
-    *((name, {}, CLASSES) for name in ("dmmd", "tally", "estimate", "census", "sketch")),
+    *((name, {}, CLASSES) for name in ("dmmd", "tally", "estimate", "census")),
     ("quiet-census", {}, {"robots": {"know_count": True}}),
     ("quiet-census", {"tolerates": 1}, {}),
     ("map", {"rows": 2}, {}),
@@ -47,14 +47,8 @@ VARIANTS = [
     ("turns", {"names": -1}, {}),
     ("turns", {"names": -1, "name_bits": 5}, {}),
     ("turns", {"names": -1, "name_bits": 11, "tolerates": 1, "looks": 2}, {}),
-    ("totals", {"arrivals": 1, "tolerates": 1}, {}),
     ("roster", {}, {"robots": {"know_count": True}}),
     ("roster", {"tolerates": 1}, {}),
-    ("roster-turns", {}, {"robots": {"know_count": True}}),
-    ("roster-turns", {"tolerates": 1, "name_bits": 28}, {"robots": {"know_count": True}}),
-    ("roster-turns", {"name_bits": 8}, {}),
-    ("fading", {"fast": 20}, {}),
-    ("fading", {"ratio": 1, "bounded": 1}, {}),
     ("dmmd", {}, {"radio": {"id_bits": 16}}),
     ("turns", {}, {"radio": {"id_bits": 4}}),
 ]
@@ -139,7 +133,7 @@ def test_the_messages_of_a_run_survive_and_take_the_bits_that_it_accounts(name, 
 
 
 def test_which_messages_have_no_id():
-    without = {"tally", "estimate", "census", "sketch", "quiet-census", "roster"}
+    without = {"tally", "estimate", "census", "quiet-census", "roster"}
     for name in STRATEGIES:
         wire, messages = simulated(scenario_of(name, {}, {}, False, None), steps=20)
         assert (wire.decode(wire.encode(*messages[0][:2])).sender == -1) == (name in without)
@@ -275,7 +269,7 @@ def encoded(name, declares, sender):
     return wire, wire.encode(sender, Message(1 if declares else -1, knowledge=words))
 
 
-@pytest.mark.parametrize(("name", "declares"), [("totals", False), ("tally", True)])
+@pytest.mark.parametrize(("name", "declares"), [("turns", False), ("tally", True)])
 def test_a_robot_whose_id_is_no_robots_is_rejected(name, declares):
     wire, frame = encoded(name, declares, 20)
     with pytest.raises(WireError, match="has a number out of range"):
@@ -286,7 +280,7 @@ def test_a_robot_whose_id_is_no_robots_is_rejected(name, declares):
 
 
 def test_a_frame_with_two_different_ids_is_rejected():
-    wire, frame = encoded("totals", True, 1)
+    wire, frame = encoded("turns", True, 1)
     assert wire.decode(frame).sender == 1
     with pytest.raises(WireError, match="has two different ids"):
         wire.decode(sealed(frame[:3] + bytes([frame[3] ^ 0x80]) + frame[4:-4]))  # the first id is now 17

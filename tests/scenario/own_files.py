@@ -41,7 +41,7 @@ def decide(mind, inbox):
     return 1 if lead > 0 else 0
 '''
 """Opinions by the lead of one over the other."""
-SET = (Path(__file__).parents[2] / "examples" / "roll_call.py").read_text(encoding="utf-8")
+SET = (Path(__file__).parents[2] / "examples" / "strategies" / "roll_call.py").read_text(encoding="utf-8")
 """A grow-only set of the ids of robots and tasks."""
 OPINIONS = SET.partition("\n\ndef words")[0]
 HEAD = '''\

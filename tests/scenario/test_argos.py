@@ -125,7 +125,6 @@ def test_a_decision_has_all_its_fields():
         ("bayes", "positive_feedback", 1.0, "true"),
         ("bayes", "positive_feedback", 0.0, "false"),
         ("bayes", "credence", 0.8, "0.8"),
-        ("mixture", "voters", -1.0, "0"),
     ],
 )
 def test_parameters_have_the_types_of_c(strategy, name, value, text):
@@ -219,7 +218,7 @@ def test_all_problems_are_raised_at_once():
     [
         *(
             ({"decision": {"strategy": each}}, "decision.strategy")
-            for each in ("census", str(EXAMPLE.parent / "witness.py"))
+            for each in ("census", str(EXAMPLE.parent / "strategies" / "witness.py"))
         ),
         ({"events": [{"step": 5, "tasks": 3}]}, "events"),
     ],

@@ -53,8 +53,7 @@ EVENT_TASKS, EVENT_ROBOT = {"events": [{"step": 5, "tasks": 1}]}, {"events": [{"
 TASK_POINT = {**TASKS_AT_POINTS, "tasks.points": [[1, 2]]}
 MANY = {**by("map"), "robots.count": 2000, "robots.know_count": True}
 CENSUS_OF_4000 = {**by("census"), "robots.count": 4000, "tasks.count": 4000}
-VALUES, FOLLOWING = ("dc", "average"), ("roster", "fading")
-NAMING = ("census", "sketch", "quiet-census")
+NAMING = ("census", "quiet-census")
 KNOWING = ("tally", "estimate", *NAMING)
 RETURNING = {"robots.most": 25, "events": events((3, -4), (4, 1))}
 EDGES = {
@@ -70,7 +69,7 @@ EDGES = {
         (TWO_POINTS, 2, 3, "robots.points = '2 points': must be as many as robots, 3"),
         ({**BODIES, "arena.side": 16.0}, 256, 257, "must be at most 256, the number of discs that"),
         (by("census"), 10_000, 10**6, "decision.strategy = 'census': what 1000000 robots know"),
-        (by("sketch"), 10**6, 10**6 + 1, "must be ≤ 1000000"),
+        (by("dc"), 10**6, 10**6 + 1, "must be ≤ 1000000"),
     ],
     "sensing.range": [({}, 10.0, 10.0001, f"{HALF}, 10 units")],
     "radio.range": [(NARROW, 4.0, 4.0001, f"{HALF}, 4 units")],
@@ -284,9 +283,7 @@ EDGES = {
     "decision.inbox_size": [
         ({"decision.inbox": "every-message"}, None, 3, "limits the number of robots, but")
     ],
-    "decision.inbox": [
-        *((by(name), "latest-per-robot", "every-message", f"{name} broadcasts a value") for name in VALUES)
-    ],
+    "decision.inbox": [(by("dc"), "latest-per-robot", "every-message", "dc broadcasts a value")],
     "decision.quality_floor": [*((by(name), 0, 1, f"{name} rates what the swarm knows") for name in KNOWING)],
     "decision.start": [
         (
@@ -303,10 +300,10 @@ EDGES = {
         ({}, 360.0, 360.0001, "must be ≤ 360"),
         ({"robots.speed": 0.0}, 360.0, 359.9, "must be 360 for robots that never move"),
         (
-            {**by("totals"), "decision.parameters": {"arrivals": 1.0}, "robots.know_count": True},
+            {**by("map"), "robots.know_count": True},
             360.0,
             120.0,
-            "must be 360 for totals, which concludes from what it",
+            "must be 360 for map, which concludes from what it",
         ),
     ],
     "sensing.misname": [({}, 0.0, 0.5, "needs a strategy that counts tasks by name; dmmd doesn't")],
@@ -318,12 +315,12 @@ EDGES = {
                 0.1,
                 f"must be 0 for {name}, whose robots can't compare",
             )
-            for name in ("turns", "map", "sketch")
+            for name in ("turns", "map")
         ),
         ({"events": [{"step": 5, "tasks": 1}]}, 0.0, 0.1, "must be 0 in a world that changes"),
         (by("census"), 0.47, 0.471, "makes tasks one name that are farther apart than sensing.range"),
     ],
-    "sensing.observation": [*((by(name), "repeated", "unique", f"{name} must see") for name in FOLLOWING)],
+    "sensing.observation": [(by("roster"), "repeated", "unique", "roster must see")],
     "robots.know_count": [
         *((by(name), True, False, f"{name} needs the number of robots") for name in ("map", "turns"))
     ],

@@ -46,7 +46,7 @@ OTHERS = {
         {"decision": {"declare": each}} for each in varied(RULE, quorum=0.7, rounds=1, heard=2)
     ],
     "response": [
-        {"decision": {"strategy": "fading"}, "response": each}
+        {"decision": {"strategy": "roster"}, "response": each}
         for each in varied(RESPONSE, patience=6, delay=11, margin=0)
     ],
     "contact": [{"robots": {"avoid_collisions": True, "contact": each}} for each in ("stand", "deflect")],

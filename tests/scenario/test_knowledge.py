@@ -136,9 +136,7 @@ def test_false_sightings_are_things_without_an_id_and_with_hashes_of_their_own(w
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name", ["census", *(pytest.param(name, marks=pytest.mark.slow) for name in ("tally", "sketch"))]
-)
+@pytest.mark.parametrize("name", ["census", "tally"])
 def test_a_copy_of_a_built_in_strategy_is_that_strategy(write, name):
     path = write(copy_of(name))
     for world in ("paper", "random liars", "classes and liars"):
@@ -250,7 +248,7 @@ def test_the_compiled_code_of_each_strategy_has_a_name_of_its_own():
     """The linker finds code by name: one strategy ran another's, when other processes had compiled both."""
     names = [
         overload.fndesc.qualname
-        for name in ("tally", "estimate", "census", "sketch")
+        for name in ("tally", "estimate", "census", "turns")
         for overload in strategy_functions(STRATEGIES[name]).update.overloads.values()
     ]
     assert len(set(names)) == 4, names

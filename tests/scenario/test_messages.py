@@ -9,14 +9,14 @@ from own_files import assert_same
 
 from feasibee import Scenario
 from feasibee.engine.compile import reads_only
-from feasibee.strategies import census, estimate, quiet_census, sketch, tally
+from feasibee.strategies import census, estimate, quiet_census, tally
 
 LARGE = Scenario(robots={"count": 130}, tasks={"count": 131}, arena={"side": 40.0}, run={"steps": 60})
 FIELDS = ("id", "kind", "hash", "setting")
 
 
 @pytest.mark.quick(1)
-@pytest.mark.parametrize("strategy", ["census", "tally", "estimate", "sketch"])
+@pytest.mark.parametrize("strategy", ["census", "tally", "estimate"])
 @pytest.mark.parametrize("liars", [0.1, 0.0])
 def test_robots_that_learn_nothing_new_repeat_their_message(strategy, liars):
     scenario = LARGE.replace({"decision.strategy": strategy, "faults.byzantine": liars})
@@ -43,7 +43,7 @@ def test_a_length_that_changes_with_the_robot_is_computed_in_each_step(tmp_path,
 
 
 def test_a_function_reads_only_fields_that_stay():
-    for module in (census, estimate, sketch, tally, quiet_census):
+    for module in (census, estimate, tally, quiet_census):
         assert reads_only(module.bits, "me", FIELDS), module.__name__
 
 

@@ -95,12 +95,12 @@ COPIES = {
     "dmmd": [{}, {"robots.count": 40}, {**LIARS, "radio.loss": 0.1}],
     "bayes": [{}, {**LIARS, **CREDENT}],
 }
-SLOW = ("dc", "average", "accumulate", "cross-inhibition", "k-unanimity")
+SLOW = ("dc", "cross-inhibition", "k-unanimity")
 
 
 @pytest.mark.parametrize("name", [*COPIES, *(pytest.param(each, marks=pytest.mark.slow) for each in SLOW)])
 def test_a_copy_of_an_opinion_strategy_is_that_strategy(write, name):
-    """Values, parameters, evidence kept, and robots without an opinion, all by the constants of the file."""
+    """Values, parameters, and robots without an opinion, all by the constants of the file."""
     path = write(copy_of(name))
     for changes in COPIES.get(name, [{}]):
         built_in = Scenario().replace({**SMALL, "decision.strategy": name, **changes})
@@ -205,7 +205,7 @@ def test_a_package_registers_strategies_by_name(package, write):
     assert scenario.strategy.name == "fable"
     assert_same(scenario_of(write(MINE)), scenario)
     assert scenario.hash == scenario_of(write(MINE)).hash
-    with pytest.raises(ScenarioError, match=r"or one of dmmd, .*, sketch, .*, fable"):
+    with pytest.raises(ScenarioError, match=r"or one of dmmd, .*, census, .*, fable"):
         Scenario(decision={"strategy": "fables"})
 
 
@@ -259,7 +259,7 @@ def layout(wire, message, sender, setting):
     return -1
 """
 ROLL_CALL = replaced(
-    (Path(__file__).parents[2] / "examples" / "roll_call.py").read_text(),
+    (Path(__file__).parents[2] / "examples" / "strategies" / "roll_call.py").read_text(),
     "    length = 2\n",
     "    return len(message)\n    length = 2\n",
 )

@@ -640,10 +640,10 @@ CLASSES = {"classes": [LIFTERS, {"name": "b", "count": 7}]}
     "tables_",
     [
         {"decision": {"strategy": "census"}, "radio": {"id_bits": 8}},
-        {"decision": {"strategy": "sketch"}, "radio": {"id_bits": 8}, "robots": CLASSES},
+        {"decision": {"strategy": "tally"}, "radio": {"id_bits": 8}, "robots": CLASSES},
         {"decision": {"strategy": "tally"}, "sensing": {"false_robots": 0.5}},
         {"decision": {"strategy": "k-unanimity", "inbox": "every-message"}},
-        {"decision": {"strategy": "average", "quality_floor": 1, "inbox_size": 3}},
+        {"decision": {"strategy": "dc", "quality_floor": 1, "inbox_size": 3}},
         {"decision": {"strategy": "tally"}, "robots": {"count": 16_000}},
     ],
 )

@@ -118,7 +118,7 @@ def test_robots_wait_until_a_place_in_their_zone_is_free():
 
 
 def test_robots_that_charge_count_and_keep_their_vote():
-    runs = simulate(in_world(**{"decision.strategy": "average", "tasks.count": 18}), runs=3, seed=1)
+    runs = simulate(in_world(**{"decision.strategy": "census", "tasks.count": 18}), runs=3, seed=1)
     total = runs.feasible_at_end.values + runs.infeasible_at_end.values
     assert (total == 20).all()
     swarm = Swarm(in_world(), 5)

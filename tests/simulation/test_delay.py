@@ -11,7 +11,7 @@ from feasibee.simulation.lowering import lower
 LIARS = {"faults.byzantine": 0.2, "faults.stopped": 0.2, "faults.stop_step": 15, "radio.loss": 0.1}
 COMING = {"robots.failure_rate": 0.02, "robots.arrival_rate": 0.3, "events": [{"step": 10, "robots": -8}]}
 WORLDS = {
-    "values, and those who stop and lie": {**LIARS, "decision.strategy": "average"},
+    "values, and those who stop and lie": {**LIARS, "decision.strategy": "dc"},
     "lies that are tossed, about names": {
         **LIARS,
         "faults.byzantine_says": "random",
@@ -19,7 +19,6 @@ WORLDS = {
     },
     "liars who collude": {**LIARS, "faults.byzantine_says": "colluding", "decision.strategy": "census"},
     "ages of robots that come and go": {**COMING, "decision.strategy": "roster"},
-    "names in turn of robots that come and go": {**COMING, "decision.strategy": "roster-turns"},
     "declaring by votes": {"decision.declare": {"quorum": 0.6, "rounds": 1, "heard": 1}},
     "a crowd of liars": {**LIARS, "robots.count": 140, "radio.id_bits": 4, "run.steps": 20},
 }

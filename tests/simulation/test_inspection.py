@@ -12,7 +12,7 @@ from feasibee.simulation.snapshot import FLAGS
 WORLDS = {
     "the paper's": {},
     "many messages": {"decision.inbox": "every-message", "radio.loss": 0.2},
-    "with values": {"decision.strategy": "average"},
+    "with values": {"decision.strategy": "dc"},
     "of 50 robots": {"robots.count": 40, "tasks.count": 30, "decision.gain": 40.0, "radio.range": 8.0},
     "with memory": {"decision.strategy": "bayes", "decision.inbox_size": 2, "faults.byzantine": 0.2},
     "of knowledge": {

@@ -30,7 +30,7 @@ HASHED = tuple(COLUMNS)[: COLUMNS["calls"]]
 HASHES = json.loads((Path(__file__).parent / "large_bytes.json").read_text(encoding="utf-8"))
 WORLDS = {
     "paper": {},
-    "average": {"decision.strategy": "average"},
+    "values": {"decision.strategy": "dc"},
     "bayes": {"decision.strategy": "bayes"},
     "every message": {"decision.inbox": "every-message"},
     "listens late": {"decision.listen": "dissemination"},
@@ -162,7 +162,7 @@ def test_a_swarm_tells_of_its_robots_in_the_order_of_their_numbers():
 
 @pytest.mark.parametrize("robots", [130, 1100])
 def test_a_run_without_room_for_its_inboxes_is_played_again(robots, monkeypatch):
-    scenario = scenario_of("dense", robots, 60).replace({"decision.strategy": "average"})
+    scenario = scenario_of("dense", robots, 60).replace({"decision.strategy": "dc"})
     expected = digest(simulate_record(scenario, Runs(2, 3), curves=True))
     lacked = []
 

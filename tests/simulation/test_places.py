@@ -17,17 +17,14 @@ from tests.simulation.test_equivalence import assert_equal
 
 STRATEGIES = (
     "dmmd",
-    "average",
+    "dc",
     "census",
     "quiet-census",
     "roster",
-    "roster-turns",
     "map",
-    "fading",
     "turns",
     "tally",
-    "sketch",
-    "totals",
+    "estimate",
     "voter",
 )
 

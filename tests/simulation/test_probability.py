@@ -18,9 +18,9 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.bayes import probability
 from feasibee.strategies.contract import Mind
-from feasibee.strategies.evidence import below_zero
+from feasibee.strategies.estimate import below_zero
 
-WITNESS = (Path(__file__).parents[2] / "examples" / "witness.py").read_text(encoding="utf-8")
+WITNESS = (Path(__file__).parents[2] / "examples" / "strategies" / "witness.py").read_text(encoding="utf-8")
 QUALITY = """
 
 def probability(mind, known, setting):

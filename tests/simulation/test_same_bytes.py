@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from zlib import crc32
@@ -23,28 +23,13 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 
-FIRST = (
-    "dmmd",
-    "dmvd",
-    "dc",
-    "voter",
-    "majority",
-    "k-unanimity",
-    "cross-inhibition",
-    "bayes",
-    "accumulate",
-    "average",
-    "tally",
-    "estimate",
-    "census",
-    "sketch",
-)
-"""The strategies of the first corpus: the seed of each scenario is its number in it."""
 FIRST_ACCOUNT = ("bits_sent", "declare_step", "declared_feasible", "declared_infeasible")
 """The outcomes of the first corpus; the later ones follow from curves, unless robots declare."""
 DECLARING_ACCOUNT = tuple(COLUMNS)[: COLUMNS["calls"]]
 """The outcomes of the corpus of robots that declare; in worlds that don't change, the later ones are 0."""
 HASHES = Path(__file__).parent / "same_bytes.json"
+KEPT = json.loads(HASHES.read_text())
+"""Hashes by scenario, and the seeds of those of the first corpus."""
 TEAM = {
     "robots.classes": [
         {"name": "arm", "count": 9, "skills": ["lift"]},
@@ -109,25 +94,18 @@ WORLDS = {
         "robots.speed": 0.6,
     },
 }
-"""Append only: the seeds of the first corpus count on."""
 
 
 def scenarios() -> Iterator[tuple[str, int, Scenario]]:
     """Yield all strategies in all worlds, as far as they can be together: name, seed and scenario."""
-    yield from ((name, seed, each) for seed, (name, each) in enumerate(valid(FIRST)))
-    for name, each in valid(set(STRATEGIES) - set(FIRST)):
-        yield name, crc32(name.encode()), each
-
-
-def valid(names: Collection[str]) -> Iterator[tuple[str, Scenario]]:
-    """Yield these strategies in all worlds, as far as they can be together."""
     for world, changes in WORLDS.items():
-        for name in (each for each in STRATEGIES if each in names):
-            changed = {"run.steps": 60, "arena.side": 10.0, **changes, "decision.strategy": name}
-            if STRATEGIES[name].needs_count:
+        for strategy in STRATEGIES:
+            changed = {"run.steps": 60, "arena.side": 10.0, **changes, "decision.strategy": strategy}
+            if STRATEGIES[strategy].needs_count:
                 changed["robots.know_count"] = True
+            name = f"{world}, {strategy}"
             with suppress(ScenarioError):
-                yield f"{world}, {name}", Scenario().replace(changed)
+                yield name, KEPT["seeds"].get(name, crc32(name.encode())), Scenario().replace(changed)
 
 
 def digest(scenario: Scenario, seed: int, backend: str = "engine", runs: int = 2) -> str:
@@ -147,21 +125,20 @@ def digest(scenario: Scenario, seed: int, backend: str = "engine", runs: int = 2
 
 
 def test_every_scenario_of_the_corpus_gives_the_bytes_that_it_gave():
-    kept = json.loads(HASHES.read_text())
-    assert kept["model_version"] == MODEL_VERSION
+    assert KEPT["model_version"] == MODEL_VERSION
     found = {name: digest(scenario, seed) for name, seed, scenario in scenarios()}
     assert len(found) >= 200
-    assert found == kept["hashes"]
+    assert found == KEPT["hashes"]
 
 
 @pytest.mark.quick(1)
-@pytest.mark.parametrize("name", ["paper, dmmd", "paper, tally", "team, sketch", "faults, census"])
+@pytest.mark.parametrize("name", ["paper, dmmd", "paper, tally", "team, census", "faults, census"])
 def test_the_reference_gives_the_same_bytes(name):
-    kept = json.loads(HASHES.read_text())["hashes"]
     seed, scenario = next((seed, each) for own, seed, each in scenarios() if own == name)
-    assert digest(scenario, seed, "reference") == kept[name]
+    assert digest(scenario, seed, "reference") == KEPT["hashes"][name]
 
 
 if __name__ == "__main__":
     hashes = {name: digest(scenario, seed) for name, seed, scenario in scenarios()}
-    HASHES.write_text(json.dumps({"model_version": MODEL_VERSION, "hashes": hashes}, indent=1) + "\n")
+    kept = {**KEPT, "model_version": MODEL_VERSION, "hashes": hashes}
+    HASHES.write_text(json.dumps(kept, indent=1) + "\n")

@@ -78,7 +78,7 @@ def test_a_strategy_is_its_file_and_one_row(tmp_path):
     shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__"))
     (package / "strategies" / "parrot.py").write_text(PARROT)
     table = package / "strategies" / "__init__.py"
-    row = '        "fading-votes",\n'
+    row = '        "roster",\n'
     text = table.read_text()
     assert text.count(row) == 1
     table.write_text(text.replace(row, f'{row}        "parrot",\n'))

@@ -1,4 +1,4 @@
-"""Robots that begin with what they saw first, and voters among majority robots."""
+"""Robots that begin with what they saw first."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from feasibee import Scenario
 from feasibee.robot.controller import Controller, Message, Settings
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.strategies import STRATEGIES, mixture
-from feasibee.strategies.contract import Inbox, Mind
+from feasibee.strategies import STRATEGIES
 
 # --- First sight ---
 
@@ -72,28 +71,3 @@ def test_first_sight_makes_swarms_right_more_often_and_sooner():
         assert right[0] < 0.85
         assert right[1] > 0.93
         assert np.median(runs[1].decision_step) < 0.75 * np.median(runs[0].decision_step)
-
-
-# --- Mixture ---
-
-
-def mind(memory, voters=0.25, opinion=1):
-    return Mind(opinion, 0.5, 0.5, 1, memory, [voters])
-
-
-def test_a_robot_draws_its_rule_at_its_first_decision_and_keeps_it():
-    lone = Inbox(1, 3, 1, 0.0, 0.0, 0.24)  # the message drawn says feasible, the majority infeasible
-    for chance, opinion in ((0.24, 1), (0.25, 0), (0.9, 0)):
-        memory = [0.0]
-        for later in (chance, 0.0, 0.99):
-            assert mixture.decide(mind(memory), lone._replace(chance=later)) == opinion
-
-
-@pytest.mark.parametrize(("voters", "pure"), [(0.0, "dmmd"), (1.0, "dmvd")])
-def test_a_mixture_of_one_rule_is_that_rule(voters, pure):
-    changes = {"decision.strategy": "mixture", "decision.parameters": {"voters": voters}}
-    records = [
-        simulate_record(Scenario().replace(each), Runs(20, 1), curves=True)
-        for each in (changes, {"decision.strategy": pure})
-    ]
-    np.testing.assert_array_equal(records[0].feasible_count, records[1].feasible_count)

@@ -9,18 +9,15 @@ from feasibee import Scenario
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.strategies import STRATEGIES, clock, fading, roster
+from feasibee.strategies import STRATEGIES, clock, roster
 from feasibee.strategies.contract import Me
 
 STEPS, BEFORE = 72, 32
 EDGES = [2**15, 2**16, 2**30, 2**31, 2**32]
 PARAMETERS = {
-    "totals": {"arrivals": 1.0},
     "quiet-census": {"quiet": 20.0},
     "turns": {"quiet": 40.0},
-    "fading": {"fast": 5.0},
     "roster": {"task_timeout": 30.0, "robot_timeout": 20.0},
-    "roster-turns": {"robot_timeout": 20.0},
 }
 """Timeouts so short that they pass."""
 
@@ -52,7 +49,6 @@ def outcomes(scenario, monkeypatch, first):
 
     with monkeypatch.context() as patch:
         patch.setattr("feasibee.robot.controller.Knowledge", Later)
-        patch.setattr(fading, "chance_of", lambda me, which: 0.5)  # it is drawn by the step
         record = simulate_record(scenario, Runs(1, 4), backend="reference", curves=True)
     return {key: value for key, value in vars(record).items() if isinstance(value, np.ndarray)}
 
@@ -88,7 +84,6 @@ def test_steps_are_told_apart_across_the_end_of_the_clock():
             word = then - 2**32 if then >= 2**31 else then
             assert clock.steps_since(word, now) == clock.steps_since(then, now) == ago
             assert clock.has_come(word, now) == (ago < 2**31)
-        assert clock.stamp_of(now) != 0
 
 
 def test_a_state_is_forgotten_before_it_seems_young_again():

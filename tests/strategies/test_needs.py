@@ -13,7 +13,7 @@ from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Me, Thing
 from feasibee.studies.comparison import compare
-from feasibee.studies.needs import COUNT, IDS, NAMES, Asked, needs_of
+from feasibee.studies.needs import IDS, NAMES, Asked, needs_of
 
 KNOWING = [name for name, each in STRATEGIES.items() if each.knowledge]
 FEW_IDS = {"radio.id_bits": 3}
@@ -61,14 +61,6 @@ def test_names_are_used_only_if_they_are_declared(name):
     assert uses == needs
 
 
-def test_a_parameter_may_make_names_needed():
-    arrivals = {"arrivals": 1.0}
-    assert counted_after("totals", True, arrivals) != counted_after("totals", False, arrivals)
-    scenario = scenario_of("totals")
-    assert needs_of(scenario) == [IDS, COUNT]
-    assert needs_of(scenario.replace({"decision.parameters": arrivals})) == [NAMES, IDS, COUNT]
-
-
 @pytest.mark.quick(2)
 @pytest.mark.parametrize("name", STRATEGIES)
 def test_swarms_whose_ids_are_mistaken_fail_only_if_ids_are_declared(name):
@@ -89,32 +81,21 @@ def test_swarms_whose_ids_are_mistaken_fail_only_if_ids_are_declared(name):
 
 
 def test_needs_of_a_file_are_read_without_running_it(tmp_path):
-    text = "NEEDS_IDS = True\nNEEDS_NAMES = 'looks'\nPARAMETERS = {'looks': 1.0}\n"
+    text = "NEEDS_NAMES = True\nNEEDS_IDS = 'looks'\nPARAMETERS = {'looks': 1.0}\n"
     text += "def decide(mind, inbox):\n    return 1\n"
     file = tmp_path / "mine.py"
     file.write_text(text)
     assert manifest_of(str(file)).needs({"looks": 1.0}) == ("names", "ids")
-    assert manifest_of(str(file)).needs({"looks": 0.0}) == ("ids",)
+    assert manifest_of(str(file)).needs({"looks": 0.0}) == ("names",)
     file.write_text(text.replace("'looks'\n", "'times'\n", 1))
-    with pytest.raises(FeasibeeError, match=r"NEEDS_NAMES = 'times' must be True, False or .* parameter"):
+    with pytest.raises(FeasibeeError, match=r"NEEDS_IDS = 'times' must be True, False or .* parameter"):
         manifest_of(str(file))
-    file.write_text(text.replace("NEEDS_IDS = True", "NEEDS_IDS = 1"))
-    with pytest.raises(FeasibeeError, match="NEEDS_IDS = 1 must be True, False"):
+    file.write_text(text.replace("NEEDS_NAMES = True", "NEEDS_NAMES = 'looks'"))
+    with pytest.raises(FeasibeeError, match="NEEDS_NAMES = 'looks' must be True or False"):
         manifest_of(str(file))
 
 
-@pytest.mark.parametrize(
-    ("name", "bits"),
-    [
-        ("dmmd", 6),
-        ("average", 22),
-        ("turns", 26),
-        ("sketch", 1024),
-        ("totals", 21),
-        ("fading", 21),
-        ("fading-votes", 6),
-    ],
-)
+@pytest.mark.parametrize(("name", "bits"), [("dmmd", 6), ("dc", 22), ("turns", 26)])
 def test_messages_of_constant_length(name, bits):
     assert Asked(scenario_of(name), 1).message_bits == bits
 

@@ -1,4 +1,4 @@
-"""Rosters: ages, tombstones, messages, lies, and worlds that change; roster-turns is compared with C, too."""
+"""Rosters: ages, tombstones, messages, lies, and worlds that change."""
 
 from __future__ import annotations
 
@@ -75,10 +75,9 @@ def entry_of(own, number):
     return None if word == 0 else ((word - 1) // 2, word % 2 == 1)
 
 
-@pytest.mark.parametrize("name", ["roster", "roster-turns"])
 @pytest.mark.parametrize("looks", [1, 3])
-def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(name, looks):
-    own = knowing(name, looks=looks, knows_count=False)
+def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(looks):
+    own = knowing("roster", looks=looks, knows_count=False)
     step(own, task(0))
     for _ in range(looks - 1):
         step(own)
@@ -249,88 +248,13 @@ def test_a_sighting_and_a_tombstone_do_not_vouch_for_each_other():
     assert entry_of(own, 0) is None
 
 
-def turning(counts=(20, 30), **changes):
-    """Return the knowledge of a robot that gives up a task after one look."""
-    return knowing("roster-turns", counts, **{"looks": 1.0, **changes})
-
-
-def seen(x=5.0, y=5.0):
-    return Thing(False, 0, 0, 0, x, y)
-
-
-# --- In turns: Bits ---
-
-
-@pytest.mark.parametrize(
-    ("name_bits", "known", "tolerates", "length"),
-    [
-        (20, True, 0, 22),
-        (15, True, 0, 17),
-        (15, True, 1, 22),
-        (20, False, 0, 5 + 1 + 22),
-        (15, False, 1, 5 + 1 + 17),
-        (8, False, 0, 5 + 1 + 5 + 12),
-    ],
-)
-def test_every_message_has_the_same_length(name_bits, known, tolerates, length):
-    own = turning(name_bits=name_bits, knows_count=known, tolerates=tolerates)
-    step(own, seen(), Thing(True, 4, 0, 0))
-    assert {own.bits(own.message()) for _ in range(9)} == {length}
-
-
-# --- In turns: Lies ---
-
-
-def test_a_lie_for_feasible_makes_each_task_vanish():
-    liar, own = turning(number=1), turning(place=FAR)
-    step(liar, seen(5.0, 5.0), seen(5.0, 6.0), explores=False)
-    for _ in range(8):
-        own.merge(liar.message(), 1)
-    assert counted(own)[1] == 2
-    for _ in range(8):
-        own.merge(liar.lie(liar.message(), 1, ()), 1)
-        liar.end_step(explores=False)
-    assert counted(own)[1] == 0
-
-
-def test_a_lie_for_infeasible_brings_tasks_back_and_invents_one_more_than_robots():
-    liar, own = turning((4, 6), number=1), turning((4, 6), place=FAR)
-    step(liar, seen(5.0, 5.0))
-    step(liar, explores=False)
-    own.merge(next(each for each in (liar.message() for _ in range(4)) if each[1]), 1)
-    assert counted(own)[1] == 0
-    for _ in range(24):
-        own.merge(liar.lie(liar.message(), 0, ()), 1)
-        liar.end_step(explores=False)
-    assert counted(own)[1] == 1 + 5
-
-
-def test_a_lie_for_feasible_invents_robots_if_n_is_learnt():
-    liar, own = turning((4, 6), number=1, knows_count=False), turning((4, 6), knows_count=False)
-    for _ in range(24):
-        own.merge(liar.lie(liar.message(), 1, ()), 1)
-        liar.end_step(explores=False)
-        own.end_step(explores=False)
-    assert counted(own)[0] == 2 + 6
-
-
 # --- Swarms ---
 
 
-@pytest.mark.parametrize(
-    ("name", "before", "after", "within"),
-    [
-        ("roster", 20, 21, 90),
-        ("roster", 21, 20, 110),
-        ("roster", 40, 10, 90),
-        ("roster-turns", 20, 21, 250),
-        ("roster-turns", 25, 16, 250),
-        ("roster-turns", 40, 10, 250),
-    ],
-)
-def test_a_change_is_noticed_and_nothing_else(name, before, after, within):
-    right = right_by_step(name, before, after, **{"robots.know_count": name == "roster-turns"})
-    assert right[:, 300 if name == "roster" else 400 : 500].all()
+@pytest.mark.parametrize(("before", "after", "within"), [(20, 21, 90), (21, 20, 110), (40, 10, 90)])
+def test_a_change_is_noticed_and_nothing_else(before, after, within):
+    right = right_by_step("roster", before, after)
+    assert right[:, 300:500].all()
     assert not right[:, 500].any()
     assert right[:, 500 + within :].all()
 
@@ -346,11 +270,3 @@ def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(f, ok):
     liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
     right = right_by_step("roster", 25, 16, **liar, **{"decision.parameters": {"tolerates": f}})
     assert (np.concatenate([right[:, 400:500], right[:, 700:]], 1) == ok).all()
-
-
-@pytest.mark.parametrize(("f", "ok"), [(0.0, 0), (1.0, 1)])
-def test_one_colluding_robot_makes_most_swarms_wrong_unless_one_is_tolerated(f, ok):
-    liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
-    liar["robots.know_count"] = True
-    right = right_by_step("roster-turns", 20, 21, **liar, **{"decision.parameters": {"tolerates": f}})
-    assert abs(right[:, 800:].mean() - ok) < 0.1

@@ -12,11 +12,9 @@ from scipy import stats
 from feasibee import Scenario
 from feasibee.robot.controller import Controller, Message
 from feasibee.scenario.runs import Runs
-from feasibee.scenario.setting import setting_from
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.strategies import STRATEGIES, bayes, sketch
-from feasibee.strategies.contract import Inbox, Me, Mind, Thing, sent
-from feasibee.strategies.words import Words
+from feasibee.strategies import STRATEGIES, bayes
+from feasibee.strategies.contract import Inbox, Mind, Thing, sent
 
 Z = 5.3  # two-sided alpha of 1.2e-7
 
@@ -46,7 +44,7 @@ def test_quality_is_a_share_that_grows_with_robots_and_is_one_half_of_nothing(na
         np.testing.assert_allclose([1 - quality(tasks, robots) for tasks in range(6)], values, atol=1e-15)
 
 
-MODULATED = {"dmmd", "dmvd", "k-unanimity", "cross-inhibition", "accumulate", "mixture"}
+MODULATED = {"dmmd", "dmvd", "k-unanimity", "cross-inhibition"}
 
 
 @pytest.mark.parametrize("name", STRATEGIES)
@@ -184,12 +182,11 @@ def test_the_neutral_point_of_an_estimate(robots_known, opinion):
         assert tally == ([0, 1] if tasks == k - 1 else [0, 0])
 
 
-@pytest.mark.parametrize(("name", "itself"), [("census", 1), ("sketch", 1), ("tally", 0), ("estimate", 0)])
+@pytest.mark.parametrize(("name", "itself"), [("census", 1), ("tally", 0), ("estimate", 0)])
 def test_a_robot_knows_of_itself_from_the_start_by_its_class(name, itself):
     """Not in a tally: nobody sees itself."""
     robots, tasks = robot_named(name, 3, classes=(3, 2), kind=2).counted()
-    scale = 65536 if name == "sketch" else 1
-    assert [round(each / scale) for each in robots] == [0, 0, itself]
+    assert robots == [0, 0, itself]
     assert tasks == [0, 0]
 
 
@@ -200,94 +197,6 @@ def test_a_census_has_room_for_each_id_of_each_class(ids):
     census.observe([robot(k, kind) for k, kind in things if kind < 2])
     census.observe([task(k, kind) for k, kind in things])
     assert census.counted() == ([ids] * 2, [ids] * 3)
-
-
-# --- Sketch ---
-
-
-def registers_of(marks):
-    """Return the sketch of some things, by numpy."""
-    marks = np.asarray(marks, np.uint32)
-    place, rest = marks % 128, marks // 128
-    low = (rest & -rest.astype(np.int64)).astype(np.int64)
-    rank = np.where(rest == 0, 15, np.minimum(15, np.log2(np.maximum(low, 1)) + 1)).astype(int)
-    registers = np.zeros(128, int)
-    np.maximum.at(registers, place, rank)
-    return registers.tolist()
-
-
-def sizes(sketches, classes=(1, 1)):
-    """Return the estimated sizes of sketches, one after the other."""
-    counts = [0] * sum(classes)
-    me = Me(0, 0, 0, 0, [], setting_from((1, 1), classes, False, None, ()))
-    sketch.count([rank for each in sketches for rank in each], counts, me)
-    return [count / 65536 for count in counts]
-
-
-def estimate(registers):
-    return sizes([registers, [0] * 128])[0]
-
-
-def test_a_sketch_notes_things_as_its_docstring_says():
-    generator = np.random.default_rng(GENERATOR_SEED)
-    marks = [0, 127, 128, 2**31, 2**32 - 1, *generator.integers(0, 2**32, 3000).tolist()]
-    own = robot_named("sketch", 0, mark=marks[0])
-    own.observe([robot(1, 0, mark) for mark in marks[1:]])
-    assert own.words == [*registers_of(marks), *[0] * 128]
-
-
-@pytest.mark.parametrize("things", [1, 2, 5, 10, 20, 50, 100, 300, 1000, 10_000, 100_000])
-def test_the_estimate_of_a_sketch_errs_as_ertl_says(things):
-    """Unbiased, and a relative standard error of 1.04 / sqrt(128) = 0.092 at most, at every size.
-
-    Catches a bias of 2.5 % and a standard error a fifth too large.
-    """
-    generator = np.random.default_rng(things)
-    sketches = 400
-    errors = np.array(
-        [estimate(registers_of(generator.integers(0, 2**32, things))) / things - 1 for _ in range(sketches)]
-    )
-    most = 1.04 / math.sqrt(128)
-    assert np.sqrt((errors**2).mean()) < most * (1 + Z / math.sqrt(2 * sketches))
-    assert abs(errors.mean()) < Z * most / math.sqrt(sketches) + 1e-3
-
-
-def test_nothing_is_estimated_as_nothing_and_a_full_sketch_is_finite():
-    assert estimate([0] * 128) == 0
-    full = [estimate([rank] * 128) for rank in range(15)]
-    assert full == sorted(full)
-    assert full[-1] < estimate([15] * 127 + [14]) < math.inf
-    assert estimate([15] * 128) == 128 * 2**15
-
-
-def test_merged_sketches_are_the_sketch_of_the_union():
-    generator = np.random.default_rng(GENERATOR_SEED)
-    first, second = generator.integers(0, 2**32, (2, 60)).tolist()
-    one, other, both = (robot_named("sketch", 0, classes=(2, 1), mark=first[0]) for _ in range(3))
-    one.observe([robot(0, 0, mark) for mark in first])
-    other.observe([robot(0, 0, mark) for mark in [*second, *first[:20]]])
-    other.observe([task(0, 0, 99)])
-    both.observe([robot(0, 0, mark) for mark in [*first, *second]])
-    both.observe([task(0, 0, 99)])
-    before = one.message()
-    one.merge(other.message(), 1)
-    assert one.words == both.words
-    assert before != one.message()
-    assert one.counted() == both.counted()
-    assert abs(both.counted()[0][0] / 65536 - 120) < 120 * 5 * 0.092
-
-
-def test_a_liars_sketch_says_more_than_there_is():
-    own = robot_named("sketch", 0, mark=5)
-    phantoms = range(10**6, 10**8, 10**6 + 7)
-    robots, tasks = (
-        own.lie(own.message(), feasible, [Thing(feasible == 1, 0, 0, mark) for mark in phantoms])
-        for feasible in (1, 0)
-    )
-    assert (list(robots[128:]), list(tasks[:128])) == ([0] * 128, registers_of([5]))
-    assert estimate(robots[:128]) > 50
-    assert estimate(tasks[128:]) > 50
-    assert own.words == Words([*registers_of([5]), *[0] * 128])
 
 
 # --- Colluding robots ---
@@ -319,19 +228,8 @@ def test_a_colluders_table_forges_the_rows_of_all_robots(name):
         assert rows_of(passed.message())[2] == ((most, 0) if feasible else (0, most))
 
 
-def test_a_colluders_sketch_is_full_on_one_side():
-    own = colluder("sketch")
-    robots = own.lie(own.message(), 1, [Thing(True, 10, 0, 77)])
-    tasks = own.lie(own.message(), 0, [Thing(False, 10, 0, 77)])
-    assert robots == 128 * (15,) + 128 * (0,)
-    assert tasks == (*own.message()[:128], *128 * (15,))
-    honest = robot_named("sketch", 0)
-    honest.merge(tasks, 2)
-    assert honest.counted()[1] == [128 * 2**15 * 65536]
-
-
 @pytest.mark.quick(4)
-@pytest.mark.parametrize("strategy", ["tally", "estimate", "census", "sketch"])
+@pytest.mark.parametrize("strategy", ["tally", "estimate", "census"])
 @pytest.mark.parametrize("tasks", [10, 20, 21, 40])
 def test_one_colluder_of_twenty_makes_the_old_strategies_wrong(strategy, tasks):
     """In every run at the end, measured in 2,000; 50 runs catch a share of 10 %."""
@@ -367,8 +265,6 @@ def right_by(step, strategy, tasks, **changes):
         ("tally", 25, 0.95),
         ("estimate", 16, 0.95),
         ("estimate", 25, 0.95),
-        ("sketch", 16, 0.9),
-        ("sketch", 25, 0.9),
     ],
 )
 def test_the_targets_of_accuracy_by_step_300(strategy, tasks, target):

@@ -56,7 +56,7 @@ def small(monkeypatch):
 def mine(tmp_path):
     """Return the path of a strategy of one's own."""
     path = tmp_path / "mine.py"
-    path.write_text(Path("examples/witness.py").read_text())
+    path.write_text(Path("examples/strategies/witness.py").read_text())
     return path
 
 

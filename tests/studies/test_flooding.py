@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from commands import invoke
 
-from feasibee import Scenario, ScenarioError, simulate
+from feasibee import Scenario, simulate
 from feasibee.results.measures import declarations
 from feasibee.strategies import certified, quiet_census, turns
 from feasibee.strategies.certified import NEVER
@@ -149,20 +149,6 @@ def test_studies_add_the_time_of_flooding():
             rounds, design_points({"a": place(**DECLARING, **{"tasks.count": 4})}, (), 5, 1), 5, 1
         )
     assert found.spoken.feasible == 1.0
-
-
-def test_totals_by_arrivals_need_places_without_walls():
-    parameters = {"decision.parameters": {"arrivals": 1.0}}
-    using = {"decision.strategy": "totals", "robots.know_count": True, **parameters}
-    wrong = r"totals concludes from what it doesn't see.*; choose quiet-census"
-    with pytest.raises(ScenarioError, match=wrong):
-        place(**using)
-    free = {
-        "place.walls": [],
-        "place.keepout": None,
-        "place.zones": {"all": [rectangle(0.0, 0.0, 12.0, 12.0)]},
-    }
-    assert place(**free, **using).strategy.all_round
 
 
 def test_compare_says_the_time_of_flooding(tmp_path, monkeypatch):

@@ -33,7 +33,7 @@ ROOM = Scenario(
     tasks={"count": 10},
     run={"steps": 300},
 )
-SOME = ("dmmd", "average", "census", "quiet-census")
+SOME = ("dmmd", "dc", "census", "quiet-census")
 
 
 def recommended(constraints, **options):
@@ -52,7 +52,7 @@ def with_a_liar():
 
 def test_the_best_come_first_and_the_others_have_reasons(free):
     assert [each.strategy for each in free.ranking] == ["census", "quiet-census"]
-    assert set(free.excluded) == {"dmmd", "average"}
+    assert set(free.excluded) == {"dmmd", "dc"}
     assert free.best["census"] == ["right most", "soonest", "cheapest"] or free.best["quiet-census"]
     assert free.excluded["dmmd"].startswith("right in ")
     assert free.relax == ()
@@ -76,8 +76,8 @@ def test_the_tests_of_all_strategies_in_two_worlds_share_the_error(free):
 
 
 def test_a_test_that_stays_open_ends_at_the_most_runs():
-    found = recommend(ROOM, Constraints(0.88), ["average"], 130, 1)
-    assert found.excluded["average"].endswith(" of 130, too close to tell")
+    found = recommend(ROOM, Constraints(0.88), ["dc"], 130, 1)
+    assert found.excluded["dc"].endswith(" of 130, too close to tell")
 
 
 def test_what_a_strategy_bears_is_measured(with_a_liar):
@@ -113,7 +113,7 @@ def test_without_a_strategy_it_says_which_constraint_to_relax():
     relaxed = {each.constraint: each.candidate for each in found.relax}
     assert relaxed["--no-names"].strategy == "census"
     assert relaxed["--no-names"].worst.right.estimate == 1.0
-    assert relaxed["--right"].strategy in ("dmmd", "average")
+    assert relaxed["--right"].strategy in ("dmmd", "dc")
 
 
 def test_two_constraints_that_only_together_exclude_are_relaxed_together():
@@ -252,13 +252,13 @@ def test_a_relaxation_in_words(constraint, words, free):
 
 
 def test_strategies_that_cant_meet_a_constraint_are_simulated_only_if_none_meets_all():
-    world = ROOM.replace({"decision.strategy": "average"})
-    found = recommend(world, Constraints(0.01, names=False), ["average", "census"], 100, 1)
-    assert [each.strategy for each in found.ranking] == ["average"]
-    assert [each.strategy for each in found.tested] == ["average"]
+    world = ROOM.replace({"decision.strategy": "dc"})
+    found = recommend(world, Constraints(0.01, names=False), ["dc", "census"], 100, 1)
+    assert [each.strategy for each in found.ranking] == ["dc"]
+    assert [each.strategy for each in found.tested] == ["dc"]
     assert found.excluded == {"census": "needs names of tasks"}
-    none = recommend(world, Constraints(0.99, names=False), ["average", "census"], 100, 1)
-    assert {each.strategy for each in none.tested} == {"average", "census"}
+    none = recommend(world, Constraints(0.99, names=False), ["dc", "census"], 100, 1)
+    assert {each.strategy for each in none.tested} == {"dc", "census"}
     assert not recommend(world, Constraints(0.99, names=False), ["census"], 100, 1, relax=False).tested
 
 

@@ -28,7 +28,7 @@ SMALL = Scenario(
     arena={"side": 9.0},
     robots={"count": 6},
     tasks={"count": 4},
-    decision={"strategy": "average"},
+    decision={"strategy": "tally"},
     run={"steps": 200},
 )
 RULE = Rule(0.8, first=50, most=300)

@@ -131,7 +131,7 @@ def size(
     \b
     Examples:
       feasibee size mine.toml
-      feasibee size mine.toml --strategy average --right 0.99 --steps 600 --out size.png
+      feasibee size mine.toml --strategy dc --right 0.99 --steps 600 --out size.png
       feasibee size mine.toml --over radio.range=1:8
     """
     from feasibee.figures.sizing import draw_sizing
@@ -197,7 +197,7 @@ def recommend(
     Examples:
       feasibee recommend mine.toml
       feasibee recommend mine.toml --liars 1 --message-bits 64 --steps 500
-      feasibee recommend mine.toml --no-names --strategies dmmd,average,mine.py
+      feasibee recommend mine.toml --no-names --strategies dmmd,dc,mine.py
     """
     from feasibee.studies.recommend import Constraints
     from feasibee.studies.recommend import recommend as test_all

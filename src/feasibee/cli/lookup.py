@@ -202,6 +202,8 @@ def strategies(given: Given, as_json: bool) -> None:
     base = given.read()
     rows = [_strategy(base, name) for name in all_strategies(base)]
     _print_rows(rows, ("strategy", "needs", "declares", "bits", "rule"), as_json)
+    if not as_json:
+        click.echo("\nExamples of strategies of your own: examples/strategies/ of the repository.")
 
 
 @command()

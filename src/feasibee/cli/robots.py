@@ -410,7 +410,7 @@ def header(
     Examples:
       feasibee header > feasibee.h
       feasibee header mine.py > feasibee.h
-      feasibee header dmmd average --inbox 32 > feasibee.h
+      feasibee header dmmd dc --inbox 32 > feasibee.h
       feasibee header --acting > acting.h
     """
     from feasibee.robot.firmware import acting_header, header

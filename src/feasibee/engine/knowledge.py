@@ -137,7 +137,6 @@ def setting_of(params, state):
         float64(params.radio.delay),
         state.tables.ground.sketch,
         params.arena.place.plan_columns,
-        params.arena.place.in_sight,
         params.robots.known_work,
         params.robots.known_charge,
     )

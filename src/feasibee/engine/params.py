@@ -168,7 +168,6 @@ class PlaceParams(NamedTuple):
     radio: int  # likewise
     flooding: float  # steps
     plan_columns: int  # of the plan that robots know; 0 if they know none
-    in_sight: float  # share of the cells in which tasks may be
     near: int  # squared cells between a task's cell and the one from which robots reach it, at most
     arrived: int  # way at which a robot has reached a task, in fifths of a cell; -1 if nobody acts
 

@@ -91,7 +91,6 @@ class _Setting(Section):
     delay: Annotated[float, Field(ge=0, le=1_000)] = 0.0
     plan: Annotated[str, Field(pattern=r"^([0-9a-f]{2})*$", max_length=2**25)] = ""
     columns: Annotated[int, Field(ge=0, le=2**12)] = 0
-    in_sight: Annotated[float, Field(ge=0, le=1)] = 0.0
     work: Annotated[float, Field(ge=0, le=2**30)] = 0.0
     charge: Annotated[float, Field(ge=0, le=2**30)] = 0.0
 

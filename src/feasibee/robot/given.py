@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Final
 
-from feasibee.model.codes import exact
 from feasibee.robot.controller import Settings
 from feasibee.strategies.contract import Setting, Strategy
 
@@ -14,7 +13,7 @@ LARGEST: Final = 65_535
 OF_SETTING: Final = (
     *("robots", "count", "tasks", "robot_ids", "task_ids", "robot_classes", "task_classes", "id_bits"),
     *("knows_count", "walled", "width", "height", "sight", "radio", "speed", "dissemination", "mean_run"),
-    *("flooding", "delay", "in_sight", "columns", "work", "charge"),
+    *("flooding", "delay", "columns", "work", "charge"),
 )
 """The numbers of a setting."""
 
@@ -25,7 +24,7 @@ def numbers_of(strategy: Strategy, settings: Settings, setting: Setting, inbox: 
     ``inbox`` is the most senders whose message the program can keep.
     """
     rule, listens = settings.declare, settings.listens_for
-    given = {"k": 3.0, "voters": 0.25, "credence": 0.95, "positive_feedback": 1.0}
+    given = {"k": 3.0, "credence": 0.95, "positive_feedback": 1.0}
     given |= dict(zip(strategy.parameters, setting.parameters, strict=True))
     return {
         "exploration": settings.exploration,
@@ -43,7 +42,6 @@ def numbers_of(strategy: Strategy, settings: Settings, setting: Setting, inbox: 
         "quorum": rule.quorum.numerator if rule else 1,
         "quorum_of": rule.quorum.denominator if rule else 1,
         "k": min(max(1, math.ceil(given["k"])), LARGEST),
-        "voters": min(max(0, math.ceil(exact(given["voters"]) * 2**32)), 2**32 - 1),
         "credence": given["credence"],
         "positive_feedback": float(given["positive_feedback"] > 0),
         **{name: float(getattr(setting, name)) for name in OF_SETTING},

@@ -101,7 +101,7 @@ _WHOLE: Final = (
 _CLASSES: Final = ("robot_classes", "task_classes")
 _REALS: Final = (
     *("width", "height", "sight", "radio", "speed", "exploration", "dissemination", "mean_run"),
-    *("flooding", "delay", "in_sight", "work", "charge"),
+    *("flooding", "delay", "work", "charge"),
 )
 _SETTING: Final = "{}->settings->setting"
 FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {

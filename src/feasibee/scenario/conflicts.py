@@ -32,7 +32,7 @@ from feasibee.scenario.setting import excess
 from feasibee.scenario.standing import standing
 from feasibee.scenario.tables import FilePoints
 from feasibee.scenario.types import Point
-from feasibee.strategies.contract import Strategy, is_there
+from feasibee.strategies.contract import Strategy
 
 WHO: Final = (*BOTH, "task", "robot")
 """What an event brings, or names."""
@@ -423,7 +423,7 @@ def _knowledge_memory(scenario: Sections) -> Iterator[Conflict]:
     setting = scenario.setting
     problem = excess(setting, *strategy.row_lengths(setting))
     if problem:
-        yield Conflict("decision.strategy", problem, "choose sketch or average, or fewer robots")
+        yield Conflict("decision.strategy", problem, "choose dc or turns, or fewer robots")
 
 
 SITED: Final[tuple[Rule, ...]] = (*PLACES, *both(_counts), _speed)
@@ -462,17 +462,13 @@ RULES: Final[tuple[Rule, ...]] = (
     *map(_sees_falsely, BOTH),
     never(
         "sensing.misname",
-        lambda s: s.sensing.misname and s.manifest.needs_names is not True,
+        lambda s: s.sensing.misname and not s.manifest.needs_names,
         "needs a strategy that counts tasks by name; {strategy} doesn't",
         "leave it out, or choose quiet-census",
     ),
     never(
         "sensing.position_error",
-        lambda s: (
-            s.sensing.position_error
-            and is_there(s.manifest.needs_names, s.decision.parameters)
-            and not s.manifest.sends_positions
-        ),
+        lambda s: s.sensing.position_error and s.manifest.needs_names and not s.manifest.sends_positions,
         "must be 0 for {strategy}, whose robots can't compare tasks' positions with a gate",
         "set it to 0, or choose quiet-census",
     ),
@@ -490,7 +486,7 @@ RULES: Final[tuple[Rule, ...]] = (
     ),
     never(
         "sensing.view",
-        lambda s: s.sensing.view < 360 and is_there(s.manifest.all_round, s.decision.parameters),
+        lambda s: s.sensing.view < 360 and s.manifest.all_round,
         "must be 360 for {strategy}, which concludes from what it doesn't see in range",
         "leave it out, or choose census",
     ),
@@ -515,11 +511,7 @@ RULES: Final[tuple[Rule, ...]] = (
     *both(_one_class),
     never(
         "place.walls",
-        lambda s: (
-            s.place.hides
-            and not s.manifest.reads_plan
-            and is_there(s.manifest.all_round, s.decision.parameters)
-        ),
+        lambda s: s.place.hides and not s.manifest.reads_plan and s.manifest.all_round,
         "{strategy} concludes from what it doesn't see in range, but walls hide things",
         "choose quiet-census or turns, or give the obstacles as place.keepout",
         "walls",

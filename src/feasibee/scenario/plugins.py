@@ -75,11 +75,9 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
     "MEMORY": ("a whole number from 0 to 64", lambda value: is_whole(value, 64)),
     "VALUE_BITS": ("a whole number from 0 to 16", lambda value: is_whole(value, 16)),
-    **dict.fromkeys(
-        ("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "SENDS_POSITIONS", "READS_PLAN", "ONE_CLASS"),
-        FLAG,
-    ),
-    **dict.fromkeys(("NEEDS_IDS", "NEEDS_NAMES", "ALL_ROUND"), NEED),
+    **dict.fromkeys(("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "NEEDS_NAMES"), FLAG),
+    **dict.fromkeys(("SENDS_POSITIONS", "ALL_ROUND", "READS_PLAN", "ONE_CLASS"), FLAG),
+    "NEEDS_IDS": NEED,
 }
 
 
@@ -240,12 +238,10 @@ def _parsed(name: str, source: str) -> Manifest:
 
 def _check_needs(constants: Mapping[str, Any], file: str) -> None:
     """Raise an error if a need depends on a parameter that the file doesn't have."""
-    parameters = constants.get("parameters", {})
-    for constant, field in CONSTANTS.items():
-        need = constants.get(field)
-        if RULES[constant] is NEED and isinstance(need, str) and need not in parameters:
-            known = ", ".join(parameters) or "none"
-            raise FeasibeeError(f"{file}: {constant} = {need!r} must be {NEED[0]}; it has {known}")
+    parameters, need = constants.get("parameters", {}), constants.get("needs_ids")
+    if isinstance(need, str) and need not in parameters:
+        known = ", ".join(parameters) or "none"
+        raise FeasibeeError(f"{file}: NEEDS_IDS = {need!r} must be {NEED[0]}; it has {known}")
 
 
 _SHALLOWER: Final = "write long expressions in several statements"

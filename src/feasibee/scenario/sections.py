@@ -32,7 +32,6 @@ from feasibee.scenario.fields import (
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.plan import Plan, plan_of, size_of
 from feasibee.scenario.setting import setting_from
-from feasibee.scenario.share import share_in_sight
 from feasibee.scenario.tables import PRESETS
 from feasibee.strategies.certified import NEVER, sightings_to_flood, steps_for
 from feasibee.strategies.contract import Manifest, Setting
@@ -235,8 +234,7 @@ class Sections(BaseModel):
         ground = ground_of(self) if self.manifest.reads_plan and self.place.hides else None
         if ground is None:
             return {}
-        share = share_in_sight(ground, self.sensing.range, self.robots.speed, self.walk.mean_run)
-        return {"plan": ground.sketch, "columns": ground.pieces.shape[1], "in_sight": share}
+        return {"plan": ground.sketch, "columns": ground.pieces.shape[1]}
 
 
 def _count(section: Robots | Tasks) -> int:

@@ -36,21 +36,13 @@ STRATEGIES: Final[dict[str, Strategy]] = {
         "k-unanimity",
         "cross-inhibition",
         "bayes",
-        "accumulate",
-        "average",
         "tally",
         "estimate",
         "census",
-        "sketch",
         "quiet-census",
         "map",
         "turns",
-        "totals",
-        "mixture",
         "roster",
-        "roster-turns",
-        "fading",
-        "fading-votes",
     )
 }
 """The built-in strategies, the paper's first."""

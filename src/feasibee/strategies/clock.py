@@ -16,8 +16,3 @@ def steps_since(then, now):
 def has_come(then, now):
     """Return whether a step has come that was less than 2**31 steps ahead when it was stored."""
     return steps_since(then, now) < 2**31
-
-
-def stamp_of(now):
-    """Return a step as a word that is never 0, which can then stand for no step."""
-    return max((now + 1) & LAST, 1)

@@ -153,8 +153,6 @@ class Setting(NamedTuple):
     """With ``READS_PLAN``, in a place with walls, its cells by row: 1 is a wall, 16 where tasks may be."""
     columns: int = 0
     """Number of columns of the plan; 0 without walls."""
-    in_sight: float = 0.0
-    """With a plan, the mean share that a robot sees of the cells in which tasks may be; otherwise 0.0."""
     work: float = 0.0
     """Steps that a robot works before it charges; 0.0 if none does, or if robots that charge don't count."""
     charge: float = 0.0
@@ -255,15 +253,13 @@ class Manifest:
     """``NEEDS_COUNT``: whether robots must know how many robots there are."""
     needs_ids: bool | str = False
     """``NEEDS_IDS``: whether ids of robots must never be mistaken; or a parameter, above 0 if so."""
-    needs_names: bool | str = False
-    """``NEEDS_NAMES``: whether all robots must name a task alike, such as by its position in a shared frame;
-    or a parameter, above 0 if so."""
+    needs_names: bool = False
+    """``NEEDS_NAMES``: whether all robots must name a task alike, such as by its place in a shared frame."""
     sends_positions: bool = False
     """``SENDS_POSITIONS``: whether robots name tasks by positions that they send whole, so that they can
     compare them with a gate."""
-    all_round: bool | str = False
-    """``ALL_ROUND``: whether robots must see all that is in range: what they don't see isn't there for them.
-    Or a parameter, above 0 if so."""
+    all_round: bool = False
+    """``ALL_ROUND``: whether robots must see all that is in range: what they don't see isn't there."""
     reads_plan: bool = False
     """``READS_PLAN``: whether robots know the plan of their place, and so what walls hide from them."""
     one_class: bool = False
@@ -299,8 +295,11 @@ class Manifest:
         parameters : mapping of str to float
             Values of the strategy's parameters.
         """
-        all_needs = {"names": self.needs_names, "ids": self.needs_ids, "count": self.needs_count}
-        return tuple(name for name, need in all_needs.items() if is_there(need, parameters))
+        ids = self.needs_ids
+        if isinstance(ids, str):
+            ids = parameters[ids] > 0
+        all_needs = {"names": self.needs_names, "ids": ids, "count": self.needs_count}
+        return tuple(name for name, need in all_needs.items() if need)
 
     @property
     def declares(self) -> bool:
@@ -316,11 +315,6 @@ class Manifest:
     def gives_probability(self) -> bool:
         """Whether robots have a probability of their own that the tasks are feasible."""
         return "probability" in self.functions
-
-
-def is_there(need: bool | str, parameters: Mapping[str, float]) -> bool:
-    """Return whether a need is there: always, never, or if the parameter that it names is above 0."""
-    return parameters[need] > 0 if isinstance(need, str) else need
 
 
 CONSTANTS: Final = {each.name.upper(): each.name for each in fields(Manifest)[1:-3]}

@@ -16,7 +16,7 @@
  *
  *   FEASIBEE_INBOX    most senders whose latest message is kept, 1 to 65535; by default 64
  *   FEASIBEE_ID       unsigned type of ids; by default uint16_t
- *   FEASIBEE_VALUES   0 if no strategy in use sends values (dc and average do): saves 2 bytes per sender
+ *   FEASIBEE_VALUES   0 if no strategy in use sends values (dc does): saves 2 bytes per sender
  *   FEASIBEE_DOUBLE   durations and qualities in double, as in Python bit for bit; by default whole numbers
  *   FEASIBEE_LOG      a function of a double, where there is no math.h; by default log
  *   FEASIBEE_WORDS, FEASIBEE_MESSAGE_WORDS
@@ -175,7 +175,6 @@ struct feasibee_declare {
 /* The values that strategies have of their own. */
 struct feasibee_parameters {
     uint16_t k;             /* k-unanimity: messages drawn, at least 1 */
-    uint32_t voters;        /* mixture: probability of a voter in 1/2^32, so below 1 */
     double credence;        /* bayes */
     bool positive_feedback; /* bayes */
 };
@@ -240,14 +239,9 @@ struct feasibee_thing {
 /* What strategies keep for life, 0 at the start. */
 union feasibee_memory {
     struct {
-        double x;
-        bool decided;
-    } average;
-    struct {
         uint32_t feasible;
         uint32_t infeasible;
     } bayes;
-    uint8_t rule; /* mixture */
 #ifdef FEASIBEE_DOUBLE
     double numbers[FEASIBEE_MEMORY]; /* translated strategies */
 #endif

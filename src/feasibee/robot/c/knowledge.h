@@ -45,7 +45,6 @@ struct feasibee_setting {
     double exploration, dissemination, mean_run; /* mean durations, in steps; mean_run: between two turns */
     double flooding; /* in a place: step by which all surely know all names; elsewhere 0 */
     double delay; /* of messages, in steps */
-    double in_sight; /* with a plan: mean share in sight of the cells in which tasks may be; otherwise 0 */
     int16_t columns; /* of the plan; 0 without walls */
     struct feasibee_plan plan;
     double work, charge; /* steps that a robot works, then charges; 0 if none does */

@@ -25,7 +25,6 @@ static inline struct feasibee_settings feasibee_defaults(const struct feasibee_s
     settings.declare.quorum = 9;
     settings.declare.quorum_of = 10;
     settings.parameters.k = 3;
-    settings.parameters.voters = UINT32_C(1) << 30;
     settings.parameters.credence = 0.95;
     settings.parameters.positive_feedback = true;
     settings.draw_duration = NULL;

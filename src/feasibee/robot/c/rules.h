@@ -22,15 +22,6 @@ static inline int8_t feasibee_majority_of(struct feasibee_robot *robot, const st
     return robot->settings->random_ties && votes->heard != FEASIBEE_NONE ? votes->heard : robot->opinion;
 }
 
-/* Halve both counts of a life long before their sum overflows: their ratio stays. */
-static inline void feasibee_bound_counts(struct feasibee_robot *robot)
-{
-    if ((robot->robots_seen | robot->tasks_seen) >> 29) {
-        robot->robots_seen /= 2;
-        robot->tasks_seen /= 2;
-    }
-}
-
 /* Return a random opinion of those heard, or the robot's own if none was heard. */
 static inline int8_t feasibee_one_vote(struct feasibee_robot *robot, const struct feasibee_votes *votes)
 {
