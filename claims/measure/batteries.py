@@ -34,10 +34,9 @@ def measured(changes: dict[str, Any]) -> dict[str, float]:
 def main() -> None:
     """Print the measures as JSON."""
     opinions = [
-        {"strategy": name, "tasks": tasks, "off": measured(plain), "on": measured({**plain, **BATTERY})}
-        for name in ("dmmd", "average")
+        {"strategy": "dmmd", "tasks": tasks, "off": measured(plain), "on": measured({**plain, **BATTERY})}
         for tasks in (16, 24)
-        for plain in [{"decision.strategy": name, "tasks.count": tasks}]
+        for plain in [{"decision.strategy": "dmmd", "tasks.count": tasks}]
     ]
     declaring = [
         {"strategy": name, "off": measured(plain), "on": measured({**plain, **BATTERY})}

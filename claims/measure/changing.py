@@ -25,18 +25,10 @@ CASES = {
     "20 to 21": (20, 1, 0),
     "21 to 20": (21, -1, 0),
 }
-COUNTED = {"robots.know_count": True}
-STRATEGIES = {
-    "roster": {},
-    "roster-turns": COUNTED,
-    "fading": COUNTED,
-    "fading, two taus": {**COUNTED, "decision.parameters.fast": 40.0},
-    "fading-votes": COUNTED,
-}
+STRATEGIES: dict[str, dict[str, Any]] = {"roster": {}}
 BASELINES = {
     "dmmd": {},
     "dmmd, stubborn": {"decision.strategy": "dmmd", "faults.stubborn": 0.1},
-    "mixture": {},
     "census": {},
 }
 HARMS = {
@@ -53,16 +45,8 @@ REMEDIES = {
         "1 Byzantine robot": {"tolerates": 1.0},
         "2 Byzantine robots": {"tolerates": 2.0},
     },
-    "fading": {
-        "a tenth missed": {"sees": 0.9},
-        "1 Byzantine robot": {"bounded": 1.0},
-        "2 Byzantine robots": {"bounded": 1.0},
-    },
-    "fading-votes": {"a tenth missed": {"sees": 0.9}},
 }
 """Parameters against some harms."""
-REMEDIES["roster-turns"] = REMEDIES["roster"]
-REMEDIES["fading, two taus"] = REMEDIES["fading"]
 STREAM = {"tasks.arrival_rate": 20.5 / 1800, "tasks.lifetime": 1800.0, "run.steps": 2500}
 FLIPS = [{"step": step, "tasks": 9 if step % 1000 else -9} for step in range(500, 2500, 500)]
 
@@ -82,7 +66,7 @@ def noticing() -> dict[str, Any]:
 
 def leaving() -> dict[str, Any]:
     """Measure whether 5 of 20 robots that leave are noticed, with 18 tasks."""
-    return {name: measured(name, (18, 0, -5), {}, 1000) for name in ("roster", "roster-turns")}
+    return measured("roster", (18, 0, -5), {}, 1000)
 
 
 def standing() -> dict[str, Any]:

@@ -12,9 +12,7 @@ DELAYS = (0, 1, 5, 20, 100)
 RUNS = 1000
 FEWER = 16
 OPINIONS: dict[str, dict[str, Any]] = {
-    f"{name}_{tasks}": {"decision.strategy": name, "tasks.count": tasks}
-    for name in ("dmmd", "average")
-    for tasks in (FEWER, 24)
+    f"dmmd_{tasks}": {"decision.strategy": "dmmd", "tasks.count": tasks} for tasks in (FEWER, 24)
 }
 DECLARING = {"decision.strategy": "quiet-census", "robots.know_count": True, "run.stop_at_declarations": True}
 

@@ -24,7 +24,6 @@ SWARMS: dict[str, tuple[int, Iterable[int], int, dict[str, Any]]] = {
     "first_sight": (200, NEAR, 2000, {"decision.start": "first-sight"}),
     "own_vote": (200, NEAR, 2000, {"decision.own_vote": False}),
     "cross_inhibition": (200, NEAR, 2000, {"decision.strategy": "cross-inhibition"}),
-    "accumulate": (200, NEAR, 2000, {"decision.strategy": "accumulate"}),
     "long": (200, NEAR, 1000, {"decision.exploration": 40.0}),
     "short": (200, FAR, 1000, {"decision.exploration": 0.1}),
 }

@@ -27,8 +27,6 @@ SPLIT = ("2 rooms, door 1", "8 rooms on a corridor, doors 1")
 SPLIT_RUNS = 200
 PLANNED = 11
 """Places in which strategies that read the plan are measured: the first ones."""
-LATE = {"roster": "place.flooding", "roster_turns": "place.flooding", "fading": "", "fading_votes": ""}
-"""Strategies that are right late, and the field that some of them need."""
 LATE_RUNS, LATE_STEPS = 100, 1500
 
 
@@ -174,14 +172,11 @@ def plans() -> list[dict[str, Any]]:
             "median": told.step_90.median,
             "p95": told.step_90.p95,
         }
-        times = {"place.flooding": flooding_in(scenario).slowest}
-        ends = {"run.steps": LATE_STEPS, "run.stop_at_declarations": False}
-        for strategy, field in LATE.items():
-            for tasks, side in ((16, "feasible_at_end"), (24, "infeasible_at_end")):
-                changes = {"decision.strategy": strategy.replace("_", "-"), "tasks.count": tasks, **ends}
-                last = scenario.replace({**changes, **(times if field else {})})
-                right = simulate(last, LATE_RUNS, seed=SEED)[side].values / 20
-                row[f"{strategy}_{tasks}"] = float(right.mean())
+        late = {"place.flooding": flooding_in(scenario).slowest, "run.steps": LATE_STEPS}
+        for tasks, side in ((16, "feasible_at_end"), (24, "infeasible_at_end")):
+            changes = {"decision.strategy": "roster", "tasks.count": tasks, "run.stop_at_declarations": False}
+            right = simulate(scenario.replace({**changes, **late}), LATE_RUNS, seed=SEED)[side].values / 20
+            row[f"roster_{tasks}"] = float(right.mean())
         found.append(row)
     return found
 
