@@ -35,7 +35,7 @@ def test_the_strategy_on_the_page_is_the_example(name):
     pages = (ROOT / "docs" / f"{each}.md" for each in ("add-a-strategy", "strategy-knowledge"))
     text = "".join(page.read_text(encoding="utf-8") for page in pages)
     blocks = re.findall(r"   ```python\n(.*?)   ```", text, re.DOTALL)
-    assert (ROOT / "examples" / f"{name}.py").read_text() in [
+    assert (ROOT / "examples" / "strategies" / f"{name}.py").read_text() in [
         re.sub(r"(?m)^   ", "", each) for each in blocks
     ]
 
