@@ -297,7 +297,7 @@ class Robot(LifecycleNode):
             self._heard.append([sender, text])
 
     def keep(self, line: Any) -> None:
-        """Publish a line of its log, as `feasibee replay` reads it from a bag."""
+        """Publish a line of its log, as `feasibee replay` reads it from a file."""
         self._log.publish(String(data=json.dumps(line, separators=(",", ":"))))
 
     def tell(self) -> None:

@@ -351,7 +351,7 @@ def test_runs_saved_as_csv_are_those_saved_as_netcdf(here):
 @pytest.mark.parametrize("name", ["a.txt", "a", "a.nc.gz", ".nc", "a.nc4", "a.docx", "a.pgf", "a.png.txt"])
 def test_an_unknown_kind_of_file_is_refused_before_the_work(here, name):
     (line,) = refused("run", "--out", name)
-    known = ".nc, .csv, .png, .pdf, .svg or .mcap"
+    known = ".nc, .csv, .png, .pdf or .svg"
     assert line == f"feasibee: --out {name}: unknown file format; end the name with {known}"
     assert names(here) == []
 

@@ -324,20 +324,17 @@ def replay(
 ) -> None:
     """Replay logs of robots, and check that each decision is the same to the bit.
 
-    LOG is a robot's log, or the folder of a field with those of all robots. It can also be a bag of ROS 2
-    with their logs on topics such as /robot_3/log: a .mcap, a .db3 or their folder (extra 'bag').
+    LOG is a robot's log, or the folder of a field with those of all robots.
 
     \b
     Examples:
       feasibee replay logs
       feasibee replay logs/robot-3.jsonl --json
-      feasibee replay rosbag2_2026_11_28/
     """
     from feasibee.field.replay import replay as replay_log
 
     own = _strategy(strategy)
-    given = [log for path in logs for log in _logs(path)]
-    replays = [(name, replay_log(name, own, lines)) for name, lines in given]
+    replays = [(log, replay_log(log, own)) for path in logs for log in _logs(path)]
     if as_json:
         print_json([{"log": str(path), **found._asdict()} for path, found in replays])
         return
@@ -371,19 +368,14 @@ def _strategy(path: Path | None) -> Strategy | None:
     return None if path is None else own_strategy(str(path))
 
 
-def _logs(path: Path) -> list[tuple[str | Path, list[str] | None]]:
-    """Return a robot's log, or those of a folder or bag by the robots' numbers; those of a bag have lines."""
-    from feasibee.field.bags import files_of, logs_in
-
-    if files_of(path):
-        topics = sorted(logs_in(path).items(), key=lambda each: (len(each[0]), each))
-        return [(f"{path}: {topic}", lines) for topic, lines in topics]
+def _logs(path: Path) -> list[Path]:
+    """Return a robot's log, or those of a folder by the robots' numbers."""
     if not path.is_dir():
-        return [(path, None)]
+        return [path]
     found = sorted(path.glob("robot-*.jsonl"), key=lambda each: (len(each.name), each.name))
     if not found:
         raise FeasibeeError(f"{path}: has no logs of robots; run feasibee launch --out {path}")
-    return [(log, None) for log in found]
+    return found
 
 
 @command()

@@ -43,11 +43,9 @@ def run(
     outputs: dict[str, Path] = outputs_option(
         "File to write, repeatable. All runs: .nc is NetCDF, with opinions over time and the scenario; .csv "
         "has one row per run. A figure (.png, .pdf, .svg): opinions over time, steps of decisions and of "
-        "declarations; truth, if it changes. The first run step by step: .mcap, a bag of ROS 2 for Foxglove "
-        "and RViz; it needs the extra 'bag'.",
+        "declarations; truth, if it changes.",
         runs=RESULTS,
         figure=FIGURES,
-        bag=(".mcap",),
     ),
     as_json: bool,
 ) -> None:
@@ -60,7 +58,6 @@ def run(
       feasibee run --set tasks.count=50 --runs 1000 --seed 1
       feasibee run mine.toml --out mine.png --out mine.nc
       feasibee run mine.toml --runs 1000 --out mine.csv
-      feasibee run mine.toml --runs 1 --run 417 --out run417.mcap
     """
     from feasibee.simulation.ensemble import simulate_record
 
@@ -68,20 +65,10 @@ def run(
     scenario = given.read({"run.steps": steps})
     warn_of_waiting(scenario)
     curves = "figure" in outputs or ("runs" in outputs and outputs["runs"].suffix.lower() == ".nc")
-    bag = None
-    if "bag" in outputs:
-        from feasibee.figures.bag import Bag
-
-        bag = Bag(scenario, outputs["bag"])
     with progress("Simulating") as advance:
         record = simulate_record(scenario, wanted, curves=curves, threads=workers, progress=advance)
     if outputs:
         _write_results(record, scenario, seed, outputs)
-    if bag is not None:
-        from feasibee.simulation.swarm import Swarm
-
-        with progress("Writing the bag") as advance:
-            bag.write(Swarm(scenario, seed, run), int(record.last_step[0]), advance)
     summary = _summary(record, scenario, seed)
     if as_json:
         print_json(summary)

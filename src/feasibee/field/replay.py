@@ -224,19 +224,15 @@ class Replay(NamedTuple):
     """Whether the last line is incomplete, as of a process that was killed."""
 
 
-def replay(path: str | Path, strategy: Strategy | None = None, lines: list[str] | None = None) -> Replay:
+def replay(path: str | Path, strategy: Strategy | None = None) -> Replay:
     """Replay a robot's log; ``strategy`` is that of the robot, if it isn't built in.
 
-    ``lines`` are those of a log in a bag, which ``path`` names in errors. A log never says which file to run.
+    A log never says which file to run.
     Raise a FeasibeeError if it is no log of a robot, is damaged, or says anything else than the replay.
     """
-    first, rest = {"feasibee": "robot", "version": VERSION}, ""
-    if lines is None:
-        wrong = f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl"
-        lines, rest = read_log(Path(path), "the log of a robot, such as robot-3.jsonl", first, wrong)
-    elif not first.items() <= parsed(path, 1, lines[0]).items():
-        wrong = f"doesn't begin as the log of a robot, version {VERSION}"
-        raise FeasibeeError(f"{named(path)}: {wrong}; record it from the robot's start")
+    first = {"feasibee": "robot", "version": VERSION}
+    wrong = f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl"
+    lines, rest = read_log(Path(path), "the log of a robot, such as robot-3.jsonl", first, wrong)
     head = parsed(path, 1, lines[0], _DRAWS)
     draws = deque(_draws(head))
     node, written = _node(path, head, draws, strategy)

@@ -20,7 +20,7 @@ NEEDED = {
 """What a command must have beside, to be right."""
 
 SUFFIXES = {
-    ("run", "--out"): (".nc", ".csv", ".png", ".mcap"),
+    ("run", "--out"): (".nc", ".csv", ".png"),
     ("animate", "--out"): (".gif", ".png"),
     ("assess", "--out"): (".html",),
     ("size", "--out"): (".svg",),

@@ -6,7 +6,7 @@ import os
 import socket
 from pathlib import Path
 
-SUFFIXES = ("", ".png", ".svg", ".pdf", ".gif", ".html", ".nc", ".csv", ".jsonl", ".mcap", ".py")
+SUFFIXES = ("", ".png", ".svg", ".pdf", ".gif", ".html", ".nc", ".csv", ".jsonl", ".py")
 
 
 def prepare(here: Path) -> None:
