@@ -1,14 +1,13 @@
-"""Latency of packets, and what robots' processes take over it, on Linux: docs/field.md.
+"""What robots' processes take, on Linux: docs/field.md.
 
-With ``--ros``, robots are nodes of ROS 2, which the environment must have: docs/ros.md. Packets are then
-messages of a topic, sent while the robots run.
+With ``--ros``, robots are nodes of ROS 2, which the environment must have: docs/ros.md. The latency of a
+topic is measured while they run, too.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import socket
 import sys
 import tempfile
 import time
@@ -20,7 +19,6 @@ from threading import Thread
 from typing import Any
 
 from feasibee import Scenario
-from feasibee.field.connections import DEFAULT_HOST, Link, split_address
 from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field
 
@@ -30,51 +28,10 @@ ROS = "--ros" in sys.argv
 ROBOTS, HZ = (4, 50.0) if QUICK else (20 if ROS else 50, 10.0)
 FIRST, LAST = 20, 120
 """Steps between which the robots' use of processors is measured."""
-PACKETS = 50 if QUICK else 2_000
+MESSAGES = 5 if QUICK else 200
 SIZE = 100
-"""Bytes of a packet for the latency."""
+"""Bytes of a message for the latency."""
 TICKS = os.sysconf("SC_CLK_TCK")
-
-
-def echo(address: str) -> None:
-    """Send each packet of the world back to it, until an empty one comes."""
-    link = Link(*split_address(address), listens=False)
-    received = None
-    while received is None:  # until the world answers
-        link.send(b"here")
-        received = link.receive(0.05)
-    while received is None or received[0]:
-        if received is not None:
-            link.send(received[0])
-        received = link.receive(1.0)
-    link.close()
-
-
-def latency() -> float:
-    """Return the median time of a packet between two processes in ms: half of that there and back."""
-    with socket.socket() as probe:
-        probe.bind((DEFAULT_HOST, 0))
-        port = probe.getsockname()[1]
-    world = Link(DEFAULT_HOST, port, listens=True)
-    other = get_context("spawn").Process(target=echo, args=(world.address,))
-    other.start()
-    while (received := world.receive(1.0)) is None:
-        pass
-    peer = received[1]
-    times: list[float] = []
-    while len(times) < PACKETS:
-        began = time.perf_counter()
-        packet = f"{len(times)}".encode().ljust(SIZE)
-        world.send(packet, peer)
-        while (received := world.receive(1.0)) is not None and received[0] != packet:
-            pass  # one of those before the first answer
-        if received is not None:
-            times.append(time.perf_counter() - began)
-    while other.is_alive():
-        world.send(b"", peer)
-        other.join(0.1)
-    world.close()
-    return 1000.0 * median(times) / 2.0
 
 
 def answer() -> None:
@@ -104,7 +61,7 @@ def topic_latency() -> float:
         answers = node.create_subscription(UInt8MultiArray, "answers", heard.append, 10)
         while not (questions.get_subscription_count() and answers.get_publisher_count()):
             rclpy.spin_once(node, timeout_sec=0.1)
-        while len(times) < PACKETS // 10:
+        while len(times) < MESSAGES:
             time.sleep(0.1 / HZ)
             began, before = time.perf_counter(), len(heard)
             questions.publish(UInt8MultiArray(data=bytes(SIZE)))
@@ -127,13 +84,12 @@ class Watch:
         self.milliseconds = 0.0
 
     def _measure(self) -> None:
-        self.milliseconds = (topic_latency if ROS else latency)()
+        self.milliseconds = topic_latency()
 
     def wait(self) -> None:
-        """Wait until the latency is measured; of UDP, measure it now, as processors are free."""
-        if not ROS:
-            self._probe.start()
-        self._probe.join()
+        """Wait until the latency is measured."""
+        if ROS:
+            self._probe.join()
 
     def tell(self, event: Mapping[str, Any]) -> None:
         """Keep when all robots have joined, and what their processes take at two steps."""
@@ -141,8 +97,7 @@ class Watch:
             self.joined = time.monotonic() - self.began
             self.finding = (loopback() - self._before) / 1e6
         elif event["event"] == "step" and event["step"] in (FIRST, LAST):
-            (nursery,) = (each for each in children(os.getpid()) if "field.robot" in command_of(each))
-            robots = children(nursery)
+            robots = [each for each in children(os.getpid()) if "field.robot" in command_of(each)]
             if event["step"] == FIRST and ROS:
                 self._probe.start()
             self._seen[event["step"]] = time.monotonic(), sum(map(processor_seconds, robots))

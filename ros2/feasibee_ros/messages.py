@@ -12,7 +12,7 @@ from geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Header, MultiArrayDimension, UInt8MultiArray
 
-from feasibee.field.checks import MESSAGE
+from feasibee.field.node import is_message
 
 STEP = 10**8
 """Nanoseconds of a step in stamps of a simulated world."""
@@ -47,7 +47,7 @@ def frame_from(message: UInt8MultiArray) -> tuple[int, int, str] | None:
     except ValueError:
         return None
     text = bytes(message.data).hex()
-    return (sender, step, text) if MESSAGE([sender, text]) else None
+    return (sender, step, text) if is_message([sender, text]) else None
 
 
 def pose_at(place: Iterable[float], metres: float) -> Pose:

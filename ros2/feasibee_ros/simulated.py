@@ -6,26 +6,30 @@ import json
 import math
 import random
 from collections.abc import Mapping
-from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any, ClassVar
 
-import rclpy
 from std_msgs.msg import String, UInt16
 
 from feasibee.field.logs import LineLog
 from feasibee.field.node import Node
-from feasibee.field.robot import GONE, IDLE, RETRY
+from feasibee.field.robot import GONE
 from feasibee.strategies.contract import Strategy
 from feasibee_ros.messages import frame_message, stamp_of
-from feasibee_ros.robot import LATEST, Robot, main, spin
+from feasibee_ros.robot import LATEST, Robot, main
 from feasibee_ros.senses import Senses
+
+RETRY = 0.2
+"""Seconds after which a robot that has no answer asks again."""
+IDLE = 1.0
+"""Seconds after which a robot without orders lets the world know that it is there."""
 
 
 class SimulatedRobot(Robot):
     """A robot of a field. In lockstep the world says when a step begins and ends.
 
-    ``log``, ``strategy``, ``brain`` and ``patience`` are those of `feasibee.field.robot.Robot`.
+    ``log``, ``strategy`` and ``brain`` are those of `feasibee.field.robot.Robot`. After ``patience``
+    seconds of silence, its world is gone.
     """
 
     defaults: ClassVar = {"id": -1, "stale": math.inf}
@@ -156,17 +160,6 @@ class SimulatedRobot(Robot):
         if self._file is not None:
             self._file.write(line)
         super().keep(line)
-
-
-def take_part(_: str, number: int, *, key: bytes, log: Path | None = None, **options: Any) -> tuple[int, str]:
-    """Run a robot until its world ends, as `feasibee.field.robot.take_part` does; ROS 2 finds the world."""
-    assert not key
-    with ExitStack() as opened:
-        opened.enter_context(rclpy.init())
-        lines = opened.enter_context(closing(LineLog(log))) if log is not None else None
-        robot = SimulatedRobot(namespace=f"/robot_{number}", log=lines, **options)
-        spin(robot)
-        return robot.status, robot.problem
 
 
 USAGE = """One robot of a field; feasibee launch --ros --no-robots is its world and waits for it.

@@ -1,4 +1,4 @@
-"""A field of nodes equals the run in lockstep; with clocks it ends; faults happen as in one by UDP."""
+"""A field of nodes equals the run in lockstep; with clocks it ends; faults happen as in one without ROS."""
 
 from __future__ import annotations
 
@@ -83,24 +83,18 @@ def test_nodes_with_clocks_play_all_steps_and_their_logs_replay(tmp_path):
     assert all(replay(tmp_path / f"robot-{number}.jsonl").steps >= 20 for number in range(4))
 
 
-def test_the_process_that_forks_has_one_thread():
-    look = "import os, feasibee_ros.field.robot; print(len(os.listdir('/proc/self/task')))"
-    done = subprocess.run([sys.executable, "-c", look], capture_output=True, text=True, check=True)
-    assert done.stdout == "1\n"
-
-
 WITHOUT_A_WORLD = """
 import os
 from pathlib import Path
 from feasibee_ros.field.robot import take_part
-status, why = take_part("", 1, key=b"", patience=0.0)
+status, why = take_part({"number": 1, "patience": 0.0, "brain": ""})
 print(status, "fastdds_" in Path("/proc/self/maps").read_text(), flush=True)
 os._exit(0)
 """
 
 
 def test_a_robot_whose_world_is_gone_leaves_no_shared_memory():
-    """As the nursery's robots end: at once."""
+    """Though it ends at once."""
     done = subprocess.run([sys.executable, "-c", WITHOUT_A_WORLD], capture_output=True, text=True, check=True)
     assert done.stdout == "3 False\n"
 
@@ -129,14 +123,6 @@ def test_killed_and_stopped_nodes_are_lost_and_their_logs_replay(tmp_path):
     assert result["lost"] == [3, 4, 5]
     assert [(e["robot"], e["step"]) for e in events if e["event"] == "lost"] == [(4, 10), (5, 10), (3, 20)]
     assert [replay(tmp_path / f"robot-{number}.jsonl").steps for number in range(6)] == [40, 40, 40, 19, 9, 9]
-
-
-@pytest.mark.slow
-def test_a_world_that_starts_again_goes_on_with_the_same_nodes(tmp_path):
-    scenario = small()
-    plan = a_plan(scenario, faults=(Fault(15, "restart-world"),))
-    result, _, steps = run(plan, tmp_path, package=NODES)
-    check_equal(scenario, tmp_path, result, steps)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field
 from feasibee.reference import play
 
-NEEDS_FORK = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs fork")
+NEEDS_GROUPS = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs groups of processes")
 MINE = """
 def quality(robots_seen, tasks_seen):
     return 0.6
@@ -53,7 +53,7 @@ def a_plan(scenario, lockstep=True, **changes):
     return Plan(scenario, 1, 0, lockstep, **{**usual, "wait": 60.0, **changes})
 
 
-def run(plan, folder, key="", follow=None, **options):
+def run(plan, folder, follow=None, **options):
     """Run a field; return its result, its events and its world's log."""
     events = []
 
@@ -63,8 +63,7 @@ def run(plan, folder, key="", follow=None, **options):
             follow(event)
 
     folder.mkdir(exist_ok=True)
-    field = Field(plan, folder, tell, key=key, **options)
-    result = field.run()
+    result = Field(plan, folder, tell, **options).run()
     return result, events, steps_of(folder)
 
 

@@ -7,15 +7,14 @@ from threading import Thread
 
 import pytest
 from commands import invoke
-from fields import NEEDS_FORK, STREAMS, a_plan, opinions, run, simulated, small
+from fields import NEEDS_GROUPS, a_plan, opinions, run, simulated, small
 
-from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
 from feasibee.field.robot import take_part
 from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 
-pytestmark = NEEDS_FORK
+pytestmark = NEEDS_GROUPS
 
 EVENTS = small(
     events=[{"step": 5, "robots": -3, "tasks": 3}, {"step": 12, "robots": 2, "tasks": -1}], steps=30
@@ -62,25 +61,12 @@ def test_a_field_whose_robots_have_all_left_goes_on(lockstep, tmp_path):
         assert result["achieved_hz"] < 60  # by the world's own clock
 
 
-@pytest.mark.slow
-def test_a_restarted_world_knows_who_came_and_went(tmp_path):
-    scenario = small(**STREAMS)
-    faults = tuple(Fault(step, "restart-world") for step in (1, 9, 10, 27))
-    plan = a_plan(scenario, faults=faults)
-    result, events, steps = run(plan, tmp_path / "restarted", key="a key of some length")
-    assert steps == run(a_plan(scenario), tmp_path / "alone")[2]
-    assert logged(steps) == members(scenario)
-    assert sum(event["event"] == "comes" for event in events) >= 5
-    assert sum(event["event"] == "listening" for event in events) == 5
-    assert result["lost"] == []
-
-
 def test_a_robot_from_elsewhere_waits_until_it_comes(tmp_path):
     scenario = small(robots=2, steps=20, events=[{"step": 5, "robots": 1}, {"step": 10, "robots": -1}])
     ended = {}
 
     def take(address, number):
-        ended[number] = take_part(address, number)
+        ended[number] = take_part({"connect": address, "number": number, "brain": ""})
 
     def follow(event):
         if event["event"] == "listening":

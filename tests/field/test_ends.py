@@ -46,25 +46,22 @@ class Running:
         return self
 
     def others(self):
-        """Return its other processes that haven't ended, world, nursery and robots, with their parents."""
-        found = {}
+        """Return its other processes that haven't ended, world and robots."""
+        found = []
         for path in Path("/proc").glob("[0-9]*/stat"):
             try:
                 number, rest = path.read_text().split(" ", 1)
             except OSError:
                 continue
-            state, parent, _, session = rest.rpartition(")")[2].split()[:4]
+            state, _, _, session = rest.rpartition(")")[2].split()[:4]
             if int(session) == self.process.pid != int(number) and state not in "ZX":
-                found[int(number)] = int(parent)
+                found.append(int(number))
         return found
 
-    def nursery(self):
-        """Return the number of the process that starts robots."""
-        ours = [number for number, parent in self.others().items() if parent == self.process.pid]
-        (found,) = [
-            number for number in ours if b"field.robot" in Path(f"/proc/{number}/cmdline").read_bytes()
-        ]
-        return found
+    def robots(self):
+        """Return the numbers of the processes of its robots."""
+        commands = {number: Path(f"/proc/{number}/cmdline").read_bytes() for number in self.others()}
+        return [number for number, command in commands.items() if b"field.robot" in command]
 
     def sees_all_end(self):
         """Wait until all processes have ended; return whether they do, and leave nothing temporary."""
@@ -103,7 +100,7 @@ def start(tmp_path):
 def test_all_processes_and_temporary_folders_end_with_the_field(start, name):
     """One robot is stopped: it can't notice anything by itself."""
     field = start("--pause", "1@2").wait_for("is stopped")
-    assert len(field.others()) == 5
+    assert len(field.others()) == 4
     assert len(list(field.folder.iterdir())) == 1
     number = getattr(signal, name)
     os.kill(field.process.pid, number)
@@ -120,20 +117,23 @@ def test_a_field_that_is_killed_before_its_robots_join_leaves_nothing(start):
     assert field.sees_all_end()
 
 
-def test_a_field_whose_robots_are_killed_with_their_parent_ends_with_an_error(start):
+def test_a_field_whose_world_is_killed_ends_with_an_error(start):
     field = start("--pause", "1@2").wait_for("is stopped")
-    os.kill(field.nursery(), signal.SIGKILL)
+    (world,) = set(field.others()) - set(field.robots())
+    os.kill(world, signal.SIGKILL)
     assert field.process.wait(PATIENCE) == 2
     assert field.sees_all_end()
     (line,) = [line for line in field.process.stderr.read().splitlines() if line.startswith("feasibee:")]
-    assert line == "feasibee: the process that starts robots has ended; run the field again"
+    assert line == "feasibee: the world's process ended without a result; run the field again"
 
 
-def test_a_robot_that_crashes_is_named_with_the_signal(start):
+def test_a_robot_that_dies_is_named_at_once_and_one_that_crashes_with_the_signal(start):
+    """Its robots may be silent for ten minutes, so only their ends can say it."""
     field = start().wait_for("have joined")
-    nursery = field.nursery()
-    robot = min(number for number, parent in field.others().items() if parent == nursery)
-    os.kill(robot, signal.SIGSEGV)
+    killed, crashed = sorted(field.robots())[:2]
+    os.kill(killed, signal.SIGKILL)
+    field.wait_for("has ended; it doesn't count")
+    os.kill(crashed, signal.SIGSEGV)
     field.wait_for(": ended by SIGSEGV")
     field.process.terminate()
     assert field.process.wait(PATIENCE) == 128 + signal.SIGTERM

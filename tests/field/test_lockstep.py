@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import pytest
 from commands import refused_in_a_line
-from fields import MINE, NEEDS_FORK, PUT, STREAMS, a_plan, opinions, run, simulated, small, steps_of
+from fields import MINE, NEEDS_GROUPS, PUT, STREAMS, a_plan, opinions, run, simulated, small, steps_of
 from nets import play as play_in_memory
 
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
 from feasibee.field.brain import compiled
-from feasibee.field.plan import Fault
 from feasibee.field.recording import Recording
 from feasibee.field.replay import replay
 from feasibee.field.supervisor import Field
@@ -276,7 +275,7 @@ def test_acting_robots_of_a_field_equal_the_run(world, tmp_path):
         replay(log)
 
 
-@NEEDS_FORK
+@NEEDS_GROUPS
 def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
     scenario = small(
         **{"acting.start": 10, "run.steps": 400, "run.stop_when_taken": True, "run.stop_at_decision": False}
@@ -288,30 +287,23 @@ def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
         replay(log)
 
 
-@pytest.mark.parametrize(
-    ("changes", "faults", "told"),
-    [
-        ({"events": PUT[:1]}, (), "robots of a field that act know only the tasks of the start"),
-        ({}, (Fault(5, "restart-world"),), "doesn't know who has which task"),
-    ],
-)
-def test_what_acting_robots_of_a_field_can_not_do_is_an_error(changes, faults, told):
-    with pytest.raises(FeasibeeError, match=told):
-        Field(a_plan(small(**{"acting.start": 3, **changes}), faults=faults), None, print)
+def test_what_acting_robots_of_a_field_can_not_do_is_an_error():
+    with pytest.raises(FeasibeeError, match="robots of a field that act know only the tasks of the start"):
+        Field(a_plan(small(**{"acting.start": 3, "events": PUT[:1]})), None, print)
     assert "frames in C" in refused_in_a_line("launch", "--c", "--set", "acting.start=3")
 
 
-@NEEDS_FORK
+@NEEDS_GROUPS
 @pytest.mark.parametrize("own", [False, True])
-def test_a_field_of_sealed_packets_and_processes_equals_the_run(own, tmp_path):
+def test_a_field_of_processes_equals_the_run(own, tmp_path):
     path = tmp_path / "mine.py"
     path.write_text(MINE)
     scenario = small(**{"decision.strategy": str(path)} if own else {})
-    check_equal(scenario, tmp_path, run(a_plan(scenario), tmp_path, key="a key of some length")[0])
+    check_equal(scenario, tmp_path, run(a_plan(scenario), tmp_path)[0])
 
 
 @pytest.mark.slow
-@NEEDS_FORK
+@NEEDS_GROUPS
 def test_fifty_processes_over_300_steps_equal_the_run(tmp_path):
     scenario = Scenario().replace({"robots.count": 50, "run.steps": 300})
     check_equal(scenario, tmp_path, run(a_plan(scenario), tmp_path)[0])

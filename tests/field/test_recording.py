@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-
 import pytest
 from commands import invoke, refused_in_a_line
-from fields import MINE, NEEDS_FORK, PUT, STREAMS, a_plan, change_line, run, small
+from fields import MINE, NEEDS_GROUPS, PUT, STREAMS, a_plan, change_line, run, small
 from nets import play
 from PIL import ImageColor
 from pixels import frames_of
@@ -18,7 +16,7 @@ from feasibee.field.recording import Recording
 from feasibee.figures.animation import animate, animate_field
 from feasibee.simulation.frames import DRAWN, LIGHT, Painter
 
-pytestmark = NEEDS_FORK
+pytestmark = NEEDS_GROUPS
 
 PLAIN = small(steps=80)
 WORLDS = {
@@ -105,22 +103,17 @@ def test_the_command_writes_what_the_function_does(plain, tmp_path):
 
 
 @pytest.mark.slow
-def test_lost_robots_are_grey_and_faults_are_in_words(faulty, tmp_path):
-    restart = {"event": "fault", **Fault(30, "restart-world")._asdict()}
-    log = (faulty / "world.jsonl").read_text() + json.dumps(restart) + "\n"
-    (tmp_path / "world.jsonl").write_text(log)
-    field = Recording(tmp_path)
+def test_lost_robots_are_grey_and_faults_are_in_words(faulty):
+    field = Recording(faulty)
     told = [field.notes_at(step) for step in range(field.last + 1)]
     killed, lost = "step 10: robots 4 to 5 are killed", "lost: 4 to 5"
     cut = "step 20: the radio is cut in two for 5 steps"
-    again = "step 30: the world is killed and started again"
     assert told[8] == []
-    assert [told[step] for step in (10, 20, 24, 25, 30)] == [
+    assert [told[step] for step in (10, 20, 24, 25)] == [
         [killed, lost],
         [killed, cut, lost],
         [killed, cut, lost],
         [killed, lost],
-        [again, lost],
     ]
     painter = Painter(field.scenario, 600, notes=told)
     field.advance(40)
@@ -157,51 +150,36 @@ def test_a_log_of_a_killed_world_is_shown_without_its_last_line(plain, tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("fields", "told"),
+    "fields",
     [
-        ({"step": 7}, "no valid step 3"),
-        ({"bodies": []}, "no valid bodies"),
-        ({"robots": [0, 1, 2, 4]}, "no valid robots"),
-        ({"processes": [0, 1, 2]}, "no valid processes"),
-        ({"tasks": [4]}, "no valid tasks"),
-        ({"truth": 2}, "no valid truth"),
-        ({"bodies": [[0, 0, 0, 0, 1, 1e9]] * 4}, None),
-        ({"bodies": [[0.5, 0, 0, 0, 1, 1]] * 4}, "no valid bodies"),
-        ({"bodies": [[10**400, 0, 0, 0, 1, 1]] * 4}, "no valid bodies"),
-        ({"minds": [[5, -1, True, 1]] * 4}, "no valid minds"),
-        ({"minds": None}, "no valid minds"),
-        ({"lost": [4]}, "no valid lost"),
-        ({"lost": None}, "no valid lost"),
-        ({"decision": [1, 9]}, "no valid decision"),
-        ({"decision": [1, -1]}, "no valid decision"),
-        ({"decision": [-1, 2]}, "no valid decision"),
-        ({"event": "party"}, "no valid event"),
-        ({"event": "fault", "kind": "kill", "robots": [9], "lasts": 0.0}, "no valid fault"),
-        ({"event": "fault", "kind": "kill", "robots": [1], "lasts": 10**400}, "no valid fault"),
-        ({"event": "fault", "kind": [], "robots": [1], "lasts": 0}, "no valid fault"),
+        {"step": 7},
+        {"bodies": []},
+        {"robots": [0, 1, 2, 4]},
+        {"processes": [0, 1, 2]},
+        {"tasks": None},
+        {"bodies": [[10**400, 0, 0, 0]] * 4},
+        {"minds": None},
+        {"lost": None},
+        {"decision": 1},
+        {"event": "fault"},
     ],
 )
-def test_a_damaged_line_is_named(plain, tmp_path, fields, told):
+def test_a_damaged_line_is_named(plain, tmp_path, fields):
     folder = changed(plain, tmp_path, 5, **fields)
-    if told is None:
-        assert Recording(folder).last == 80
-        return
     line = refused_in_a_line("animate", "--field", folder, "--out", tmp_path / "run.gif")
-    assert f"line 5: has {told}; the log is damaged" in line
+    assert "line 5: can't be read (" in line
+    assert "the log is damaged: use an intact copy" in line
     assert not (tmp_path / "run.gif").exists()
 
 
 @pytest.mark.parametrize(
     ("fields", "told"),
     [
-        ({"version": 1}, "isn't the world's log of a field, version 5; run the field again with --out"),
+        ({"version": 1}, "isn't the world's log of a field, version 6; run the field again with --out"),
         ({"feasibee": "robot"}, "isn't the world's log of a field"),
-        ({"scenario": 5}, "line 1: has no scenario"),
-        ({"scenario": "robots = 5"}, "line 1: has a field that can't be"),
-        ({"scenario": "["}, "line 1: has a field that can't be"),
-        ({"scenario": "robots.count = 70000"}, "more than 65,535 robots"),
-        ({"seed": -1}, "line 1: has a field that can't be: seed"),
-        ({"run": "x"}, "line 1: has a field that can't be: run"),
+        ({"scenario": 5}, "line 1: can't be read"),
+        ({"scenario": "robots = 5"}, "robots = 5"),
+        ({"seed": -1}, "seed = -1"),
     ],
 )
 def test_a_first_line_that_cant_be_is_an_error(plain, tmp_path, fields, told):
@@ -224,11 +202,11 @@ def test_a_folder_without_a_log_or_steps_is_an_error(plain, tmp_path):
     assert "feasibee launch --out FOLDER" in line
     log = tmp_path / "world.jsonl"
     log.write_text("")
-    assert "line 1: is incomplete" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)
+    assert "line 1: can't be read" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)
     log.write_text((plain / "world.jsonl").read_text().splitlines(keepends=True)[0])
     assert "has no step; run the" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)
     log.write_text("[" * 100_000 + "\n")
-    assert "line 1: isn't JSON" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)
+    assert "line 1: can't be read" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)
 
 
 @pytest.mark.parametrize("option", [["--seed", 0], ["--run", 0], ["--set", "tasks.count=5"], ["mine.toml"]])

@@ -6,7 +6,7 @@ import json
 
 import pytest
 from commands import invoke, refused_in_a_line
-from fields import NEEDS_FORK, a_plan, change_line, small
+from fields import NEEDS_GROUPS, a_plan, change_line, small
 from nets import play
 
 from feasibee.errors import FeasibeeError
@@ -47,12 +47,10 @@ def test_a_log_of_a_killed_robot_replays_without_its_last_line(log):
         ("status", [1, -1, True, 9999, 1, None], "status is .* in the log"),
         ("said", "00", "said is '00' in the log"),
         ("draws", [[1, 2, 3, 4]], "too many draws"),
-        ("draws", "none", "no valid draws"),
-        ("heard", [[2]], "no valid heard"),
-        ("see", [[1, 2, 3]], "no valid see"),
-        ("step", "many", "no valid step"),
-        ("insight", {"truth": 2, "invented": [[], []]}, "no valid insight"),
-        ("place", [10**400, 0], "no valid place"),
+        ("draws", "none", "can't be read"),
+        ("heard", [[2]], "can't be read"),
+        ("see", [[1, 2, 3]], "can't be read"),
+        ("place", None, "can't be read"),
     ],
 )
 def test_a_changed_line_is_named(log, name, value, told):
@@ -60,41 +58,6 @@ def test_a_changed_line_is_named(log, name, value, told):
     at = next(i for i, line in enumerate(lines) if i > 4 and not json.loads(line)["draws"])
     change_line(log, at + 1, **{name: value})
     with pytest.raises(FeasibeeError, match=rf"robot-1\.jsonl: line {at + 1}: .*{told}"):
-        replay(log)
-
-
-ACTED = {"acting.start": 5, "decision.strategy": "quiet-census", "robots.know_count": True}
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "told"),
-    [
-        ("goes", [2, 5, 99], "goes is .* in the log"),
-        ("goes", "there", "no valid goes"),
-        ("acts", [0, [["jumped", 1]]], "no valid acts"),
-        ("taken", [[1, -2]], "no valid taken"),
-        ("ways", [[1]], "no valid ways"),
-    ],
-)
-def test_a_changed_line_of_an_acting_robot_is_named(tmp_path, name, value, told):
-    play(a_plan(small(**ACTED)), tmp_path)
-    log = tmp_path / "robot-1.jsonl"
-    assert replay(log).steps == 40
-    change_line(log, 8, **{name: value})
-    with pytest.raises(FeasibeeError, match=rf"line 8: .*{told}"):
-        replay(log)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [{"rules": 1}, {"able": []}, {"tasks": [[1, 2, 3]]}, {"frame": [0.0, 1, 1, True]}],
-)
-def test_orders_to_act_that_can_not_be_are_named(tmp_path, change):
-    play(a_plan(small(**ACTED)), tmp_path)
-    log = tmp_path / "robot-1.jsonl"
-    acting = json.loads(log.read_text().splitlines()[0])["acting"]
-    change_line(log, 1, acting={**acting, **change})
-    with pytest.raises(FeasibeeError, match="no valid acting"):
         replay(log)
 
 
@@ -127,11 +90,11 @@ def test_a_real_robot_draws_new_numbers_at_each_start_unless_it_has_a_seed(tmp_p
     assert first_draws() != first_draws()
     assert first_draws("--seed", "7") == first_draws("--seed", "7") != first_draws("--seed", "8")
     assert "seed = -1" in refused_in_a_line("robot", "--id", "1", "--senses", senses, "--seed", "-1")
-    told = refused_in_a_line("robot", "--id", "1", "--connect", "127.0.0.1:9", "--seed", "1")
+    told = refused_in_a_line("robot", "--id", "1", "--connect", "world.json", "--seed", "1")
     assert "leave out --seed" in told
 
 
-@NEEDS_FORK
+@NEEDS_GROUPS
 def test_a_field_leaves_no_logs_of_an_earlier_one_and_keeps_those_of_robots_that_come_later(tmp_path):
     scenario = tmp_path / "more.toml"
     scenario.write_text("run.steps = 4\nrobots.count = 2\n[[events]]\nstep = 2\nrobots = 1\n")

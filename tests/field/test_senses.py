@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import select
+import socket
 import subprocess
 import sys
 import time
@@ -15,7 +16,6 @@ import pytest
 from commands import refused_in_a_line
 
 from feasibee import Scenario
-from feasibee.field.connections import Link
 from feasibee.field.replay import replay
 
 DRIVER = Path(__file__).parents[2] / "examples" / "driver.py"
@@ -67,12 +67,12 @@ def test_a_robot_steps_with_what_a_pipe_holds(tmp_path):
 
 def test_a_robot_steps_with_the_datagrams_of_its_driver():
     with a_robot(f"udp:127.0.0.1:{PORT}") as robot:
-        radio = Link("127.0.0.1", PORT, listens=False)
+        radio = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         until = time.monotonic() + LIMIT
         while not select.select([robot.stdout], [], [], 0.05)[0] and time.monotonic() < until:
-            radio.send(json.dumps(SENSED[0]).encode())  # until the robot listens
-        radio.send(b'{"robots": -1}')
-        radio.send(b'{"end" : true}')
+            radio.sendto(json.dumps(SENSED[0]).encode(), ("127.0.0.1", PORT))  # until the robot listens
+        radio.sendto(b'{"robots": -1}', ("127.0.0.1", PORT))
+        radio.sendto(b'{"end" : true}', ("127.0.0.1", PORT))
         radio.close()
         steps, problems = answers(robot)
     assert steps[0]["step"] == 1

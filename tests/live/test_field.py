@@ -15,7 +15,7 @@ from serving import Page, decode, serving_at
 
 from feasibee import Scenario
 from feasibee.errors import FeasibeeError
-from feasibee.field.plan import Fault, Plan, parse_fault, schedule
+from feasibee.field.plan import Plan, parse_fault, schedule
 from feasibee.field.supervisor import Field
 from feasibee.live import fieldsession, server
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
@@ -125,14 +125,6 @@ def test_a_log_that_grows_is_that_of_the_whole_file(ended, tmp_path):
     assert encode_frame(copy, 0, 0) == encode_frame(whole, 0, 0)
     growing.write_text(lines[0].replace("session", "another") + lines[1])
     assert not copy.grow()
-
-
-def test_no_step_is_missed_while_the_world_starts_again(tmp_path):
-    with running(a_plan(small(LONG), faults=[Fault(20, "restart-world")]), tmp_path):
-        session = FieldSession(tmp_path)
-        session.begin(None)
-        while session.step < 40:
-            session.next_messages(1, LIMIT)
 
 
 def test_a_page_goes_on_with_the_next_field_in_its_folder(tmp_path):

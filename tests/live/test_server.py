@@ -21,11 +21,10 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
 from feasibee.cli.watch import PICKS as OFFERED
 from feasibee.cli.watch import _catalogue
-from feasibee.field.connections import is_loopback
 from feasibee.live import guard, session
 from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
-from feasibee.live.guard import Guard, check_host
+from feasibee.live.guard import Guard, check_host, is_loopback
 from feasibee.live.prediction import prediction_of
 from feasibee.simulation import loading
 from feasibee.simulation.loading import GENERAL

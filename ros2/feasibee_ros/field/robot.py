@@ -1,24 +1,34 @@
-"""The nursery of a field whose robots are nodes: that of `feasibee.field.robot`, with other robots.
-
-It forks, so it must have one thread: rclpy, which has more, is loaded by its children.
-"""
+"""The process of a field's robot that is a node: that of `feasibee.field.robot`, with another network."""
 
 from __future__ import annotations
 
 import gc
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+import rclpy
+
+from feasibee.field.logs import LineLog
 from feasibee.field.robot import main
+from feasibee.strategies.contract import Strategy
+from feasibee_ros.robot import spin
+from feasibee_ros.simulated import SimulatedRobot
 
 
-def take_part(*about: Any, **options: Any) -> tuple[int, str]:
-    """Run a robot as `feasibee_ros.simulated.take_part` does."""
-    from feasibee_ros.simulated import take_part
-
+def take_part(
+    order: Mapping[str, Any], log: LineLog | None = None, strategy: Strategy | None = None
+) -> tuple[int, str]:
+    """Run the robot of an order as `feasibee.field.robot.take_part` does; ROS 2 finds the world."""
+    brain = Path(order["brain"]) if order["brain"] else None
+    about: dict[str, Any] = {"log": log, "strategy": strategy, "brain": brain, "patience": order["patience"]}
     try:
-        return take_part(*about, **options)
+        with rclpy.init():
+            robot = SimulatedRobot(namespace=f"/robot_{order['number']}", **about)
+            spin(robot)
+            return robot.status, robot.problem
     finally:
-        gc.collect()  # lifecycle nodes are in cycles; the process ends at once, and would leave shared memory
+        gc.collect()  # lifecycle nodes are in cycles, and would leave shared memory
 
 
 if __name__ == "__main__":

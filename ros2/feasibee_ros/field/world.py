@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 import os
-from collections import Counter, deque
+import time
+from collections import deque
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
@@ -16,23 +17,21 @@ from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from std_msgs.msg import Header, String, UInt8MultiArray, UInt16
 
-from feasibee.field.checks import (
+from feasibee.field.connections import (
     BYE,
-    CHECKS,
     END,
     HEARD,
     HELLO,
     REFUSED,
-    ROBOTS_LIMIT,
     SAID,
     SIGHT,
     STEP,
     TICK,
     WELCOME,
+    Frame,
 )
-from feasibee.field.connections import Frame
 from feasibee.field.node import Status
-from feasibee.field.plan import plan_from
+from feasibee.field.plan import ROBOTS_LIMIT, Plan, plan_from
 from feasibee.field.world import main
 from feasibee.scenario.scenario import Scenario
 from feasibee_ros.messages import (
@@ -47,6 +46,9 @@ from feasibee_ros.messages import (
 from feasibee_ros.robot import KEPT, LATEST
 from feasibee_ros.senses import OBJECTS, POSES
 
+RESEND = 0.1
+"""Seconds after which an order of lockstep without an answer is sent again."""
+
 
 class Endpoint:
     """The topics of one robot, on the world's side."""
@@ -57,6 +59,10 @@ class Endpoint:
         """Its number, once it has joined."""
         self.status: dict[str, Any] = {}
         """What it last told."""
+        self.order: tuple[str, dict[str, Any]] | None = None
+        """Kind and content of the order of lockstep that it hasn't answered."""
+        self.sent_at = self.until = 0.0
+        """When it was sent last, and until when it is sent again."""
         self.orders = node.create_publisher(String, f"{name}/orders", LATEST)
         kinds = {"odom": Odometry, "heard": UInt8MultiArray}
         kinds |= (
@@ -81,16 +87,16 @@ class Endpoint:
 
 
 class Topics:
-    """The world's side of a field's topics; it does what `feasibee.field.connections.Server` does by UDP."""
+    """The world's side of a field's topics; it does what `feasibee.field.connections.Server` does."""
 
-    def __init__(self, scenario: Scenario, session: int, *, lockstep: bool) -> None:
+    def __init__(self, plan: Plan) -> None:
+        scenario = plan.scenario
         self.node = rclpy.create_node("feasibee_world")
-        self.session, self.dropped = session, Counter[str]()
         # Where robots of DDS find each other: the port that RTPS gives a domain.
         self.address = f"localhost:{7400 + 250 * int(os.environ.get('ROS_DOMAIN_ID') or 0)}"
         self.detections = POSES if _are_nameless(scenario) else OBJECTS
         self._metres = scenario.units.metres or 1.0
-        self._lockstep = lockstep
+        self._lockstep, self._patience = plan.lockstep, plan.patience
         self._frames: deque[Frame] = deque()
         self._robots: dict[int, Endpoint] = {}
         self._shown = 0
@@ -101,34 +107,36 @@ class Topics:
     def receive(self, timeout: float) -> Frame | None:
         """Return what a robot sent next, or None if nothing comes in so many seconds."""
         if not self._frames:
-            self._executor.spin_once(timeout)
+            self._executor.spin_once(min(timeout, RESEND) if self._lockstep else timeout)
+        now = time.monotonic()
+        for endpoint in self._robots.values():
+            if endpoint.order and now - endpoint.sent_at > RESEND and now < endpoint.until:
+                endpoint.sent_at = now
+                self._publish(endpoint, *endpoint.order)
         return self._frames.popleft() if self._frames else None
 
-    def _take(self, kind: int, number: int, body: dict[str, Any]) -> None:
-        """Queue a packet of a robot, if its content has the form of its kind."""
-        if CHECKS[kind](body):
-            endpoint = self._robots[number]
-            channel: Any = endpoint  # for `Topics` what a channel is for a server
-            self._frames.append(Frame(kind, endpoint.robot, body, channel))
-        else:
-            self.dropped["malformed"] += 1
+    def _take(self, kind: str, number: int, body: dict[str, Any]) -> None:
+        """Queue what a robot says."""
+        endpoint = self._robots[number]
+        if endpoint.order:
+            ordered, content = endpoint.order
+            if (content["t"], ordered == END) == (body.get("t"), body.get("ends")):
+                endpoint.order = None
+        self._frames.append(Frame(kind, body, endpoint))
 
     def _greet(self, message: UInt16) -> None:
         """Queue the greeting of a robot that asks for its orders."""
         number = message.data
         if number >= ROBOTS_LIMIT:
-            self.dropped["malformed"] += 1
             return
         if number not in self._robots:
             self._robots[number] = Endpoint(self, number)
-        self._take(HELLO, number, {"robot": number, "nonce": number})
+        self._take(HELLO, number, {"robot": number})
 
     def take_said(self, number: int, message: UInt8MultiArray) -> None:
         """Queue the message of a robot, with the state that the robot last reported."""
         found, endpoint = frame_from(message), self._robots[number]
-        if found is None:
-            self.dropped["malformed"] += 1
-        elif endpoint.status:
+        if found is not None and endpoint.status:
             _, step, text = found
             body = {**endpoint.status, "t": step, "said": text or None, "ends": False}
             self._take(SAID if self._lockstep else TICK, number, body)
@@ -136,17 +144,23 @@ class Topics:
     def take_status(self, number: int, message: DiagnosticArray) -> None:
         """Queue the state of a robot, at the end of a step or before the first one."""
         told, endpoint = reported(message), self._robots[number]
-        if told is None:
-            self.dropped["malformed"] += 1
+        if told is None or not {*Status._fields, "ends"} <= told.keys():
             return
-        step, ends = step_of(message.header.stamp), told.get("ends")
-        endpoint.status = {"was": [told.get(name) for name in Status._fields], "goes": told.get("goes")}
+        step, ends = step_of(message.header.stamp), told["ends"]
+        endpoint.status = {"was": [told[name] for name in Status._fields], "goes": told.get("goes")}
         if (ends and not self._lockstep) or not (ends or endpoint.is_there):
             return
         self._take(SAID, number, {**endpoint.status, "t": step if ends else 0, "said": None, "ends": ends})
 
-    def send(self, endpoint: Endpoint, kind: int, content: dict[str, Any]) -> None:
+    def send(self, endpoint: Endpoint, kind: str, content: dict[str, Any]) -> None:
         """Send a robot what the world tells or shows it."""
+        if kind in (STEP, END):
+            endpoint.order = kind, content
+            endpoint.sent_at = time.monotonic()
+            endpoint.until = endpoint.sent_at + self._patience
+        self._publish(endpoint, kind, content)
+
+    def _publish(self, endpoint: Endpoint, kind: str, content: dict[str, Any]) -> None:
         if kind in (WELCOME, REFUSED):
             orders = {**content, "metres": self._metres, "detections": self.detections}
             endpoint.orders.publish(String(data=json.dumps(orders)))
@@ -175,9 +189,6 @@ class Topics:
             places = [each[4:6] for each in content["see"] if each[0] == is_robot]
             endpoint.shows[name].publish(poses_at(places, header, self._metres))
 
-    def end(self, endpoint: Endpoint) -> None:
-        """Do nothing: a robot that comes again has the same topics."""
-
 
 def _are_nameless(scenario: Scenario) -> bool:
     """Return whether robots need nothing of what they see but where it is."""
@@ -190,7 +201,7 @@ def _serve(order: Mapping[str, Any]) -> Iterator[Any]:
     """Make the topics of a field, which do what a server does."""
     plan = plan_from(order["plan"])
     with rclpy.init():
-        topics = Topics(plan.scenario, order["session"], lockstep=plan.lockstep)
+        topics = Topics(plan)
         yield topics
         while topics.receive(0.2) is not None:  # what was sent last is on its way
             pass

@@ -222,11 +222,6 @@ SHARED: dict[str, Any] = {
     "processes": option("Use processes instead of threads; a process that dies is replaced.", is_flag=True),
     "dask": option("Use a Dask cluster, such as tcp://10.0.0.1:8786.", callback=_address, metavar="ADDRESS"),
     "workforce": Workforce,
-    "key_file": option(
-        "File with the shared key of a field; by default that of FEASIBEE_FIELD_KEY, if set.",
-        file_type,
-        metavar="FILE",
-    ),
     "as_json": option("Print one JSON object.", name="--json", is_flag=True),
 }
 """What parameters of these names stand for in all commands: an option, or the class of several."""

@@ -31,7 +31,6 @@ from feasibee.cli.options import (
 )
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.plan import (
-    RESTART,
     Fault,
     Plan,
     fault_in_words,
@@ -53,6 +52,7 @@ EVENTS = {
     "comes": "Step {step}: robot {robot} comes.",
     "leaves": "Step {step}: robot {robot} leaves.",
     "lost": "Step {step}: robot {robot} is silent; it doesn't count.",
+    "died": "Step {step}: robot {robot} has ended; it doesn't count.",
     "back": "Step {step}: robot {robot} is back.",
 }
 """What is printed of events."""
@@ -84,22 +84,11 @@ def launch(
         multiple=True,
         metavar="TIME@STEP",
     ),
-    restart_world: tuple[int, ...] = option(
-        "Kill the world's process at a step, and start it again; repeatable.",
-        int,
-        multiple=True,
-        metavar="STEP",
-    ),
     out: Path | None = option(
         "Write the world's log and one log per robot, which feasibee replay replays.",
         folder_type,
         metavar="FOLDER",
     ),
-    host: str = option(
-        "Address to listen on; 0.0.0.0 is reachable from outside.", default="127.0.0.1", callback=named
-    ),
-    port: int = option("Port; by default a free one.", click.IntRange(0, 65535), 0, show_default=False),
-    key_file: Path | None,
     no_robots: bool = option("Start no robots; wait for those that feasibee robot starts.", is_flag=True),
     in_c: bool = option(
         "Let the robots run the program in C that feasibee header gives.", name="--c", is_flag=True
@@ -121,26 +110,22 @@ def launch(
       feasibee launch --lockstep --c --json
       feasibee launch mine.toml --hz 50 --drift 0.01 --delay 200ms
       feasibee launch --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
-      feasibee launch --host 0.0.0.0 --port 7400 --no-robots --key-file key.txt
     """
-    from feasibee.field.connections import is_loopback
     from feasibee.field.supervisor import Field
 
-    if not hasattr(os, "fork"):
-        raise FeasibeeError("feasibee launch: needs a system with fork; use Linux, macOS or WSL")
+    if not hasattr(os, "killpg"):
+        raise FeasibeeError("feasibee launch: needs groups of processes; use Linux, macOS or WSL")
     scenario = given.read()
     one = Runs.single(seed, run)
     options = {"kill": kill, "pause": pause, "partition": partition}
-    faults = _faults(options, restart_world, hz, scenario, starts_robots=not no_robots)
+    faults = _faults(options, hz, scenario, starts_robots=not no_robots)
     clocks = (lockstep, hz, drift, jitter, parse_length("--delay", delay, hz))
     plan = Plan(scenario, one.seed, one.first, *clocks, faults, patience, wait)
-    key = _read_key(key_file)
-    package = _package(ros, given_network=bool(key or port or not is_loopback(host)))
-    if not (key or is_loopback(host)):
-        click.echo("feasibee: anyone who can reach this machine can take part; use --key-file FILE", err=True)
+    if ros and not all(map(find_spec, ("rclpy", "feasibee_ros"))):
+        raise FeasibeeError("--ros: needs ROS 2 and feasibee_ros; see ros2/README.md in the repository")
+    package = "feasibee_ros.field" if ros else "feasibee.field"
     with _brain(scenario) if in_c else nullcontext() as brain, _telling(scenario.run.steps, as_json) as tell:
-        network: dict[str, Any] = {"host": host, "port": port, "key": key, "package": package}
-        result = Field(plan, out, tell, **network, starts_robots=not no_robots, brain=brain).run()
+        result = Field(plan, out, tell, starts_robots=not no_robots, brain=brain, package=package).run()
     result = {
         **result,
         "lockstep": plan.lockstep,
@@ -151,17 +136,6 @@ def launch(
         "scenario_hash": plan.scenario.hash,
     }
     click.echo(json.dumps(result, indent=2) if as_json else _in_words(result))
-
-
-def _package(ros: bool, *, given_network: bool) -> str:
-    """Return the package whose programs are the processes: they talk by UDP, or are nodes of ROS 2."""
-    if not ros:
-        return "feasibee.field"
-    if given_network:
-        raise FeasibeeError("--ros with an address or a key: ROS 2 has its own network; leave them out")
-    if not all(map(find_spec, ("rclpy", "feasibee_ros"))):
-        raise FeasibeeError("--ros: needs ROS 2 and feasibee_ros; see ros2/README.md in the repository")
-    return "feasibee_ros.field"
 
 
 @contextmanager
@@ -179,17 +153,10 @@ def _brain(scenario: Scenario) -> Iterator[Path]:
 
 
 def _faults(
-    options: Mapping[str, tuple[str, ...]],
-    restarts: tuple[int, ...],
-    hz: float,
-    scenario: Scenario,
-    *,
-    starts_robots: bool,
+    options: Mapping[str, tuple[str, ...]], hz: float, scenario: Scenario, *, starts_robots: bool
 ) -> tuple[Fault, ...]:
     """Return the faults of the options, in their order."""
-    faults = [Fault(step, RESTART) for step in restarts]
-    for kind, texts in options.items():
-        faults += [parse_fault(kind, text, hz) for text in texts]
+    faults = [parse_fault(kind, text, hz) for kind, texts in options.items() for text in texts]
     if not starts_robots and any(fault.robots_hit for fault in faults):
         raise FeasibeeError(
             "--no-robots with --kill or --pause: robots from elsewhere can't be; leave one out"
@@ -232,20 +199,16 @@ def _in_words(result: Mapping[str, Any]) -> str:
         lines.append(f"Tasks taken at the end: {taken}; {end}.")
     if result["lost"]:
         lines.append(f"Lost: {', '.join(map(str, result['lost']))}.")
-    for why, count in result["dropped"].items():
-        lines.append(f"Dropped packets, {why}: {count:,}.")
     return "\n".join(lines)
-
-
-LEAST_KEY = 16
-"""Least length of a shared key."""
 
 
 @command()
 def robot(
     *,
     given: Given,
-    connect: str | None = option("Address of the world of a field, HOST:PORT.", metavar="ADDRESS"),
+    connect: Path | None = option(
+        "Where the world of a field on this machine is, as feasibee launch prints.", file_type, metavar="FILE"
+    ),
     senses: str | None = option(
         "Without a world: named pipe, or udp:HOST:PORT, that your driver writes to.",
         metavar="SOURCE",
@@ -257,15 +220,11 @@ def robot(
         int,
         metavar="INTEGER",
     ),
-    key_file: Path | None,
     outputs: dict[str, Path] = outputs_option(
         "Write the robot's log, .jsonl, for feasibee replay.", log=(".jsonl",)
     ),
     strategy: Path | None = option(
         "The swarm's strategy, if it is a file of yours.", file_type, metavar="FILE"
-    ),
-    patience: float = option(
-        "Seconds of silence after which the world is gone.", FiniteRange(0.1, 86_400), 20.0
     ),
 ) -> None:
     """Run one robot: of a field, or a real one whose driver writes what it senses.
@@ -274,7 +233,7 @@ def robot(
 
     \b
     Examples:
-      feasibee robot --connect 192.0.2.7:7400 --id 3 --key-file key.txt
+      feasibee robot --connect /tmp/feasibee-field-x1/world.json --id 3
       feasibee robot mine.toml --id 3 --senses senses.pipe --out robot-3.jsonl
     """
     if (connect is None) == (senses is None):
@@ -287,16 +246,16 @@ def robot(
     if senses is not None:
         _drive(given.read(), number, seed, senses, log)
         return
+    from feasibee.field.logs import LineLog
     from feasibee.field.robot import GONE, take_part
 
-    key, own = _read_key(key_file).encode(), _strategy(strategy)
-    options: dict[str, Any] = {"log": log, "patience": patience}
-    status, why = take_part(str(connect), number, key=key, strategy=own, **options)
+    own = _strategy(strategy)
+    with closing(LineLog(log)) if log is not None else nullcontext() as lines:
+        status, why = take_part({"connect": str(connect), "number": number, "brain": ""}, lines, own)
     if why:
-        raise FeasibeeError(f"{connect}: {one_line(why)}")
+        raise FeasibeeError(f"--id {number}: {one_line(why)}")
     if status == GONE:
-        remedy = "start the field, or check the address and that --key-file gives its key"
-        raise FeasibeeError(f"{connect}: silent for {patience:g} s; {remedy}")
+        raise FeasibeeError("the world has ended before its field has; start the field again")
 
 
 def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: Path | None) -> None:
@@ -344,23 +303,6 @@ def replay(
             f"Robot {found.number}: {found.steps:,} steps and {found.decisions} decisions replayed, "
             f"equal to the log; {found.opinion} at the end{cut}."
         )
-
-
-def _read_key(path: Path | None) -> str:
-    """Return the shared key: that of a file, or of the environment."""
-    from feasibee.field.robot import KEY_VARIABLE
-    from feasibee.files import read_text
-
-    if path is None:
-        name, key = KEY_VARIABLE, os.environ.get(KEY_VARIABLE, "").strip()
-        if not key:
-            return ""
-    else:
-        name, key = f"--key-file {path}", read_text(path, "a file with the shared key").strip()
-    if len(key) < LEAST_KEY:
-        rule = f"must have at least {LEAST_KEY}; take that many random ones"
-        raise FeasibeeError(f"{name}: has {len(key)} characters, {rule}")
-    return key
 
 
 def _strategy(path: Path | None) -> Strategy | None:

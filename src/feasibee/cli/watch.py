@@ -51,8 +51,8 @@ def watch(
       feasibee watch logs
     """
     catalogue = _catalogue(source, changes, seed, run, pick, trust)
-    from feasibee.field.connections import is_loopback
     from feasibee.live import server
+    from feasibee.live.guard import is_loopback
 
     with server.listen(host, port) as listening:
         address = server.address_of(host, listening.getsockname()[1])

@@ -75,13 +75,8 @@ class Body(Robot):
         return not self.lost and super().works(step)
 
     def state(self) -> list[int]:
-        """Return the state of the body, for the world's log."""
-        return [*self.place, *self.velocity, self._walk_left, self._walks]
-
-    def restore(self, state: list[int]) -> None:
-        """Put the body into a state of the log."""
-        x, y, dx, dy, self._walk_left, self._walks = state
-        self.place, self.velocity = (x, y), (dx, dy)
+        """Return place and velocity of the body, for the world's log."""
+        return [*self.place, *self.velocity]
 
 
 class Bodies(Swarm):

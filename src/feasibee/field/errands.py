@@ -129,7 +129,7 @@ class Errands:
         self.errand.hear({name: version for name, version in news if there is None or name < there})
 
     def sense(self, told: Mapping[str, Any]) -> None:
-        """Keep what a sense says of walls and of the body, in the forms of `checks.WORK`."""
+        """Keep what a sense says of walls and of the body, as `node.WORK` names it."""
         if "ways" in told:
             self._ways = dict(told["ways"])
         if "acts" in told:

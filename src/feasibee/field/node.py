@@ -10,7 +10,6 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from feasibee.field.checks import WORK
 from feasibee.field.errands import Errands
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import BYZANTINE, Draw, Mind, Words, settings_from
@@ -46,6 +45,8 @@ class _TaskNames:
         return thing._replace(id=self.of_position(_ROSTER.place_of(thing, self._setting)))
 
 
+WORK: Final = "taken", "acts", "ways"
+"""What an acting robot senses in addition, as `Bodies.sight_of` or a driver says it."""
 VERSION: Final = 3
 """Version of a robot's log."""
 HEARD_LIMIT: Final = 4_096
@@ -154,7 +155,7 @@ class Node:
     def speak(self, step: int, place: tuple[float, float], insight: Any = None) -> str | None:
         """Begin a step at a place; return the robot's message as hexadecimal digits, if it has one.
 
-        ``insight`` is what Byzantine robots know, once it has changed, in the form of `checks.INSIGHT`.
+        ``insight`` is what Byzantine robots know, once it has changed.
         """
         self.step = step
         if insight is not None:
@@ -185,7 +186,7 @@ class Node:
             return None
 
     def sense(self, sensed: Mapping[str, Any]) -> None:
-        """Store what it sees: robots and tasks in the form of `sighting_of`, and what `checks.WORK` has."""
+        """Store what it sees: robots and tasks in the form of `sighting_of`, and what `WORK` names."""
         sightings = sensed["see"]
         seen = [each for each in sightings if self._can_be(sighting_from(each)[0])]
         self.dropped["impossible sighting"] += len(sightings) - len(seen)
@@ -243,8 +244,19 @@ class Node:
             self._draws = []
 
 
+def is_message(value: Any) -> bool:
+    """Return whether a value is a pair of a sender's number and hexadecimal digits."""
+    return (
+        isinstance(value, list)
+        and len(value) == 2
+        and type(value[0]) is int
+        and -1 <= value[0] <= 2**32
+        and isinstance(value[1], str)
+    )
+
+
 def sighting_of(thing: Thing, number: int) -> list[Any]:
-    """Return a sighting as a list, the form that a packet and a log hold."""
+    """Return a sighting as a list, the form that a message and a log hold."""
     return [int(thing.is_robot), thing.id, thing.kind, thing.hash, thing.x, thing.y, number]
 
 

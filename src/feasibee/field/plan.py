@@ -12,10 +12,11 @@ from feasibee.model.codes import LONGEST
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
 
-KILL, PAUSE, RESUME, PARTITION, RESTART = "kill", "pause", "resume", "partition", "restart-world"
-PROCESS: Final = (KILL, PAUSE, RESUME, RESTART)
+ROBOTS_LIMIT: Final = 65_535
+"""Numbers of robots are smaller than this."""
+KILL, PAUSE, RESUME, PARTITION = "kill", "pause", "resume", "partition"
+PROCESS: Final = (KILL, PAUSE, RESUME)
 """Faults of processes, which the field causes; the world causes the others."""
-KINDS: Final = (*PROCESS, PARTITION)
 RANGES_SHOWN: Final = 3
 """Number of ranges of numbers that a text lists."""
 _LENGTH: Final = re.compile(r"(\d+(?:\.\d+)?)(ms|s|)", re.ASCII)
@@ -105,7 +106,6 @@ def fault_in_words(fault: Mapping[str, Any]) -> str:
         PAUSE: f"{which} {'is' if single else 'are'} stopped",
         RESUME: f"{which} {'goes' if single else 'go'} on",
         PARTITION: f"the radio is cut in two for {fault['lasts']:g} steps",
-        RESTART: "the world is killed and started again",
     }[fault["kind"]]
 
 

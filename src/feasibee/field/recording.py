@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from functools import cached_property
 from os import SEEK_END
@@ -11,11 +12,9 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.bodies import Bodies
-from feasibee.field.checks import BIT, ROBOTS_LIMIT, STATUS, Form, anything, many, number, record, row, whole
-from feasibee.field.logs import LOG_LIMIT, VERSION, check_line, damaged, parsed, read_log
-from feasibee.field.plan import KINDS, PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
+from feasibee.field.logs import LOG_LIMIT, VERSION, read_log, reading
+from feasibee.field.plan import PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
 from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED
 from feasibee.scenario.geometry import Acting
@@ -25,10 +24,6 @@ from feasibee.scenario.scenario import Scenario
 
 LOG: Final = "world.jsonl"
 """Name of the world's log in a field's folder."""
-FAR: Final = 2**40
-"""Bound of coordinates and velocities in fixed point; the sides of an arena are at most 2**32."""
-_COORDINATE: Final = whole(-FAR, FAR)
-_BODY: Final = row(*[_COORDINATE] * 4, anything, anything)
 
 
 class _Step(NamedTuple):
@@ -92,8 +87,11 @@ class Recording:
             f"isn't the world's log of a field, version {VERSION}; run the field again with --out",
         )
         self._head, self._read = lines[0], sum(len(line.encode()) + 1 for line in lines)
-        head = parsed(self._path, 1, self._head)
-        self.scenario, self.which = _read_head(self._path, head)
+        with reading(self._path, 1):
+            head = json.loads(self._head)
+            tables = toml_tables(head["scenario"], "scenario")
+            self.scenario = Scenario.from_tables(tables, source=head["source"], trusted=False)
+            self.which = Runs.single(head["seed"], head["run"])
         self.hz: float | None = None if head.get("lockstep") else head.get("hz")
         """Steps per second of the robots' clocks; None in lockstep."""
         self.faults: list[Fault] = []
@@ -129,71 +127,49 @@ class Recording:
         counts = []
         for text in lines:
             self._lines += 1
-            line = parsed(self._path, self._lines, text)
-            if "event" not in line:
-                step = self._step(line)
-                self._steps.append(step)
-                held = step.minds[step.counted, 0]
-                counts.append([*((held == each).sum() for each in (1, 0)), step.counted.sum(), step.truth])
-            elif line["event"] == "fault":
-                self.faults.append(self._fault(line))
-            elif line["event"] == "end":
-                self.has_ended = True
-            elif line["event"] not in ("lost", "back", "comes", "leaves"):
-                raise damaged(self._path, self._lines, "has no valid event")
+            with reading(self._path, self._lines):
+                line = json.loads(text)
+                if "event" not in line:
+                    step = self._step(line)
+                    self._steps.append(step)
+                    held = step.minds[step.counted, 0]
+                    counts.append(
+                        [*((held == each).sum() for each in (1, 0)), step.counted.sum(), step.truth]
+                    )
+                elif line["event"] == "fault":
+                    fault = Fault(*(line[name] for name in Fault._fields))
+                    self.faults.append(fault._replace(robots=tuple(fault.robots)))
+                self.has_ended |= line.get("event") == "end"
         self.faults.sort(key=lambda fault: fault.step)
         self._counts = np.append(self._counts, np.array(counts, np.int64).reshape(-1, 4), axis=0)
 
-    def _forms(self, there: int) -> dict[str, Form]:
-        """Return the forms of what the next step's line has, if there are so many robots."""
-        now, most, scenario = len(self._steps), self.scenario.most, self.scenario
-        goal = whole(-1, most.tasks - 1)
-        starts = now == 0 and not any(event.step == 0 for event in scenario.events)
-        robots, tasks = ((each.count,) * 2 if starts else () for each in (scenario.robots, scenario.tasks))
-        return {
-            "robots": many(whole(0, most.robots - 1), *robots),
-            "processes": many(whole(0, ROBOTS_LIMIT - 1), there, there),
-            "tasks": many(whole(0, most.tasks - 1), *tasks),
-            "truth": BIT,
-            "bodies": many(_BODY, there, there),
-            "minds": many(STATUS, there, there),
-            "lost": many(whole(0, most.robots - 1)),
-            "decision": _decision(now),
-            **({"goes": many(row(goal, goal, goal), there, there)} if scenario.acts else {}),
-            **({"done": many(whole(0, most.tasks - 1))} if scenario.acts else {}),
-            **({"placed": many(row(goal, _COORDINATE, _COORDINATE))} if scenario.puts else {}),
-        }
-
     def _step(self, line: dict[str, Any]) -> _Step:
-        """Return a step's line, if it can be one."""
-        now, robots = len(self._steps), line.get("robots")
-        if not whole(now, now)(line.get("step")):
-            raise damaged(self._path, self._lines, f"has no valid step {now}")
-        forms = self._forms(len(robots) if isinstance(robots, list) else 0)
-        check_line(self._path, self._lines, line, forms)
-        robots, processes, tasks, truth, bodies, minds, lost, decision, *_ = (line[name] for name in forms)
-        goes, done = line.get("goes", [[-1] * 3] * len(robots)), line.get("done", [])
-        placed = {i: (x, y) for i, x, y in line["placed"]} if "placed" in forms else {}
-        first = self._first_faults
+        """Return a step's line."""
+        now, robots, processes, lost = len(self._steps), line["robots"], line["processes"], [*line["lost"]]
+        if line["step"] != now:
+            raise ValueError(f"step {now} is missing")
+        first, count = self._first_faults, len(robots)
         faults = np.array([first[each] if each < len(first) else HONEST for each in processes], np.str_)
         works = ~np.isin(robots, lost) & ((now < self.scenario.faults.stop_step) | (faults != STOPPED))
-        shown = np.array([mind[:3] for mind in minds], np.int8).reshape(-1, 3)
-        places = np.array([body[:4] for body in bodies], np.int64).reshape(-1, 4)
-        counted = works & (faults != BYZANTINE)
-        there = robots, processes, tasks, truth, places, shown
-        goals = np.array(goes, np.int32).reshape(-1, 3)
-        return _Step(*there, lost, (decision[0], decision[1]), faults, works, counted, goals, done, placed)
-
-    def _fault(self, line: dict[str, Any]) -> Fault:
-        """Return the fault of a line, if it can be one."""
-        numbers = many(whole(0, self.scenario.robots.count - 1))
-        fits = record(
-            {"step": whole(1, FAR), "kind": KINDS.__contains__, "robots": numbers, "lasts": number(0, FAR)}
+        decision, step = line["decision"]
+        found = _Step(
+            robots,
+            processes,
+            [*line["tasks"]],
+            line["truth"],
+            np.array(line["bodies"], np.int64).reshape(count, 4),
+            np.array([mind[:3] for mind in line["minds"]], np.int8).reshape(count, 3),
+            lost,
+            (decision, step),
+            faults.reshape(count),
+            works,
+            works & (faults != BYZANTINE),
+            np.array(line.get("goes", [[-1] * 3] * count), np.int32).reshape(count, 3),
+            line.get("done", []),
+            {i: (x, y) for i, x, y in line.get("placed", ())},
         )
-        if not fits(line):
-            raise damaged(self._path, self._lines, "has no valid fault")
-        robots = tuple(line["robots"])
-        return Fault(line["step"], line["kind"], len(robots), robots, line["lasts"])
+        np.zeros(self.scenario.most.robots)[robots]  # none has a number beyond these
+        return found
 
     @cached_property
     def _bodies(self) -> Bodies:
@@ -360,28 +336,3 @@ class Recording:
 
     def _in_units(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
         return places.astype(np.float64) * float(self._bodies.world.unit)
-
-
-def _read_head(path: Path, head: dict[str, Any]) -> tuple[Scenario, Runs]:
-    """Return the scenario of a log, and which run its field is."""
-    toml, source = head.get("scenario"), head.get("source")
-    if not (isinstance(toml, str) and isinstance(source, str)):
-        raise damaged(path, 1, "has no scenario")
-    if type(head.get("hz")) not in (int, float):
-        raise damaged(path, 1, "has no valid hz")
-    try:
-        tables = toml_tables(toml, "scenario")
-        scenario = Scenario.from_tables(tables, source=source, trusted=False)
-        one = Runs.single(head.get("seed"), head.get("run"))  # type: ignore[arg-type]  # it checks them
-        if scenario.most.robots <= ROBOTS_LIMIT:
-            return scenario, one
-        why = f"more than {ROBOTS_LIMIT:,} robots"
-    except FeasibeeError as error:
-        why = one_line(str(error))
-    raise damaged(path, 1, f"has a field that can't be: {why}")
-
-
-def _decision(now: int) -> Form:
-    """Return the form of the first decision up to a step, and its step."""
-    undecided, decided = row(whole(UNDECIDED, UNDECIDED), whole(-1, -1)), row(BIT, whole(0, now))
-    return lambda value: undecided(value) or decided(value)

@@ -8,12 +8,12 @@ import socket
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.checks import DEED, MESSAGE, PLACE, SIGHTING, TAKEN, anything, many, record, whole
-from feasibee.field.connections import split_address
-from feasibee.field.node import HEARD_LIMIT, Node
+from feasibee.field.node import HEARD_LIMIT, Node, is_message
 from feasibee.files import named, why_not
 from feasibee.scenario.runs import Runs
 
@@ -24,17 +24,34 @@ SENSES_LIMIT = 65_507
 """Largest object of a driver, in bytes: what a datagram holds."""
 COUNT_LIMIT = 10_000
 """Largest number of robots or of tasks in sight."""
-_SENSED = record(
-    {
-        "place": PLACE,
-        "heard": many(anything, 0, HEARD_LIMIT),
-        "see": many(SIGHTING),
-        "taken": TAKEN,
-        "acts": many(DEED),
-        **dict.fromkeys(("robots", "tasks"), whole(0, COUNT_LIMIT)),
-    }
-)
-"""The form of a driver's object; messages are checked one by one."""
+_Number = Annotated[int, Field(ge=-1, le=2**32)]
+_Ordinate = Annotated[float, Field(ge=-1e300, le=1e300)]
+_Kind = Annotated[int, Field(ge=0, le=2**16)]
+_Count = Annotated[int, Field(ge=0, le=COUNT_LIMIT)]
+
+
+class _Sensed(BaseModel):
+    """What a driver's object may have; messages are checked one by one."""
+
+    model_config = ConfigDict(strict=True, allow_inf_nan=False)
+
+    place: tuple[_Ordinate, _Ordinate] = (0.0, 0.0)
+    heard: Annotated[list[Any], Field(max_length=HEARD_LIMIT)] = []
+    see: list[
+        tuple[
+            Annotated[int, Field(ge=0, le=1)],
+            _Number,
+            _Kind,
+            Annotated[int, Field(ge=0, lt=2**32)],
+            _Ordinate,
+            _Ordinate,
+            _Number,
+        ]
+    ] = []
+    taken: list[tuple[_Number, Annotated[int, Field(ge=-1, le=2**16)]]] = []
+    acts: list[tuple[Literal["reached", "lost", "joined"], Annotated[int, Field(ge=-1, le=2**20)]]] = []
+    robots: _Count = 0
+    tasks: _Count = 0
 
 
 def real_robot(
@@ -86,7 +103,7 @@ def drive(
         said = node.speak(step, tuple(sensed["place"]))
         acts = node.goes and [node.goes[2], sensed["acts"]]
         node.sense({"see": sensed["see"], "taken": sensed["taken"], "acts": acts})
-        heard = [each for each in sensed["heard"] if MESSAGE(each)]
+        heard = [each for each in sensed["heard"] if is_message(each)]
         node.dropped["malformed message"] += len(sensed["heard"]) - len(heard)
         node.finish(each for each in heard if each[0] != number)
         write({"step": step, "said": said, **node.status._asdict(), **node.way})
@@ -107,25 +124,11 @@ def sensed_from(text: bytes) -> dict[str, Any] | None:
     if len(text) > SENSES_LIMIT:
         return None
     try:
-        found = json.loads(text)
-    except (ValueError, RecursionError):
-        return None
-    if not isinstance(found, dict):
-        return None
-    sensed = {
-        "place": [0.0, 0.0],
-        "heard": [],
-        "see": [],
-        "taken": [],
-        "acts": [],
-        "robots": 0,
-        "tasks": 0,
-        **found,
-    }
-    if not _SENSED(sensed):
+        sensed = _Sensed.model_validate_json(text).model_dump()
+    except ValidationError:
         return None
     for is_robot, name in ((1, "robots"), (0, "tasks")):
-        sensed["see"] += [[is_robot, -1, 0, 0, 0.0, 0.0, -1]] * sensed[name]
+        sensed["see"] += [(is_robot, -1, 0, 0, 0.0, 0.0, -1)] * sensed[name]
     return sensed
 
 
@@ -141,9 +144,18 @@ def _lines(path: Path) -> Iterator[bytes]:
         ) from None
 
 
+def _split_address(text: str) -> tuple[str, int]:
+    """Return host and port of an address; raise a FeasibeeError if it isn't HOST:PORT."""
+    host, colon, port = text.rpartition(":")
+    host = host.removeprefix("[").removesuffix("]")
+    if not (colon and host and port.isascii() and port.isdigit() and 0 < int(port) < 65_536):
+        raise FeasibeeError(f"address {text}: must be HOST:PORT, such as 127.0.0.1:7400")
+    return host, int(port)
+
+
 def _datagrams(address: str) -> Iterator[bytes]:
     """Yield the datagrams that come to an address; one that says ``{"end": true}`` is the last."""
-    host, port = split_address(address)
+    host, port = _split_address(address)
     with closing(socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM)) as end:
         try:
             end.bind((host, port))

@@ -13,37 +13,38 @@ import os
 import random
 import secrets
 import shutil
+import signal
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager
 from pathlib import Path
 from statistics import median
-from threading import Semaphore
+from threading import Semaphore, Thread
 from typing import Any
 
 import numpy as np
 
 from feasibee.errors import FeasibeeError
 from feasibee.field.bodies import Bodies, Body
-from feasibee.field.checks import (
+from feasibee.field.connections import (
     BYE,
+    DIED,
     END,
     HEARD,
     HELLO,
     REFUSED,
-    ROBOTS_LIMIT,
     SAID,
     SIGHT,
     STEP,
     TICK,
-    WAIT,
     WELCOME,
+    Frame,
+    Server,
 )
-from feasibee.field.connections import Channel, Frame, Link, Server
-from feasibee.field.logs import VERSION, LineLog, read_lines
-from feasibee.field.plan import PARTITION, PROCESS, Fault, Plan, plan_from
-from feasibee.field.robot import KEY_VARIABLE, follow_parent, read_order
+from feasibee.field.logs import VERSION, LineLog
+from feasibee.field.plan import PARTITION, PROCESS, ROBOTS_LIMIT, Plan, plan_from
+from feasibee.field.robot import own_output
 from feasibee.model.codes import DECISIONS, UNDECIDED
 from feasibee.model.record import Record
 from feasibee.reference.swarm import WORKED
@@ -57,8 +58,6 @@ class World:
     ----------
     report : callable
         Takes events, as mappings, for whoever watches.
-    resumes : bool
-        Whether to go on where the log ends.
     wait_for_go : callable
         Returns once a fault of processes has happened.
     """
@@ -69,7 +68,6 @@ class World:
         server: Server,
         report: Callable[[Mapping[str, Any]], None],
         log: Path,
-        resumes: bool = False,
         wait_for_go: Callable[[], object] = lambda: None,
     ) -> None:
         if plan.scenario.most.robots > ROBOTS_LIMIT:
@@ -80,51 +78,28 @@ class World:
         self.decision, self.decision_step = UNDECIDED, -1
         self._tracked: list[tuple[int, int]] = []
         """The truth and the opinion held, at each step."""
-        self._channels: dict[int, Channel] = {}
-        self._waiting: dict[int, Channel] = {}
-        self._nonces: dict[int, int] = {}
+        self._channels: dict[int, Any] = {}
+        self._waiting: dict[int, Any] = {}
+        """Channels of robots from elsewhere that come later."""
+        self._is_complete = False
+        """Whether all robots have joined."""
         self._wait_for_go = wait_for_go
         self._cut_until = -1.0
         """The step until which the two halves of the swarm don't hear each other."""
         self._faults = list(plan.faults)
         self.said: dict[int, str | None] = {}
-        self._recorded = -1
-        lines = read_lines(log) if resumes else []
-        self._resume(lines)
-        self.log = LineLog(log, appends=bool(lines))
-        if not lines:
-            self._write_head()
+        self.session = secrets.token_hex(8)
+        """Random digits, which distinguish two fields in one folder."""
+        self.log = LineLog(log)
+        self._write_head()
 
     def _write_head(self) -> None:
-        """Write which field this is; random digits distinguish two fields in one folder."""
+        """Write which field this is."""
         plan, scenario = self.plan, self.plan.scenario
         recipe = {"scenario": scenario.to_toml(), "source": scenario.manifest.source}
         which = {"seed": plan.seed, "run": plan.run, "lockstep": plan.lockstep, "hz": plan.hz}
-        session = {"session": secrets.token_hex(8)}
+        session = {"session": self.session}
         self.log.write({"feasibee": "field", "version": VERSION, **recipe, **which, **session})
-
-    def _resume(self, lines: list[dict[str, Any]]) -> None:
-        """Go on where a log ends."""
-        for line in lines:
-            if line.get("event") == "fault":
-                self._begin_fault(self._faults.pop(0))
-            elif "bodies" in line:
-                self._restore(line)
-
-    def _restore(self, line: Mapping[str, Any]) -> None:
-        """Put the world into the state after a step of the log, the one after its present state."""
-        if line["step"]:
-            self.bodies.change(line["step"])
-        for body, kept, status in zip(self.bodies.bodies, line["bodies"], line["minds"], strict=True):
-            body.restore(kept)
-            body.remote.report(status)
-            body.lost = body.number in line["lost"]
-            body.knows = None
-        self.step = self._recorded = line["step"]
-        self.decision, self.decision_step = line["decision"]
-        self._tracked.append((self.bodies.truth, self.bodies.decision))
-        spoke = zip(self.bodies.bodies, line["said"], strict=True)
-        self.said = {body.process: text for body, text in spoke if text is not None}
 
     def gather(self) -> None:
         """Wait until all robots have joined and are ready.
@@ -137,6 +112,7 @@ class World:
             raise FeasibeeError(
                 f"robots {shown}: did not join within {self.plan.wait:g} s; start them, or raise --wait"
             )
+        self._is_complete = True
         self.report({"event": "joined", "robots": len(self.bodies.bodies)})
 
     def _wait_for(self, bodies: list[Body]) -> list[Body]:
@@ -147,10 +123,12 @@ class World:
             frame = self.receive(0.2)
             if frame is not None and frame.kind == SAID:
                 body = self.body(frame)
-                if frame.robot in missing:
+                if body.process in missing:
                     self.bodies.report(body, frame.body)
-                    missing.discard(frame.robot)
+                    missing.discard(body.process)
                 self.answer(body)
+            elif frame is not None and frame.kind == DIED:
+                missing.discard(frame.channel.robot)
         return [body for body in bodies if body.process in missing]
 
     def change(self, *, waits: bool) -> list[Body]:
@@ -161,54 +139,55 @@ class World:
         left, joined = self.bodies.change(self.step)
         for body in left:
             self._tell("leaves", body)
-            for _ in range(3):  # a packet may be lost; who writes again gets another one
-                self.send(body, BYE, {})
+            self.send(body, BYE, {})
         for body in joined:
             if body.process >= ROBOTS_LIMIT:
                 raise FeasibeeError(
                     f"robots: more than {ROBOTS_LIMIT:,} have come to this field; use fewer steps"
                 )
             self._tell("comes", body)
+            if body.process in self._waiting:
+                self._join(body.process, self._waiting.pop(body.process))
         for body in self._wait_for(joined) if waits else ():
             self.lose(body)
         return joined
 
     def receive(self, timeout: float) -> Frame | None:
-        """Return the next packet of a robot that has joined; answer those that join."""
+        """Return the next message of a robot that has joined; answer those that join."""
         frame = self.server.receive(timeout)
         if frame is None:
             return None
         if frame.kind == HELLO:
-            self._join(frame)
-        elif frame.robot < 0:
-            self.server.dropped["of no robot"] += 1
+            self._join(frame.body["robot"], frame.channel)
+        elif frame.channel.robot < 0:
+            self._waiting = {each: who for each, who in self._waiting.items() if who is not frame.channel}
         elif self.body(frame).has_left:
-            self.send(self.body(frame), BYE, {})
-        else:
+            self.send(self.body(frame), BYE, {})  # again, to who hasn't heard it
+        elif frame.kind != DIED:
+            return frame
+        elif not self._is_complete:
+            rule = "ended before the first step; read above what it said, and run the field again"
+            raise FeasibeeError(f"robot {frame.channel.robot}: {rule}")
+        elif not self.body(frame).lost:
+            self.lose(self.body(frame), "died")
             return frame
         return None
 
-    def _join(self, frame: Frame) -> None:
+    def _join(self, number: int, channel: Any) -> None:
         """Welcome a robot with its settings, let it wait until it comes, or say why it can't join."""
-        count, number, nonce = len(self.bodies.everyone), frame.body["robot"], frame.body["nonce"]
-        channel = frame.channel
-        why = ""
+        count, why = len(self.bodies.everyone), ""
         if number >= count and self.plan.scenario.dynamic:
             self._waiting[number] = channel
-            self.server.send(channel, WAIT, {})
             return
         if number >= count:
             why = f"this field has robots 0 to {count - 1}; use one of these as --id"
         elif self.bodies.everyone[number].has_left:
             why = "the robot of this number has left; use another --id"
-        elif frame.robot not in (-1, number) or self._nonces.setdefault(number, nonce) != nonce:
+        elif self._channels.get(number, channel) is not channel:
             why = "a robot of this number has joined already; use another --id"
         if why:
             self.server.send(channel, REFUSED, {"why": why})
             return
-        self._waiting.pop(number, None)
-        if self._channels.get(number, channel) is not channel:
-            self.server.end(self._channels[number])
         channel.robot, self._channels[number] = number, channel
         body = self.bodies.everyone[number]
         self.send(body, WELCOME, self._welcome(body))
@@ -218,26 +197,21 @@ class World:
         clock = None
         if not plan.lockstep:
             # Not a draw of the model: clocks differ between fields of the same seed.
-            drift = random.Random(f"{self.server.session} {body.process}").uniform(-plan.drift, plan.drift)
+            drift = random.Random(f"{self.session} {body.process}").uniform(-plan.drift, plan.drift)
             clock = {"period": 1.0 / plan.hz, "drift": drift, "jitter": plan.jitter}
         orders = self.bodies.orders(body)
         orders["settings"]["step"] = max(0, self.step - 1)  # in free running, starting has taken some steps
         return {"clock": clock, **orders}
 
-    def send(self, body: Body, kind: int, content: dict[str, Any]) -> None:
-        """Send a packet to a robot, if it has joined."""
-        if body.process not in self._channels:
-            return
-        try:
+    def send(self, body: Body, kind: str, content: dict[str, Any]) -> None:
+        """Send a message to a robot, if it has joined."""
+        if body.process in self._channels:
             self.server.send(self._channels[body.process], kind, content)
-        except ValueError as error:
-            raise FeasibeeError(
-                f"robot {body.process}: {error}; use shorter messages or fewer robots"
-            ) from None
 
     def body(self, frame: Frame) -> Body:
-        """Return the body of the robot that sent a packet."""
-        return self.bodies.everyone[frame.robot]
+        """Return the body of the robot that sent a message."""
+        body: Body = self.bodies.everyone[frame.channel.robot]
+        return body
 
     def answer(self, body: Body) -> None:
         """Let a robot know that the world is there; one that was silent takes part again."""
@@ -258,21 +232,18 @@ class World:
         """Let the faults of this step happen."""
         while self._faults and self._faults[0].step <= self.step:
             fault = self._faults.pop(0)
-            self._begin_fault(fault)
+            if fault.kind == PARTITION:
+                self._cut_until = max(self._cut_until, fault.step + fault.lasts)
             event = {"event": "fault", **fault._asdict()}
             self.log.write(event)
             self.report(event)
             if fault.kind in PROCESS:
                 self._wait_for_go()
 
-    def _begin_fault(self, fault: Fault) -> None:
-        if fault.kind == PARTITION:
-            self._cut_until = max(self._cut_until, fault.step + fault.lasts)
-
-    def lose(self, body: Body) -> None:
-        """Count a silent robot no longer."""
+    def lose(self, body: Body, why: str = "lost") -> None:
+        """Count a robot no longer that is silent, or has ``died``."""
         body.lost, body.knows = True, None
-        self._tell("lost", body)
+        self._tell(why, body)
 
     def find(self, body: Body) -> None:
         """Count a robot again that was silent."""
@@ -286,8 +257,6 @@ class World:
 
     def look(self, step: int) -> None:
         """Record a step: states of the bodies, opinions, messages, and the decision if it is new."""
-        if step <= self._recorded:  # before the world was restarted
-            return
         self.bodies.time = step
         decision = self.bodies.decision
         if self.decision == UNDECIDED != decision:
@@ -325,11 +294,10 @@ class World:
 
     def end(self) -> dict[str, Any]:
         """Let the robots go; return the result."""
-        for _ in range(3):  # a packet may be lost; a robot that gets none leaves after its patience
-            for body in self.bodies.bodies:
-                self.send(body, BYE, {})
-            for channel in self._waiting.values():
-                self.server.send(channel, BYE, {})
+        for body in self.bodies.bodies:
+            self.send(body, BYE, {})
+        for channel in self._waiting.values():
+            self.server.send(channel, BYE, {})
         self.log.write({"event": "end"})
         self.log.close()
         measures: dict[str, Any] = {}
@@ -347,13 +315,8 @@ class World:
             "feasible": self.bodies.feasible_count,
             "infeasible": self.bodies.infeasible_count,
             "lost": [body.process for body in self.bodies.bodies if body.lost],
-            "dropped": dict(self.server.dropped),
             **measures,
         }
-
-
-RESEND = 0.1
-"""Seconds after which an order without an answer is sent again; loopback loses packets under load."""
 
 
 class Lockstep(World):
@@ -364,15 +327,13 @@ class Lockstep(World):
     """
 
     def play(self) -> None:
-        """Play all steps from the present one, which ends once more if the world has started again."""
-        self._begun = [body for body in self.bodies.bodies if self.step and body.works(self.step)]
+        """Play all steps."""
         self._air: dict[int, list[tuple[Body, str]]] = {}
-        while True:
+        self.look(0)
+        while not (self.is_over or self.step == self.plan.scenario.run.steps):
+            self._begin()
             self._end()
             self.look(self.step)
-            if self.is_over or self.step == self.plan.scenario.run.steps:
-                return
-            self._begin()
 
     def _begin(self) -> None:
         """Begin the next step: let the world change, move the bodies, and let each robot see and speak."""
@@ -400,43 +361,40 @@ class Lockstep(World):
                 orders[receiver.process] = {"heard": heard}
         self._ask(END, orders)
 
-    def _ask(self, kind: int, orders: Mapping[int, dict[str, Any]]) -> dict[int, str | None]:
-        """Send each robot its order until it answers or is lost; return the messages."""
+    def _ask(self, kind: str, orders: Mapping[int, dict[str, Any]]) -> dict[int, str | None]:
+        """Send each robot its order, and wait until it answers or is lost; return the messages."""
         everyone = self.bodies.everyone
         said: dict[int, str | None] = {}
         waiting = set(orders)
-        began = now = time.monotonic()
-        resent = -RESEND
-        while waiting:
-            if now - resent > RESEND:
-                resent = now
-                for number in sorted(waiting):
-                    self.send(everyone[number], kind, {"t": self.step, **orders[number]})
-            frame = self.receive(RESEND)
-            now = time.monotonic()
-            if frame is not None and frame.kind == SAID:
-                order = frame.body["t"], frame.body["ends"]
-                if frame.robot in waiting and order == (self.step, kind == END):
-                    self.bodies.report(everyone[frame.robot], frame.body)
-                    said[frame.robot] = frame.body["said"]
-                    waiting.discard(frame.robot)
-                elif frame.robot not in orders:
-                    self.answer(everyone[frame.robot])
-            if now - began > self.plan.patience:
-                for number in sorted(waiting):
-                    self.lose(everyone[number])
-                waiting.clear()
+        for number in sorted(waiting):
+            self.send(everyone[number], kind, {"t": self.step, **orders[number]})
+        until = time.monotonic() + self.plan.patience
+        while waiting and (left := until - time.monotonic()) > 0:
+            frame = self.receive(left)
+            if frame is None:
+                continue
+            number = frame.channel.robot
+            if frame.kind == DIED:
+                waiting.discard(number)
+            elif number not in orders:
+                self.answer(everyone[number])
+            elif (frame.body["t"], frame.body["ends"]) == (self.step, kind == END) and number in waiting:
+                self.bodies.report(everyone[number], frame.body)
+                said[number] = frame.body["said"]
+                waiting.discard(number)
+        for number in sorted(waiting):
+            self.lose(everyone[number])
         return said
 
 
 AIR_LIMIT = 100_000
-"""Largest number of messages under way; more are dropped."""
+"""Largest number of messages under way; more are left out."""
 
 
 class FreeRunning(World):
     """A field whose robots have clocks of their own.
 
-    A robot's packet moves its body by one step; the other bodies stand meanwhile. Its message reaches the
+    A robot's tick moves its body by one step; the other bodies stand meanwhile. Its message reaches the
     robots in range at this moment, after the delay.
     """
 
@@ -447,10 +405,9 @@ class FreeRunning(World):
         self._seen_at = {body.process: now for body in self.bodies.bodies}
         self._air: list[tuple[float, int, int, list[object]]] = []
         self._order = itertools.count()
-        if self.step == 0:
-            self.look(0)
-            for body in self.bodies.bodies:
-                self._show(body)
+        self.look(0)
+        for body in self.bodies.bodies:
+            self._show(body)
         while self.step < self.plan.scenario.run.steps and not self.is_over:
             frame = self.receive(self._time_to_wait())
             if frame is not None:
@@ -468,6 +425,8 @@ class FreeRunning(World):
 
     def _take(self, frame: Frame) -> None:
         """Simulate a robot's step: move its body, pass its message on, send it what it sees."""
+        if frame.kind == DIED:
+            return
         body, step = self.body(frame), frame.body["t"]
         self._seen_at[body.process] = time.monotonic()
         if body.lost:
@@ -493,7 +452,6 @@ class FreeRunning(World):
         for receiver in self.bodies.bodies:
             if receiver.works(self.bodies.time) and self.reaches(sender, receiver):
                 if len(self._air) >= AIR_LIMIT:
-                    self.server.dropped["too many messages"] += 1
                     return
                 heard: list[object] = [sender.number, text]
                 heapq.heappush(self._air, (arrives, next(self._order), receiver.process, heard))
@@ -541,34 +499,29 @@ class FreeRunning(World):
         return self.step + (time.monotonic() - self._passed_at >= 1.0 / self.plan.hz)
 
 
-PATIENCE = 2.0
-"""Seconds in which standard input ends after standard output has been closed."""
-
-
 @contextmanager
 def _serve(order: Mapping[str, Any]) -> Iterator[Server]:
-    """Listen for robots by UDP, where an order says."""
-    with closing(Link(order["host"], order["port"], listens=True)) as link:
-        yield Server(link, order["session"], os.environ.get(KEY_VARIABLE, "").encode())
+    """Listen for robots in the temporary folder of an order."""
+    with closing(Server(Path(order["temporary"]))) as server:
+        yield server
 
 
-Serve = Callable[[Mapping[str, Any]], AbstractContextManager[Server]]
-"""Gives the world's side of the connections with the robots, for an order."""
+Serve = Callable[[Mapping[str, Any]], AbstractContextManager[Any]]
+"""Gives the world's side of the connections with the robots, such as a `Server`, for an order."""
 
 
 def main(serve: Serve = _serve) -> None:
-    """Run the world of one field; report its result or its error as an event."""
-    order, parent = read_order()
+    """Run the world of the order on standard input; report its result or its error as an event."""
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)  # comes as the field is killed while a robot is stopped
+    parent, line = own_output(), sys.stdin.buffer.readline()
+    order = json.loads(line) if line.endswith(b"\n") else sys.exit(1)
     ready = Semaphore(0)
 
     def report(event: Mapping[str, Any]) -> None:
         parent.write(f"{json.dumps(event)}\n")
 
-    def remove_log() -> None:
-        if order["temporary"]:
-            shutil.rmtree(Path(order["log"]).parent, ignore_errors=True)
-
-    follower = follow_parent(sys.stdin.fileno(), lambda read: ready.release(read.count(b"\n")), remove_log)
+    follower = Thread(target=_follow_parent, args=(order["temporary"], ready), daemon=True)
+    follower.start()
     try:
         try:
             _run(order, serve, ready, report)
@@ -576,8 +529,20 @@ def main(serve: Serve = _serve) -> None:
             report({"event": "error", "why": str(error)})
             sys.exit(2)
     except BrokenPipeError:  # the field has ended
-        follower.join(PATIENCE)
-        os._exit(1)
+        follower.join()
+
+
+def _follow_parent(temporary: str, ready: Semaphore) -> None:
+    """Release ``ready`` for each line of the field; when the field has ended, end all its processes.
+
+    These are the group of this process. A robot that is stopped ends in no other way.
+    """
+    while read := os.read(sys.stdin.fileno(), 4096):  # not a file object: the exit would wait for its lock
+        ready.release(read.count(b"\n"))
+    shutil.rmtree(temporary, ignore_errors=True)
+    if os.getpgid(0) == os.getpid():
+        os.killpg(0, signal.SIGKILL)
+    os._exit(1)
 
 
 def _run(
@@ -586,13 +551,11 @@ def _run(
     """Play the field of an order; report its result. ``ready`` is released after each fault of processes."""
     plan = plan_from(order["plan"])
     with serve(order) as server:
-        log, resumes = Path(order["log"]), order["resumes"]
         kind = Lockstep if plan.lockstep else FreeRunning
-        world = kind(plan, server, report, log, resumes, ready.acquire)
+        world = kind(plan, server, report, Path(order["log"]), ready.acquire)
         robots = [body.process for body in world.bodies.bodies]
         report({"event": "listening", "address": server.address, "robots": robots})
-        if not resumes:
-            world.gather()
+        world.gather()
         world.play()
         report({"event": "result", **world.end()})
 

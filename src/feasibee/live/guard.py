@@ -26,7 +26,6 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from feasibee.errors import FeasibeeError, Problem
-from feasibee.field.connections import is_loopback
 
 HEADERS: Final = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
@@ -106,6 +105,14 @@ class Guard:
         if (address.version == 6) != bool(parts[1]):
             return False
         return self._addresses or address.is_loopback
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether a server on a host can be reached from this machine only."""
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
 
 
 def check_host(host: str) -> None:

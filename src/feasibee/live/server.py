@@ -24,7 +24,6 @@ from starlette.types import ASGIApp
 from starlette.websockets import WebSocket, WebSocketDisconnect, WebSocketState
 
 from feasibee.errors import FeasibeeError
-from feasibee.field.connections import join_address
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.fieldsession import FieldCatalogue, FieldSession
 from feasibee.live.form import form
@@ -273,7 +272,7 @@ def _why_not(host: str, port: int, error: OSError) -> str:
 def address_of(host: str, port: int) -> str:
     """Return the URL of the page for a browser on this machine."""
     name = {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
-    return f"http://{join_address(name, port)}/"
+    return f"http://[{name}]:{port}/" if ":" in name else f"http://{name}:{port}/"
 
 
 def open_browser(address: str) -> None:

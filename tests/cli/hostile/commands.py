@@ -15,7 +15,7 @@ NEEDED = {
     "results status": ["results"],
     "results plot": ["results", "--x", "tasks.count"],
     "results export": ["results"],
-    "robot": ["--connect", "127.0.0.1:9", "--id", "0", "--patience", "0.1"],
+    "robot": ["--connect", "study.toml", "--id", "0"],
 }
 """What a command must have beside, to be right."""
 
