@@ -85,7 +85,7 @@ def read_log(path: Path, what: str, first: Mapping[str, Any], wrong: str) -> tup
 
 @contextmanager
 def reading(path: Path, at: int) -> Iterator[None]:
-    """Raise whatever is wrong in a line of a log as a FeasibeeError with path and line."""
+    """Raise any error of reading a log as a FeasibeeError with path and line."""
     try:
         yield
     except FeasibeeError:
