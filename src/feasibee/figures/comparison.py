@@ -98,7 +98,6 @@ def draw_against_time(
     keep: Sequence[str] | None = None,
     before: Mapping[str, Look] | None = None,
     seconds: float | None = None,
-    label: str = "swarms that are right (%)",
 ) -> Figure:
     """Draw the share of right swarms at each step: the mean over the ratios, and the least.
 
@@ -110,8 +109,6 @@ def draw_against_time(
         Shares by contender, from 0 to 1.
     seconds : float, optional
         Length of a step in seconds, for a second axis.
-    label : str
-        What the shares are of.
     """
     sums: dict[str, Any] = {"mean over the ratios": np.mean, "at the hardest ratio": np.min}
     if all(share.shape[0] == 1 for share in shares.values()):
@@ -128,7 +125,7 @@ def draw_against_time(
             ax.set(xlabel="time (steps)", title=title, xlim=limits, ylim=PERCENT)
             spaced_by_ratio(ax)
             also_in_seconds(ax, seconds)
-        axes[0][0].set(ylabel=label)
+        axes[0][0].set(ylabel="swarms that are right (%)")
         ends = {name: (line.size - 1, float(line[-1])) for name, line in lines.items()}
         label_ends(axes[0][-1], ends, found, means, markers=False)
     return drawn

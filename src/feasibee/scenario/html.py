@@ -40,24 +40,21 @@ def _environment() -> Environment:
     )
 
 
-def show_scenario(
-    scenario: Sections, tables: Mapping[str, Any], usual: Mapping[str, Mapping[str, Any]], digest: str
-) -> str:
-    """Return a scenario as HTML: a collapsed table per section, with differences from the paper emphasised.
+def show_scenario(scenario: Any) -> str:
+    """Return a `Scenario` as HTML: a collapsed table per section, with differences from the paper emphasised.
 
-    Parameters
-    ----------
-    scenario : Sections
-        The scenario.
-    tables, usual : mapping of str to mapping
-        The complete forms of the scenario and of the paper's scenario; a list of tables becomes a section.
-    digest : str
-        The scenario's hash.
+    A list of tables is a section, too.
     """
-    sections = {name: _rows(name, table, usual.get(name, {})) for name, table in tables.items()}
-    count = sum(row["changed"] for rows in sections.values() for row in rows)
-    named = {"truth": DECISIONS[int(truth(scenario))], "digest": digest, "plan": _drawn(scenario)}
-    return render("scenario.html", scenario=scenario, sections=sections, count=count, **named)
+    usual = type(scenario)().to_dict()
+    sections = {name: _rows(name, table, usual.get(name, {})) for name, table in scenario.to_dict().items()}
+    return render(
+        "scenario.html",
+        scenario=scenario,
+        sections=sections,
+        count=sum(row["changed"] for rows in sections.values() for row in rows),
+        truth=DECISIONS[int(truth(scenario))],
+        plan=_drawn(scenario),
+    )
 
 
 def _drawn(scenario: Sections) -> dict[str, str] | None:

@@ -390,4 +390,4 @@ class Scenario(Sections):
 
     def _repr_html_(self) -> str:
         """Return the scenario as HTML for notebooks."""
-        return show_scenario(self, self.to_dict(), type(self)().to_dict(), self.hash)
+        return show_scenario(self)

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from feasibee.figures.comparison import draw_against_bits
 from feasibee.results.statistics import CONFIDENCE, Interval, normal_quantile
@@ -174,13 +173,6 @@ def in_words(classes: Mapping[str, Sequence[Standing]], names: Container[str]) -
                 )
 
 
-def draw_board(group: Sequence[Standing], names: Container[str]) -> Figure:
-    """Draw the contenders of a class, right swarms against bits; named ones are in front."""
-    totals = {each.contender: (each.bits, each.right) for each in group}
-    keep = [name for name in totals if name in names]
-    return draw_against_bits(totals, "right at the end, over all worlds (%)", keep=keep or None)
-
-
 def write_board(path: Path, card: Card, names: Collection[str], command: str) -> None:
     """Write the board as one HTML file: by class a table, the Pareto front, and shares by world.
 
@@ -213,9 +205,11 @@ def _class_of(card: Card, group: Sequence[Standing], names: Container[str]) -> t
     """Return a class as a table, the Pareto front if several are in it, and the shares by world."""
     figure = None
     if len(group) > 1:
-        title = f"Given {group[0].given}: right swarms against bits on the air"
+        totals = {each.contender: (each.bits, each.right) for each in group}
+        keep = [name for name in totals if name in names] or None
+        drawn = draw_against_bits(totals, "right at the end, over all worlds (%)", keep=keep)
         best = f"Best: {group[0].contender}, {percent(group[0].right)}."
-        figure = title, best, encoded(draw_board(group, names))
+        figure = f"Given {group[0].given}: right swarms against bits on the air", best, encoded(drawn)
     columns = {each.contender: each.worlds for each in group}
     if NAMES not in group[0].given:
         columns = {"could be known": {world.name: world.known for world in card.worlds}, **columns}

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import base64
 import io
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from feasibee.figures.comparison import draw_against_bits, draw_against_time, draw_calibration
 from feasibee.figures.heat import RUNS, heat_of, plot_heat
@@ -19,7 +17,7 @@ from feasibee.figures.sizing import draw_sizing
 from feasibee.files import write_text
 from feasibee.scenario.html import render
 from feasibee.scenario.units import steps_in_words
-from feasibee.studies.comparison import Outcome, calibration_of, percent, tracking_figures
+from feasibee.studies.comparison import calibration_of, percent, tracking_figures
 from feasibee.studies.report import SIGNS, Assessment, sections, tables_of
 from feasibee.studies.size import panels_of
 
@@ -88,10 +86,6 @@ def _figures(assessment: Assessment) -> Iterator[tuple[str, Figure]]:
     shares = {name: each.right_at[None, :] / each.runs for name, each in outcomes.items()}
     title = "Share of right swarms at each step, with each strategy"
     yield title, draw_against_time(shares, keep=keep, seconds=scenario.units.seconds)
-    if acted := _acted(outcomes):
-        title = "Share of swarms that stand at all tasks that they can do, at each step"
-        label = "swarms at all their tasks (%)"
-        yield title, draw_against_time(acted, keep=keep, seconds=scenario.units.seconds, label=label)
     totals = {name: (float(each.bits.mean()), each.accuracy) for name, each in outcomes.items()}
     yield "Share of right swarms against bits on the air", draw_against_bits(totals, keep=keep)
     if assessment.calibration is not None:
@@ -106,14 +100,3 @@ def _figures(assessment: Assessment) -> Iterator[tuple[str, Figure]]:
         title = "Floor plan: robots per square unit, robots that see each place, and opinions of those there"
         runs = max(1, min(RUNS, 100 * RUNS // scenario.robots.count))  # fewer of large swarms
         yield title, plot_heat(scenario, heat_of(scenario, runs, assessment.seed))
-
-
-def _acted(outcomes: Mapping[str, Outcome]) -> dict[str, NDArray[np.float64]]:
-    """Return the share of swarms that stand at all their tasks at each step, by contender, if robots act."""
-    found = {}
-    for name, each in outcomes.items():
-        if each.found.acts is not None:
-            steps = each.found.acts.all_taken_step
-            counts = np.bincount(steps[steps >= 0], minlength=each.right_at.size)
-            found[name] = counts.cumsum()[None, :] / each.runs
-    return found
