@@ -17,8 +17,8 @@ from feasibee.figures.sizing import draw_sizing
 from feasibee.files import write_text
 from feasibee.scenario.html import render
 from feasibee.scenario.units import steps_in_words
-from feasibee.studies.comparison import calibration_of, percent, tracking_figures
-from feasibee.studies.report import SIGNS, Assessment, sections, tables_of
+from feasibee.studies.comparison import calibration_of, percent, points, tracking_figures
+from feasibee.studies.report import SIGNS, Assessment, sections
 from feasibee.studies.size import panels_of
 
 OWN = "this swarm"
@@ -57,9 +57,9 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
         steps=steps_in_words(assessment.scenario, assessment.scenario.run.steps),
         words=sections(assessment),
         percent=percent,
+        points=points,
         own=OWN,
         figures=[(title, encoded(drawn)) for title, drawn in _figures(assessment)],
-        tables=tables_of(assessment),
     )
 
 

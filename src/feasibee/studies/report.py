@@ -194,7 +194,7 @@ class Assessment:
 
     def _repr_html_(self) -> str:
         """Return the assessment as HTML, for notebooks."""
-        return render("cell.html", a=self, words=sections(self), tables=tables_of(self))
+        return render("cell.html", a=self, words=sections(self), percent=percent, points=points)
 
     def _recommended_as_dict(self) -> dict[str, Any] | None:
         if self.recommended is None:
@@ -348,32 +348,6 @@ def _chosen(better: Sequence[Trial]) -> list[Trial]:
     bits = [float(trial.outcome.bits.mean()) for trial in better]
     best = pareto(bits, [trial.outcome.judged.estimate for trial in better])[-3:]
     return [better[place] for place in sorted(best, key=bits.__getitem__)]
-
-
-def tables_of(assessment: Assessment) -> dict[str, list[list[str]]]:
-    """Return the tables of an assessment by title: rows of texts, the names of the columns first."""
-    tables = {"Strategies": assessment.strategies, "Changes": assessment.limits, "Faults": assessment.faults}
-    return {title: cells_of(trials) for title, trials in tables.items() if trials}
-
-
-def cells_of(trials: Sequence[Trial]) -> list[list[str]]:
-    """Return trials as a table of texts, the names of its columns first."""
-    turned = sorted({trial.opposite.tasks for trial in trials if trial.opposite})
-    right = "right at the end" if trials[0].outcome.tracking is None else "right in the steps"
-    rows = [["", right, "difference", *(f"right with {tasks} tasks" for tasks in turned), "bits", "runs"]]
-    for trial in trials:
-        other = trial.opposite
-        rows.append(
-            [
-                trial.outcome.contender,
-                percent(trial.outcome.judged),
-                points(trial.difference),
-                *(percent(other.accuracy) if other and other.tasks == tasks else "" for tasks in turned),
-                f"{trial.outcome.bits.mean():.3g}",
-                f"{trial.outcome.runs:,}",
-            ]
-        )
-    return rows
 
 
 NEEDS: Final = {
