@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from feasibee.simulation.ensemble import simulate as simulate
     from feasibee.simulation.swarm import Swarm as Swarm
     from feasibee.simulation.swarm import truth_at as truth_at
+    from feasibee.theory.predict import predict as predict
 
 _NAMES = {
     "errors": ("FeasibeeError", "ScenarioError"),
@@ -41,6 +42,7 @@ _NAMES = {
     "scenario.scenario": ("Scenario",),
     "simulation.ensemble": ("simulate",),
     "simulation.swarm": ("Swarm", "truth_at"),
+    "theory.predict": ("predict",),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}
 __all__ = sorted(_HOMES)  # noqa: PLE0605

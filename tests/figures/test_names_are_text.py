@@ -14,7 +14,7 @@ from walled import DOCK, PLACE
 
 from feasibee import Scenario, Swarm, plot_arena, plot_opinions, wilson
 from feasibee.errors import one_line
-from feasibee.figures import comparison, heat, limits, sweep
+from feasibee.figures import comparison, limits, sweep
 from feasibee.figures.style import NAME_LIMIT, save_figure
 from feasibee.model.record import Record
 from feasibee.results.calibration import Bin, Calibration
@@ -87,11 +87,6 @@ def across(names):
     return {"": {2.5: {name: wilson(1, 2) for name in names}}}
 
 
-def heated(names):
-    scenario = zones(names)
-    return heat.plot_heat(scenario, heat.heat_of(scenario.replace({"run.steps": 5}), runs=1))
-
-
 def in_own_axes(plot):
     """Draw into axes of a user's own figure, with a legend if something has a label."""
     drawn = Figure()
@@ -116,11 +111,9 @@ FIGURES = {
     "categories": lambda names: sweep.draw_lines(across(names), swept()),
     "rows": lambda names: sweep.draw_maps({"": lines(names)}, swept(y="decision.strategy")),
     "columns": lambda names: sweep.draw_maps(across(names), swept(y="sensing.range")),
-    "heat": heated,
     "zones": lambda names: in_own_axes(lambda ax: plot_arena(Swarm(zones(names), seed=1), ax)),
     "labels": lambda names: in_own_axes(lambda ax: plot_opinions(dict.fromkeys(names, RESULTS), ax)),
 }
-OF_ZONES = FIGURES["heat"], FIGURES["zones"]
 QUICK = "time", "bits", "categories", "rows", "zones", "labels"
 """Figures that together write names in all ways in which the others do, too."""
 SLOW = {name: () if name in QUICK else pytest.mark.slow for name in FIGURES}
@@ -137,7 +130,7 @@ def texts_of(drawn):
 @pytest.mark.parametrize("draw", CASES)
 def test_a_name_is_drawn_letter_by_letter(draw):
     shown = texts_of(draw(NAMES))
-    for name in filter(is_for_a_zone, NAMES) if draw in OF_ZONES else NAMES:
+    for name in filter(is_for_a_zone, NAMES) if draw is FIGURES["zones"] else NAMES:
         assert any(one_line(name, NAME_LIMIT) in text for text in shown), name
 
 

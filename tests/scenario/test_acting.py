@@ -10,7 +10,6 @@ from feasibee import Scenario
 from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
 from feasibee.scenario.feasibility import kinds_of
 from feasibee.scenario.supported import (
-    EXACT,
     FAST_PATH,
     IN_C,
     PAGE,
@@ -149,7 +148,7 @@ def test_robots_that_must_declare_first_act_from_no_step_on():
     assert (Scenario().acts, Scenario().acts_from) == (False, NEVER)
 
 
-@pytest.mark.parametrize("supported", [EXACT, FAST_PATH, IN_C, PAGE, THEORY])
+@pytest.mark.parametrize("supported", [FAST_PATH, IN_C, PAGE, THEORY])
 def test_only_the_general_engine_and_the_reference_have_robots_that_act(supported):
     (problem,) = unsupported(acting(), supported, "isn't simulated here")
     assert str(problem) == "acting.start = 40: isn't simulated here; leave out acting.start"

@@ -172,7 +172,7 @@ def test_a_report_fits_screens_and_page_one_one_sheet_and_fetches_nothing(assess
     page.close()
 
 
-def test_a_place_adds_its_plan_with_heat_maps_to_the_details(assessment, tmp_path):
+def test_a_place_adds_its_plan_to_the_details(assessment, tmp_path):
     wall = [[[5.0, 0.0], [6.0, 0.0], [6.0, 8.0]]]
     placed = replace(assessment, scenario=SHORT.replace({"arena.boundary": "walls", "place.walls": wall}))
     counts = []

@@ -65,36 +65,18 @@ def truth(
 
 
 @command()
-def scenario(
-    *,
-    given: Given,
-    form: str = option(
-        "Form: a complete scenario; the chain of feasibee predict for the model checkers PRISM and Storm; "
-        "the exact model of two or three robots for them; or the chain's drift as a differential equation.",
-        click.Choice(["toml", "prism", "prism-exact", "ode"]),
-        "toml",
-        name="--to",
-    ),
-) -> None:
+def scenario(*, given: Given) -> None:
     """Print a scenario with all its fields, as TOML; comments say what each means, and its unit.
 
     FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks.
 
     \b
-    Examples:
+    Example:
       feasibee scenario --set robots.count=40 > forty.toml
-      feasibee scenario forty.toml --to prism > forty.pm
     """
-    read = given.read()
-    if form == "prism":
-        from feasibee.theory.export import to_prism as text_of
-    elif form == "prism-exact":
-        from feasibee.theory.export import to_exact_prism as text_of
-    elif form == "ode":
-        from feasibee.theory.export import to_ode as text_of
-    else:
-        from feasibee.scenario.comments import commented_toml as text_of
-    click.echo(text_of(read), nl=False)
+    from feasibee.scenario.comments import commented_toml
+
+    click.echo(commented_toml(given.read()), nl=False)
 
 
 @command()

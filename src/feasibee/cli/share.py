@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import webbrowser
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 import click
 from click.core import ParameterSource
@@ -23,9 +22,6 @@ from feasibee.cli.options import (
     warn_of_waiting,
 )
 from feasibee.errors import FeasibeeError
-
-if TYPE_CHECKING:
-    from feasibee.scenario.scenario import Scenario
 
 FIELDS: Final = {"file": "FILE", "changes": "--set", "seed": "--seed", "run": "--run"}
 """Parameters that say which run of which scenario, as a field's log does."""
@@ -109,17 +105,12 @@ def animate(
         "Steps to show; by default to 30 or more after the decision, or all if the world changes.",
         metavar="[FIRST:]LAST",
     ),
-    every: int = option("Steps per frame; with --heat between two looks, by default 5.", count_type, 1),
+    every: int = option("Steps per frame.", count_type, 1),
     fps: int = option(
         "Frames per second; for a GIF 1, 2, 4, 5, 10, 20, 25 or 50.", click.IntRange(1, 120), 20
     ),
     size: int = option("Width in pixels.", click.IntRange(240, 4096), 480),
     dark: bool = option("Use a dark background.", is_flag=True),
-    heat: int | None = option(
-        "Draw maps of robots, of what they saw and of opinions, over so many runs: a .png, .pdf or .svg.",
-        count_type,
-        metavar="RUNS",
-    ),
     out: Path = option(
         "File to write: .gif, .webp, .mp4 (needs the extra 'video'), or .png for the last frame.",
         path_type,
@@ -137,18 +128,14 @@ def animate(
       feasibee animate mine.toml --run 417 --frames 200:300 --fps 10 --out wrong.mp4
       feasibee animate mine.toml --run 417 --frames 38 --out step38.png
       feasibee animate --field logs --out field.gif
-      feasibee animate mine.toml --heat 20 --out heat.png
     """
     from feasibee.figures.animation import animate as write_animation
     from feasibee.figures.animation import animate_field
 
     if field is not None:
-        _check_unused("--field", "the log has scenario, seed and run", FIELDS)
+        _check_unused()
     scenario = given.read()
     warn_of_waiting(scenario)
-    if heat is not None:
-        _heat(scenario, heat, (seed, run), _steps(frames), None if _is_default("every") else every, out)
-        return
     look: dict[str, Any] = {"every": every, "fps": fps, "size": size, "dark": dark}
     with progress("Drawing") as advance:
         look |= {"steps": _steps(frames), "progress": advance}
@@ -159,40 +146,13 @@ def animate(
     click.echo(f"Wrote {out}")
 
 
-def _heat(
-    scenario: Scenario,
-    runs: int,
-    which: tuple[int, int],
-    steps: tuple[int, int] | None,
-    every: int | None,
-    out: Path,
-) -> None:
-    """Write heat maps; ``which`` is the seed and the first run."""
-    from feasibee.figures.heat import EVERY, heat_of, plot_heat
-    from feasibee.figures.style import save_figure
-    from feasibee.files import FIGURES, check_output
-
-    names = ("field", "fps", "size", "dark")
-    _check_unused("--heat", "a map has no frames", {name: f"--{name}" for name in names})
-    check_output(out, FIGURES, "--out")
-    with progress("Simulating") as advance:
-        look: dict[str, Any] = {"steps": steps, "every": every or EVERY, "progress": advance}
-        found = heat_of(scenario, runs, which[0], first=which[1], **look)
-    save_figure(plot_heat(scenario, found), out)
-    click.echo(f"Wrote {out}")
-
-
-def _check_unused(option: str, rule: str, names: Mapping[str, str]) -> None:
-    """Raise an error if parameters are given that an option excludes."""
-    given = [shown for name, shown in names.items() if not _is_default(name)]
+def _check_unused() -> None:
+    """Raise an error if parameters are given that say which run to draw: a field's log has them."""
+    source = click.get_current_context().get_parameter_source
+    given = [shown for name, shown in FIELDS.items() if source(name) not in (ParameterSource.DEFAULT, None)]
     if given:
-        raise FeasibeeError(f"{option} with {' and '.join(given)}: {rule}; leave out {' and '.join(given)}")
-
-
-def _is_default(name: str) -> bool:
-    """Return whether a parameter of the command isn't given."""
-    source = click.get_current_context().get_parameter_source(name)
-    return source in (ParameterSource.DEFAULT, None)
+        named = " and ".join(given)
+        raise FeasibeeError(f"--field with {named}: the log has scenario, seed and run; leave out {named}")
 
 
 def _steps(text: str | None) -> tuple[int, int] | None:

@@ -44,10 +44,6 @@ THEORY: Final = (COMMON - {"decision.dissemination_floor"}) | {
     *("sensing.miss", "radio.loss", "robots.know_count", "units.metres", "units.seconds"),
 }
 """Fields that the theory takes into account."""
-EXACT: Final = (COMMON - {"decision.dissemination_floor", "decision.quality_floor", "decision.start"}) | {
-    *("arena.boundary", "robots.know_count", "units.metres", "units.seconds")
-}
-"""Fields that an exact model of a few robots takes into account."""
 FAST_PATH_LIMITS: Final[Mapping[str, Callable[[Scenario], bool]]] = {
     "arena.side": lambda scenario: scenario.arena.size[0] == scenario.arena.size[1],
     "decision.strategy": lambda scenario: not scenario.manifest.knowledge,

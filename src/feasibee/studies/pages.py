@@ -11,12 +11,14 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from feasibee.figures.arena import plot_arena
 from feasibee.figures.comparison import draw_against_bits, draw_against_time, draw_calibration
-from feasibee.figures.heat import RUNS, heat_of, plot_heat
 from feasibee.figures.sizing import draw_sizing
+from feasibee.figures.style import figure
 from feasibee.files import write_text
 from feasibee.scenario.html import render
 from feasibee.scenario.units import steps_in_words
+from feasibee.simulation.swarm import Swarm
 from feasibee.studies.comparison import calibration_of, percent, points, tracking_figures
 from feasibee.studies.report import SIGNS, Assessment, sections
 from feasibee.studies.size import panels_of
@@ -97,6 +99,6 @@ def _figures(assessment: Assessment) -> Iterator[tuple[str, Figure]]:
         title = "Share of feasible tasks against the probability that swarms give to feasible, in both worlds"
         yield title, draw_calibration(found, keep=keep)
     if scenario.place.exists:
-        title = "Floor plan: robots per square unit, robots that see each place, and opinions of those there"
-        runs = max(1, min(RUNS, 100 * RUNS // scenario.robots.count))  # fewer of large swarms
-        yield title, plot_heat(scenario, heat_of(scenario, runs, assessment.seed))
+        with figure(5.0, 4.0) as (drawn, ax):
+            plot_arena(Swarm(scenario, assessment.seed), ax)
+        yield "Floor plan: where robots and tasks are at the start of a run", drawn

@@ -98,12 +98,17 @@ class Prediction:
 
 
 def predict(scenario: Scenario) -> Prediction:
-    """Predict the decisions of a scenario's swarms.
+    """Predict the decisions of a scenario's swarms by theory, without simulating them.
 
     Parameters
     ----------
     scenario : Scenario
         A scenario within the theory's reach.
+
+    Returns
+    -------
+    Prediction
+        Shares and times of decisions, the tipping point of opinions, and the tested error.
 
     Raises
     ------
@@ -112,8 +117,8 @@ def predict(scenario: Scenario) -> Prediction:
 
     Examples
     --------
-    >>> from feasibee import Scenario
-    >>> round(predict(Scenario(tasks={"count": 10})).right, 2)
+    >>> import feasibee
+    >>> round(feasibee.predict(feasibee.Scenario(tasks={"count": 10})).right, 2)
     0.75
     """
     check_fields(scenario)
