@@ -39,8 +39,7 @@ from worlds import (
 import feasibee
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.assess import assess
-from feasibee.studies.comparison import compare
-from feasibee.studies.limits import speakers, tasks_near
+from feasibee.studies.comparison import compare, contenders_of
 from feasibee.studies.report import Assessment
 from feasibee.sweeps.sweep import Execution, Rounds
 
@@ -310,13 +309,12 @@ def answers(plan: Plan) -> list[Row]:
         row = Row.of(f"assess, {name}", "million robot-steps", [done[-1].work_new / 1e6])
         grid = _robots_in_grid(found) * plan.answer_runs * swarm.run.steps / 1e6
         rows.append(row.compared([row.best / grid], "a grid").aiming("ratio", most=0.5))
-    swarm, done = feasibee.Scenario(), []
-    contenders = speakers(swarm, ["turns", "quiet-census", "map"])
+    swarm, done, near = feasibee.Scenario(robots={"know_count": True}), [], (19, 20, 21, 22)
+    contenders = contenders_of(swarm, ["turns", "quiet-census", "map"])
     with Rounds(Execution(progress=done.append), most=None) as rounds:
-        compare(contenders, tasks_near(swarm), LEAST_WORDS, 0, rounds, curves=False)
-    row = Row.of("compare --limits, three strategies", "million robot-steps", [done[-1].work_new / 1e6])
-    points = len(contenders) * len(tasks_near(swarm))
-    grid = points * LEAST_WORDS * swarm.robots.count * swarm.run.steps / 1e6
+        compare(contenders, near, LEAST_WORDS, 0, rounds, curves=False)
+    row = Row.of("compare, three strategies that declare", "million robot-steps", [done[-1].work_new / 1e6])
+    grid = len(contenders) * len(near) * LEAST_WORDS * swarm.robots.count * swarm.run.steps / 1e6
     rows.append(row.compared([row.best / grid], "a grid").aiming("ratio", most=0.5))
     return rows
 

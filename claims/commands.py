@@ -109,7 +109,7 @@ def _key(command: str, files: dict[str, str]) -> str:
 @cache
 def _sources(scripts: bool) -> str:
     """Return a hash of all code that could change an outcome, without comments and docstrings."""
-    folders = ["src/feasibee", "examples"] + ["claims/measure", "benchmarks"] * scripts
+    folders = ["src/feasibee", "examples"] + ["claims/measure", "benchmarks", "research"] * scripts
     digest = hashlib.sha256()
     for path in sorted(path for folder in folders for path in (ROOT / folder).rglob("*.*")):
         if path.suffix in (".py", ".toml", ".json", *[".c", ".csv", ".h"] * scripts):

@@ -31,6 +31,7 @@ PUBLIC = [
     "plot_decision_steps",
     "plot_decisions",
     "plot_opinions",
+    "predict",
     "save_results",
     "scenario_of",
     "simulate",
@@ -62,7 +63,7 @@ def test_the_public_names_are_these_and_no_others():
 
 def test_no_public_name_is_a_modules_name():
     """Importing a submodule sets it as an attribute of the package, over a function of the same name."""
-    assert not {name.rpartition(".")[2] for name in modules()} & set(PUBLIC)
+    assert not {f"feasibee.{name}" for name in PUBLIC} & set(modules())
 
 
 def test_an_unknown_name_is_an_attribute_error():

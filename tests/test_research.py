@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import json
 import re
 import runpy
 import sys
@@ -53,3 +54,48 @@ def test_the_chain_is_written_with_chances_that_add_up(run):
 def test_robots_visit_the_arena(run, tmp_path):
     assert run("heat", "--runs", 1, "--every", 200).startswith("4.")
     assert (tmp_path / "heat.png").stat().st_size > 10_000
+
+
+def test_pooled_sightings_come_before_what_enough_robots_know(run):
+    found = json.loads(run("limits", "--tasks", 21, "--runs", 3))
+    for what in ("names", "map"):
+        assert 0 < found[f"pooled {what}"]["median"] < found[what]["median"] < 100
+    assert found["names"]["median"] < found["map"]["median"]
+    assert 1 <= found["all taken"]["median"] <= found["all taken"]["p95"] < 15
+    assert 1 < found["distance"] < 5
+
+
+def test_robots_that_ask_first_cost_least_with_fewer_robots_than_tasks(run):
+    found = json.loads(run("pays", "--missions", 2, "--ratio", 0.7))
+    assert {*found} == {"start at once", "search first", "ask first"}
+    assert min(found, key=lambda policy: found[policy]["cost"]) == "ask first"
+    assert all(each["low"] <= each["cost"] <= each["high"] for each in found.values())
+
+
+@pytest.mark.parametrize("strategy", ["dmvd", FOLDER.parent / "examples" / "quiet_census.py"])
+def test_the_worst_lie_is_no_better_than_none(run, strategy):
+    found = json.loads(run("lies", strategy, "--runs", 1, "--trials", 1))
+    assert {*found} == {"feasible", "infeasible"}
+    for side in found.values():
+        assert side["right"]["estimate"] <= side["without"]["estimate"]
+        assert side["lie"]
+
+
+def test_a_door_splits_some_swarms(run):
+    found = json.loads(run("rooms", "--runs", 1))
+    assert found["twice the door"]["changes"] > found["as it is"]["changes"] > 0
+    assert all(each["low"] <= each["split"] <= each["high"] for each in found.values())
+
+
+def test_a_search_is_judged_on_fresh_runs(run):
+    pytest.importorskip("optuna")
+    found = json.loads(run("tune", "--trials", 2, "--runs", 4))
+    assert {*found["values"]} == {"decision.exploration", "decision.gain"}
+    assert 0 < found["best"]["estimate"] <= 1
+
+
+def test_more_tasks_lower_the_share_that_decides_feasible(run):
+    found = json.loads(run("sensitivities", "-", "tasks.count"))["tasks.count"]
+    assert found["feasible"] == pytest.approx(-0.28, abs=0.03)
+    found = json.loads(run("sensitivities", "-", "tasks.count=2:40", "--points", 10, "--runs", 4))
+    assert -1 <= found["tasks.count"]["low"] <= found["tasks.count"]["correlation"] <= 1

@@ -11,7 +11,6 @@ import numpy as np
 from feasibee import Scenario, simulate
 from feasibee.results.measures import declarations
 from feasibee.studies.flooding import flooding
-from feasibee.studies.rooms import splits_of
 
 Polygon = list[list[float]]
 RUNS, MORE_RUNS = 1000, 3000
@@ -23,8 +22,6 @@ CHANGES = {
     "colluding": {"faults.byzantine": {"count": 1}, "faults.byzantine_says": "colluding"},
 }
 CHANGED = ("2 rooms, door 1", "8 rooms on a corridor, doors 1", "12 shelves")
-SPLIT = ("2 rooms, door 1", "8 rooms on a corridor, doors 1")
-SPLIT_RUNS = 200
 PLANNED = 11
 """Places in which strategies that read the plan are measured: the first ones."""
 LATE_RUNS, LATE_STEPS = 100, 1500
@@ -128,18 +125,6 @@ def scenario_in(walls: list[Polygon], size: tuple[float, float]) -> Scenario:
     )
 
 
-def splits() -> list[dict[str, object]]:
-    """Return how swarms split into rooms, by place and change."""
-    found: list[dict[str, object]] = []
-    for name in SPLIT:
-        changes = {"decision.strategy": "dmmd", "tasks.count": 16, "run.steps": 500}
-        world = scenario_in(*PLACES[name]).replace({**changes, "run.stop_at_declarations": False})
-        for change, each in splits_of(world, SEED, SPLIT_RUNS).items():
-            shown = {"split": each.split.estimate, "low": each.split.low, "high": each.split.high}
-            found.append({"place": name, "change": change or "as it is", "passages": each.passages, **shown})
-    return found
-
-
 flooding_in = cache(flooding)
 
 
@@ -212,7 +197,6 @@ def main() -> None:
         "fresh": max(fresh_rows, key=lambda each: each["high"]),
         "more": wrong_in(worlds[WORST], "quiet-census", MORE_RUNS, FRESH_SEED),
         "changed": changed(),
-        "splits": splits(),
         "plans": plans(),
     }
     print(json.dumps(found, indent=2))

@@ -35,11 +35,10 @@ class Measures(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Return the table."""
-        rows = ["| measure | unit | what it is | `tune --for` |", "|---|---|---|---|"]
+        rows = ["| measure | unit | what it is |", "|---|---|---|"]
         for each in MEASURES.values():
             needs = f"; only with {each.needs.words}" if each.needs else ""
-            tuned = "yes" if each.values else ""
-            rows.append(f"| `{each.name}` | {each.unit} | {each.words}{needs} | {tuned} |")
+            rows.append(f"| `{each.name}` | {each.unit} | {each.words}{needs} |")
         return self.parse_text_to_nodes("\n".join(rows))
 
 

@@ -92,7 +92,7 @@ def test_every_help_has_an_example(command, option):
     ("words", "offered"),
     [
         ("feasibee run --set tasks.c", "tasks.count="),
-        ("feasibee tune --over decision.gain,radio.lo", "decision.gain,radio.loss"),
+        ("feasibee predict --over radio.lo", "radio.loss"),
         ("feasibee results plot --x arena.s", "arena.side"),
         ("feasibee compare --strategies dmmd,cen", "dmmd,census"),
         ("feasibee rec", "recommend"),

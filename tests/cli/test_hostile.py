@@ -194,14 +194,6 @@ GREEDY = {
     "runs": ["run", "--runs", "4294967296"],
     "a billion frames": ["animate", "--set", "run.steps=1000000000", "--frames", "1000000000"],
     "a cluster without certificates": ["sweep", "study.toml", "--dask", "tls://127.0.0.1:1"],
-    "many points of a hypercube": [
-        "tune",
-        "--sensitivity",
-        "--over",
-        "decision.gain",
-        "--trials",
-        "1000000000",
-    ],
 }
 """What took gigabytes, or never ended, or leaves Dask's threads behind: in processes of their own."""
 

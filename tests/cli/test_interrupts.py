@@ -199,7 +199,6 @@ def lives(process):
         ("compare", "--strategies", "dmmd,voter", "--runs", 1_000_000),
         ("run", "--runs", 200_000, "--out", "runs.nc", "--out", "runs.png", "--workers", 1),
         ("run", "--json", "--runs", 2, "--steps", 100_000_000),
-        ("tune", "--over", "decision.gain", "--trials", 100_000),
     ],
 )
 def test_other_commands_end_in_a_line(tmp_path, arguments):

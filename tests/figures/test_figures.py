@@ -27,7 +27,6 @@ from feasibee import (
 )
 from feasibee.figures.comparison import draw_against_ratio
 from feasibee.figures.decisions import Panel, draw_panels, plot_declare_steps, plot_right_steps
-from feasibee.figures.paying import draw_diagram
 from feasibee.figures.style import figure, save_figure
 from feasibee.model.codes import COLOURS
 from feasibee.model.record import Record
@@ -317,12 +316,10 @@ def test_decisions_are_named_at_the_ends_of_their_lines():
     assert ax.get_legend() is None
 
 
-CELLS = {"": [[("a", 3.0, True), ("b", 2.0, False), ("b", 1.0, True)]]}
 OVER_RATIOS = {
     "decisions": lambda: plot_decisions(RATIOS, RATES).figure,
     "panels": lambda: draw_panels([Panel("one", RATIOS, RATES, 1.0)]),
     "contenders": lambda: draw_against_ratio(20, [100, 2, 200], {"a": RATES["feasible"][:3]}),
-    "costs": lambda: draw_diagram(CELLS, [0.1, 0.5, 10.0], [3.0], ["a", "b"]),
 }
 
 

@@ -12,7 +12,6 @@ from feasibee import wilson
 from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
 from feasibee.figures.decisions import draw_opinion_panels
 from feasibee.figures.labels import spread
-from feasibee.figures.limits import LOOKS, draw_limits
 from feasibee.figures.sizing import Panel as Sized
 from feasibee.figures.sizing import draw_sizing
 from feasibee.figures.style import (
@@ -153,29 +152,11 @@ def test_names_at_the_ends_keep_their_distance_and_their_order():
     assert min(places, key=lambda name: places[name].y0) == "e"
 
 
-def limits(spread, never=()):
-    """Return the steps of 200 runs at each limit, at distances in steps; -1 for those never reached."""
-    rises = np.random.default_rng(1).gamma(9.0, 2.0, (len(LOOKS), 200)).astype(int)
-    steps = {name: 20 + round(spread * k) + rises[k] for k, name in enumerate(LOOKS)}
-    return {name: np.full(200, -1) if name in never else each for name, each in steps.items()}
-
-
 def on_lines(box, ax):
     """Return whether a box crosses a line within the axes."""
     within = Bbox.intersection(box, ax.bbox)
     paths = [line.get_transform().transform_path(line.get_path()) for line in ax.lines]
     return within is not None and any(path.intersects_bbox(within, filled=False) for path in paths)
-
-
-@pytest.mark.parametrize("steps", [limits(30), limits(0.5), limits(20, ["area", "flooding", "least_sum"])])
-def test_no_name_of_a_limit_lies_on_a_curve(steps):
-    drawn = draw_limits(steps, 1000)
-    (ax,) = drawn.axes
-    placed = boxes(drawn, ax)
-    assert len(placed) == len(ax.lines) == len(LOOKS)
-    for number, box in enumerate(placed):
-        assert not any(box.shrunk(0.9, 0.9).overlaps(other) for other in placed[:number])
-        assert not on_lines(box, ax)
 
 
 def test_no_text_of_a_sizing_lies_on_a_curve():

@@ -17,7 +17,6 @@ from feasibee.scenario.fields import fields
 from feasibee.scenario.units import SYMBOLS
 from feasibee.studies.size import Band, Edge, Finding, Rule, Sizing, panels_of
 from feasibee.studies.sweep_figure import view_in
-from feasibee.studies.tuning import Objective, Sensitivity, Tuned, draw_search, draw_sensitivities
 from tests.commands import output_of, refused_in_a_line
 
 
@@ -85,13 +84,10 @@ SHARE = wilson(1, 2)
 ASKED = Scenario(units={"metres": 0.5})
 FOUND = [Finding(place, 50, 100, SHARE, "enough") for place in (0, 1)]
 EDGES = [Edge(path, [1, 2], FOUND, 1, 0) for path in ("radio.range", "tasks.count", "tasks.count")]
-TRIAL = ({"radio.range": 3.0, "decision.gain": 9}, 0.5)
 LABELLED = {
     "sizing": lambda: draw_sizing(
         panels_of(Sizing(ASKED, Rule(0.9), EDGES[0], Band(*EDGES[1:]), 0, False)), 0.9
     ),
-    "search": lambda: draw_search(Tuned(TRIAL[0], SHARE, SHARE, SHARE, [TRIAL], Objective())),
-    "sensitivities": lambda: draw_sensitivities([Sensitivity("radio.range", SHARE)]),
     "map": lambda: draw_maps(
         {"": {2: {1: SHARE}}}, Shown("radio.range", "accuracy", y="radio.loss"), ["tasks.count"]
     ),

@@ -14,7 +14,7 @@ from walled import DOCK, PLACE
 
 from feasibee import Scenario, Swarm, plot_arena, plot_opinions, wilson
 from feasibee.errors import one_line
-from feasibee.figures import comparison, limits, sweep
+from feasibee.figures import comparison, sweep
 from feasibee.figures.style import NAME_LIMIT, save_figure
 from feasibee.model.record import Record
 from feasibee.results.calibration import Bin, Calibration
@@ -64,11 +64,6 @@ def lines(names):
     return {name: dict(zip((1, 2), each, strict=True)) for name, each in shares(names).items()}
 
 
-def spoken(names):
-    words = [limits.Word(name, 9.0, 0.5, 80, 120) for name in names]
-    return [limits.Panel("m = 20", words, dict.fromkeys(limits.BANDS, (70, 90)))]
-
-
 def zones(names):
     """Return a place with zones; a scenario accepts short printable names."""
     return PLACE.replace({"place.zones": dict.fromkeys(filter(is_for_a_zone, names), DOCK)})
@@ -103,7 +98,6 @@ FIGURES = {
     "calibration": lambda names: comparison.draw_calibration(calibrated(names)),
     "right": lambda names: comparison.draw_right_over_time(curves(names, 50), np.zeros(50)),
     "delay": lambda names: comparison.draw_delay_against_bits(delays(names), 50),
-    "frontier": lambda names: limits.draw_frontier(spoken(names), 1000),
     "lines": lambda names: sweep.draw_lines({"": lines(names)}, swept(hue="decision.strategy")),
     "panels": lambda names: sweep.draw_lines(
         {name: {"": each} for name, each in lines(names).items()}, swept(facet="decision.strategy")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.studies.assignment import ways_between
-from feasibee.studies.limits import limits
+from research.limits import apart, assigned, ways_of
 
 ACTS = {"acting.start": 0, "run.stop_when_taken": True, "run.steps": 4000, "run.stop_at_decision": False}
 """Robots that go to the nearest task that they know to be free, as soon as they know one."""
@@ -45,8 +44,8 @@ def test_no_task_has_two_robots_and_no_robot_two_tasks(changes):
         assert set(np.flatnonzero(stood)) <= set(of_tasks.tolist())
         for task in np.flatnonzero(holders >= 0):
             if stood[holders[task]]:
-                way = ways_between(scenario, swarm.positions[[holders[task]]], swarm.tasks[[task]])
-                assert way.item() < 1e-6
+                way = apart(scenario, swarm.positions[[holders[task]]], swarm.tasks[[task]])
+                assert way.item() < scenario.acting.reach + 1e-6
     assert stood.any()
     assert shifts == scenario.robots.avoid_collisions, "only bodies give way to each other"
 
@@ -55,11 +54,13 @@ def test_no_task_has_two_robots_and_no_robot_two_tasks(changes):
 @pytest.mark.parametrize("tasks", [10, 20, 40])
 def test_no_swarm_is_sooner_than_the_limits(tasks, start):
     scenario = acting(tasks__count=tasks, acting__start=start)
-    found, bounds = simulate(scenario, runs=60, seed=2), limits(scenario, runs=60, seed=2)
+    found = simulate(scenario, runs=60, seed=2)
+    bounds = [assigned(ways_of(scenario, Swarm(scenario, seed=2, run=run))) for run in range(60)]
+    soonest, fewest = np.transpose(bounds)
     steps = found.all_taken_step.values
     assert (steps >= start + 1).all()
-    assert (steps >= bounds.steps["least_maximum"]).all()
-    assert found.distance_walked.values.mean() / scenario.robots.count >= bounds.distance
+    assert (steps >= soonest).all()
+    assert found.distance_walked.values.sum() >= fewest.sum() * scenario.robots.speed
 
 
 def test_the_mean_of_one_mind_is_at_most_that_of_gossip():

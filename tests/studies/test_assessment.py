@@ -1,4 +1,4 @@
-"""What engineers ask: assessments, tuning and sensitivity."""
+"""What engineers ask: assessments."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from declaring import declaring
-from scipy import stats
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
@@ -27,18 +26,7 @@ from feasibee.studies.needs import Asked, suitable, waiting_in_words
 from feasibee.studies.pages import write_report
 from feasibee.studies.race import MARGIN
 from feasibee.studies.report import Trial, sections
-from feasibee.studies.space import Dimension, dimensions
-from feasibee.studies.tuning import (
-    Objective,
-    Scored,
-    Sensitivity,
-    _judge,
-    latin_hypercube,
-    sensitivities,
-    spearman,
-    tune,
-)
-from feasibee.sweeps.sweep import Execution
+from feasibee.studies.space import Dimension, dimension
 from tests.places import rectangle
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
@@ -191,10 +179,8 @@ def test_the_command_takes_short_options():
 
 
 def test_ranges_are_read_and_checked():
-    space = dimensions(
-        Scenario(),
-        ["decision.gain", "robots.count", "radio.loss=0:0.5", "decision.own_vote", "arena.boundary"],
-    )
+    texts = "decision.gain", "robots.count", "radio.loss=0:0.5", "decision.own_vote", "arena.boundary"
+    space = [dimension(Scenario(), text) for text in texts]
     assert space[0] == Dimension("decision.gain", 2.0, 50.0)
     assert (space[1].at(0.0), space[1].at(1.0)) == (4, 100)
     assert (space[2].at(0.5), space[2].by_ratio) == (0.25, False)
@@ -203,69 +189,22 @@ def test_ranges_are_read_and_checked():
 
 
 @pytest.mark.parametrize(
-    ("texts", "rule"),
+    ("text", "rule"),
     [
-        (["decision.strategy=dmmd|nope|dmvd"], "decision.strategy = 'nope': must be"),
-        (["arena.side=wide|5"], "arena.side = 'wide': must be"),
-        (["decision.strategy"], "decision.strategy=a|b|c"),
-        (["decision.gain=1:9", "walk.mean_run", "decision.gain"], "names decision.gain twice"),
-        (["decision.gian"], "decision.gian: isn't a field"),
-        (["gain"], "gain: isn't a field"),
-        (["radio.loss"], "has no default range"),
-        (["decision.gain=5:2"], "must be LOW:HIGH"),
-        (["sensing.range=1:50"], "sensing.range up to 50: "),
+        ("decision.strategy=dmmd|nope|dmvd", "decision.strategy = 'nope': must be"),
+        ("arena.side=wide|5", "arena.side = 'wide': must be"),
+        ("decision.strategy", "decision.strategy=a|b|c"),
+        ("decision.gian", "decision.gian: isn't a field"),
+        ("gain", "gain: isn't a field"),
+        ("radio.loss", "has no default range"),
+        ("decision.gain=5:2", "must be LOW:HIGH"),
+        ("sensing.range=1:50", "sensing.range up to 50: "),
     ],
 )
-def test_choices_that_cant_be_are_told(texts, rule):
+def test_choices_that_cant_be_are_told(text, rule):
     with pytest.raises(FeasibeeError) as told:
-        dimensions(Scenario(), texts)
+        dimension(Scenario(), text)
     assert rule in str(told.value)
-
-
-def test_a_latin_hypercube_has_one_point_in_each_slice():
-    places = latin_hypercube(50, 3, 1)
-    for column in places.T:
-        np.testing.assert_array_equal(np.sort((column * 50).astype(int)), np.arange(50))
-    inside = latin_hypercube(200, 3, 1) * 200 % 1  # anywhere in their slices
-    assert np.abs(np.quantile(inside, (0.25, 0.5, 0.75)) - (0.25, 0.5, 0.75)).max() < 0.05
-
-
-def test_a_rank_correlation_is_spearmans_and_its_interval_that_of_resampled_points(monkeypatch):
-    monkeypatch.setattr("feasibee.studies.tuning.RESAMPLES", 99)
-    pair = np.random.default_rng(4).integers(0, 9, (2, 60)).astype(float)
-    drawn = np.random.default_rng(5).integers(0, 60, (99, 60))
-    resampled = [stats.spearmanr(*pair[:, rows]).statistic for rows in drawn]
-    expected = stats.spearmanr(*pair).statistic, *np.quantile(resampled, (0.025, 0.975))
-    np.testing.assert_allclose(spearman(*pair, 5), expected)
-    assert spearman(np.ones(20), pair[0, :20], 0).estimate == 0
-
-
-def test_fields_are_in_the_order_of_their_strength_and_each_point_has_runs_of_its_own(monkeypatch):
-    def scored(rounds, designs, runs, seed, objective):
-        assert [each.first_run for each in designs] == list(range(0, 4 * len(designs), 4))
-        share = {each.first_run: each.values for each in designs}
-        return [
-            Scored(np.array([1 - each["decision.gain"] / 50 + each["decision.exploration"] / 999]), 0.0)
-            for each in share.values()
-        ]
-
-    monkeypatch.setattr("feasibee.studies.tuning.scored", scored)
-    space = [Dimension(f"decision.{name}", 2, 50) for name in ("exploration", "gain")]
-    found, _, _ = sensitivities(HARD, space, 20, 4)
-    assert [each.path for each in found] == ["decision.gain", "decision.exploration"]
-    assert found[0].correlation.estimate < -0.9
-    assert [each.matters for each in found] == [True, False]
-    assert not Sensitivity("", Interval(0.1, 0.0, 0.2)).matters
-    assert not Sensitivity("", Interval(-0.1, -0.2, 0.0)).matters
-
-
-def test_what_matters_is_found():
-    """In few steps a census is complete only if robots hear far; a little longer runs hardly help."""
-    space = dimensions(HARD, ["radio.range=0.5:5", "walk.mean_run=9:11"])
-    found, _, shares = sensitivities(HARD, space, 40, 10)
-    assert found[0].path == "radio.range"
-    assert found[0].correlation.low > 0.3
-    assert 0 <= shares.min() < shares.max() <= 1
 
 
 @pytest.mark.parametrize("arguments", [("size", "--out", "which.gif"), ("size", "--out", "nope/which.png")])
@@ -274,44 +213,6 @@ def test_a_figure_that_cant_be_written_is_told_before_the_work(monkeypatch, argu
     told = CliRunner().invoke(main, arguments)
     assert told.exit_code == 2
     assert "which." in told.stderr
-
-
-def test_the_best_of_a_search_is_chosen_by_more_runs_and_judged_by_fresh_ones():
-    """Trial 3 was lucky; among the finalists trial 5 is best, with more false alarms than the start."""
-    shares = {None: 0.5, 0: 0.5, 1: 0.6, 2: 0.61, 3: 0.62, 4: 0.63, 5: 0.9, 6: 0.1}
-    asked = []
-
-    class Swarms:
-        objective, rounds = Objective("right_share", 2.0), SimpleNamespace()
-
-        def scored(self, changes, runs, added=0):
-            asked.append((changes, runs, added))
-            shown = [each.get("x") for each in changes]
-            return [Scored(np.full(runs, shares[each]), 1.0 if each == 5 else 0.0) for each in shown]
-
-    tried = [({"x": trial}, score) for trial, score in enumerate((0.2, 0.7, 0.7, 0.99, 0.7, 0.8, 0.1))]
-    found = _judge(Swarms(), tried, 4)
-    assert asked == [
-        ([{"x": trial} for trial in (3, 5, 1, 2, 4, 0)], 20, 2**62),
-        ([{}, {"x": 5}], 40, 2**63),
-    ]
-    assert (found.values, found.false_alarms) == ({"x": 5}, 1.0)
-    assert (found.start.estimate, found.best.estimate) == pytest.approx((0.5, 0.9))
-    assert found.gain.estimate == pytest.approx(0.4)
-
-
-@pytest.mark.slow
-def test_a_search_goes_on_and_is_judged_on_fresh_runs(tmp_path):
-    pytest.importorskip("optuna")
-    space = dimensions(HARD, ["decision.gain", "radio.range=0.5:5"])
-    scenario = HARD.replace({"radio.range": 0.6})
-    first = tune(scenario, space, trials=6, runs=20, execution=Execution(tmp_path))
-    again = tune(scenario, space, trials=10, runs=20, execution=Execution(tmp_path))
-    assert again.trials[:6] == first.trials
-    assert len(again.trials) == 10
-    assert again.trials[0][0] == {"decision.gain": 10.0, "radio.range": 0.6}  # the start is the first trial
-    assert again.gain.low > 0
-    assert again.best.estimate > again.start.estimate
 
 
 def judged(assessment, here, there, target):

@@ -1,29 +1,25 @@
-"""Studies of worlds that change: contenders, tuned parameters and assessments are judged by the steps."""
+"""Studies of worlds that change: contenders and assessments are judged by the steps."""
 
 from __future__ import annotations
 
 import json
-import math
 
 import numpy as np
 import pytest
 from changing import TOML
-from commands import invoke, refused_in_a_line, rows_of
+from commands import invoke, rows_of
 
 from feasibee import FeasibeeError, Scenario
-from feasibee.model.record import Record
-from feasibee.results.measures import MEASURES, tracking
-from feasibee.results.statistics import mean_difference, mean_of, paired_difference
+from feasibee.results.measures import tracking
+from feasibee.results.statistics import mean_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import assess
 from feasibee.studies.comparison import compare, contenders_of, difference, write_comparison
-from feasibee.studies.limits import limits
 from feasibee.studies.pages import write_report
 from feasibee.studies.recommend import recommend
 from feasibee.studies.report import sections
 from feasibee.studies.size import size
-from feasibee.studies.tuning import Objective, Scored, objective_for
 
 CHANGING = Scenario.from_toml(TOML)
 MEASURED = {"right_share", "detection_delay", "missed", "false_alarms"}
@@ -101,82 +97,6 @@ def test_a_comparison_is_printed_with_delays(file, tmp_path):
     assert all(each.keys() >= MEASURED for each in table)
 
 
-# --- Tuning ---
-
-
-def scored(values, alarms=0.0):
-    return Scored(np.array(values, float), alarms)
-
-
-def test_a_score_is_larger_if_better_and_worst_if_it_must_not_be_chosen():
-    share = objective_for(CHANGING)
-    assert share.measure == "right_share"
-    assert share.score(scored([0.5, 0.75])) == 0.625
-    delay = objective_for(CHANGING, "detection_delay", 0.5)
-    assert delay.score(scored([40, np.nan, 60], 0.5)) == -50
-    assert delay.score(scored([40, 60], 0.51)) == -math.inf
-    assert delay.score(scored([np.nan])) == -math.inf
-    assert objective_for(Scenario()).measure == "right_at_end"
-
-
-def test_gains_are_positive_if_better():
-    now, before = np.array([50.0, 70.0, np.nan, 40.0]), np.array([60.0, 100.0, 90.0, np.nan])
-    assert Objective("detection_delay").gain(now, before) == mean_of([10.0, 30.0])
-    assert Objective("right_share").gain(
-        np.array([0.9, 0.8]), np.array([0.5, 0.6])
-    ).estimate == pytest.approx(0.3)
-    ones = np.array([1.0, 1.0, 0.0]), np.array([0.0, 1.0, 0.0])
-    assert Objective("right_at_end").gain(*ones) == paired_difference(*ones)
-
-
-def test_delays_of_a_run_are_averaged_and_a_missed_change_counts_as_long_as_it_was_watched():
-    """Run 0 follows after 2 steps and misses a change for 3 steps; run 1 was never right."""
-    record = Record.empty(0, 2, 0, 9)
-    record.truth[:] = [1, 1, 0, 0, 0, 0, 1, 1, 1]
-    record.held[0] = [1, 1, 1, 1, 0, 0, 0, 0, 0]
-    record.held[1] = [0, 0, 1, 1, 1, 1, 0, 0, 0]
-    assert MEASURES["detection_delay"].values(record, CHANGING).tolist()[0] == (2 + 3) / 2
-    assert math.isnan(MEASURES["detection_delay"].values(record, CHANGING)[1])
-    assert MEASURES["right_share"].values(record, CHANGING).tolist() == [3 / 8, 0.0]
-
-
-def test_measures_of_worlds_that_change_are_refused_in_others(tmp_path):
-    for measure, alarms in (("right_share", None), ("detection_delay", None), (None, 0.1)):
-        with pytest.raises(FeasibeeError, match="needs a world that changes; add"):
-            objective_for(Scenario(), measure, alarms)
-    with pytest.raises(FeasibeeError, match="choose from right_at_end, right_share"):
-        objective_for(CHANGING, "speed")
-    words = ("tune", "--over", "decision.gain", "--for", "right_share", "--out", tmp_path / "none")
-    assert "needs a world that changes" in refused_in_a_line(*words)
-    assert not (tmp_path / "none").exists()
-
-
-@pytest.mark.slow
-def test_a_search_finds_parameters_that_follow_changes_sooner(file, tmp_path):
-    pytest.importorskip("optuna")
-    words = ("--over", "decision.gain=1:60,decision.exploration=2:60", "--trials", 8, "--runs", 10)
-    more = ("--set", "decision.strategy=census", "--set", "decision.gain=60.0", "--out", tmp_path)
-    delay = ("--for", "detection_delay", "--false-alarms", 5)
-    found = json.loads(invoke("tune", file, *words, *more, *delay, "--json").stdout)
-    assert (found["measure"], found["clear_gain"]) == ("detection_delay", True)
-    assert found["best"]["estimate"] < found["start"]["estimate"]
-    assert found["gain"]["low"] > 0
-    assert found["false_alarms"] <= 5
-    said = invoke("tune", file, *words, *more, *delay).stdout
-    assert "steps sooner" in said
-    assert "false alarms per 1,000 steps" in said
-    shares = invoke("tune", file, "--over", "decision.gain", "--trials", 2, "--runs", 3, "--out", tmp_path)
-    assert "Right, of 240 steps: " in shares.stdout
-
-
-def test_fields_are_correlated_with_the_share_of_right_steps(file, tmp_path):
-    words = ("--over", "decision.exploration=2:100", "--trials", 12, "--runs", 4, "--json", "--out", tmp_path)
-    (found,) = json.loads(
-        invoke("tune", "--sensitivity", file, "--set", "decision.strategy=census", *words).stdout
-    )
-    assert found["correlation"]["high"] < 0
-
-
 # --- Assessments ---
 
 
@@ -214,7 +134,7 @@ def test_an_assessment_says_how_swarms_track_the_truth(assessment, tmp_path):
 # --- Questions of one truth ---
 
 
-@pytest.mark.parametrize(("ask", "name"), [(size, "size"), (recommend, "recommend"), (limits, "limits")])
+@pytest.mark.parametrize(("ask", "name"), [(size, "size"), (recommend, "recommend")])
 def test_questions_of_one_truth_are_refused(ask, name):
     with pytest.raises(FeasibeeError, match=f"{name}: needs a world that stays"):
         ask(CHANGING)

@@ -18,8 +18,6 @@ from feasibee.studies.comparison import compare, contenders_of
 from feasibee.studies.paper import PLACES, TASKS, WORLDS, run_study, simulate_panels
 from feasibee.studies.recommend import Constraints, recommend
 from feasibee.studies.size import Rule, size
-from feasibee.studies.space import dimensions
-from feasibee.studies.tuning import _finalists, sensitivities, tune
 from feasibee.sweeps import executors, schedule
 from feasibee.sweeps.executors import WorkerPool
 from feasibee.sweeps.journal import Journal
@@ -27,7 +25,6 @@ from feasibee.sweeps.plan import DesignPoint, StoppingRule, Study
 from feasibee.sweeps.sweep import Execution, Rounds
 
 SMALL = Scenario(arena={"side": 6.0}, robots={"count": 5}, tasks={"count": 4}, run={"steps": 40})
-OVER = ["decision.gain", "radio.range=0.5:2", "decision.strategy=dmmd|voter"]
 
 
 def plain(results):
@@ -41,11 +38,6 @@ def plain(results):
     ]
 
 
-def tuning_study(execution):
-    pytest.importorskip("optuna")
-    return repr(tune(SMALL, dimensions(SMALL, OVER), 5, 6, 1, execution))
-
-
 CONTENDERS = contenders_of(SMALL, ["dmmd", "voter", "bayes"])
 RULE, BEARING = Rule(0.5, first=4, most=12), Constraints(0.5, liars=1)
 STUDIES = {
@@ -55,12 +47,10 @@ STUDIES = {
     "assessment": lambda given: json.dumps(assess(SMALL, 12, 1, given).to_dict()),
     "sizing": lambda given: json.dumps(size(SMALL, rule=RULE, seed=1, execution=given).to_dict()),
     "recommendation": lambda given: json.dumps(recommend(SMALL, BEARING, (), 12, 1, given).to_dict()),
-    "tuning": tuning_study,
-    "sensitivity": lambda given: repr(sensitivities(SMALL, dimensions(SMALL, OVER), 12, 4, 1, given)),
 }
 each_study = pytest.mark.parametrize("study", STUDIES)
-each_kind = pytest.mark.parametrize("study", ["comparison", "sizing", "tuning"])
-"""Runs that are known beforehand, that go on until a rule is met, and that depend on those before."""
+each_kind = pytest.mark.parametrize("study", ["comparison", "sizing"])
+"""Runs that are known beforehand, and that go on until a rule is met."""
 
 
 @dataclass
@@ -142,24 +132,12 @@ def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
         ("assessment", None, {(1, run) for run in range(338)}),
         ("sizing", None, {(1, run) for run in range(4)}),
         ("recommendation", None, {(1, run) for run in range(12)}),
-        ("sensitivity", 48, {(1, run) for run in range(48)}),
-        (
-            "tuning",
-            None,
-            {(1 + more, run) for more, runs in ((0, 6), (2**62, 30), (2**63, 60)) for run in range(runs)},
-        ),
     ],
 )
 def test_runs_have_the_seeds_and_numbers_that_they_always_had(undisturbed, study, total, numbers):
     runs = undisturbed(study)[1]
     assert {(seed, run) for _, seed, run in runs} == numbers
     assert total in (None, len(runs))
-
-
-def test_the_start_is_among_the_finalists_of_a_search():
-    trials = [({"gain": gain}, share) for gain, share in enumerate([0.1, 0.5, 0.9, 0.7, 0.6, 0.8, 0.4])]
-    assert [values["gain"] for values in _finalists(trials)] == [2, 5, 3, 4, 1, 0]
-    assert [values["gain"] for values in _finalists(trials[:3])] == [2, 1, 0]
 
 
 @pytest.fixture(scope="module")
@@ -173,7 +151,7 @@ def shared_processes():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("study", ["paper", "robustness", "comparison", "sizing", "tuning"])
+@pytest.mark.parametrize("study", ["paper", "robustness", "comparison", "sizing"])
 def test_processes_give_the_same_bytes(undisturbed, shared_processes, study):
     assert STUDIES[study](Execution(pool=shared_processes)) == undisturbed(study)[0]
 
@@ -190,8 +168,6 @@ COMMANDS = {
     "assessment": ("assess", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
     "sizing": ("size", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
     "recommendation": ("recommend", "--runs", "8", "--json", "--set", "tasks.count=4", *SETTINGS),
-    "tuning": ("tune", "--over", "decision.gain", "--trials", "3", "--runs", "5", "--json", *SETTINGS),
-    "sensitivity": ("tune", "--sensitivity", "--over=decision.gain", "--trials=10", "--runs=4", *SETTINGS),
 }
 
 
@@ -199,7 +175,6 @@ COMMANDS = {
 @each_study
 def test_the_same_command_computes_nothing_again(monkeypatch, tmp_path, study):
     """With --out; without, the numbers are the same."""
-    pytest.importorskip("optuna")
     monkeypatch.chdir(tmp_path)
     arguments = [*COMMANDS[study], "--out", "out"]
     first = CliRunner().invoke(main, arguments)

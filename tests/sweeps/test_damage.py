@@ -12,13 +12,10 @@ import pytest
 from commands import refused_in_a_line
 
 from claims.measure.damages import KINDS, LOG, RUNS, copied, export, invoke, keep_journals, try_damages
-from feasibee import FeasibeeError, Scenario
-from feasibee.studies.space import dimensions
-from feasibee.studies.tuning import tune
+from feasibee import FeasibeeError
 from feasibee.sweeps import schema
 from feasibee.sweeps.journal import RESCUE, Journal
 from feasibee.sweeps.schema import NAME, SEAL, Entry
-from feasibee.sweeps.sweep import Execution
 
 
 @pytest.fixture(scope="module")
@@ -311,17 +308,3 @@ def test_a_journal_that_is_read_stays_as_it_is(kept, tmp_path):
 def test_no_tool_can_enter_what_cant_be(folder, row):
     with closing(sqlite3.connect(folder / NAME)) as database, pytest.raises(sqlite3.IntegrityError):
         database.execute(f"INSERT INTO {row}")
-
-
-# --- A search ---
-
-
-def test_a_trials_run_that_was_changed_is_computed_again(tmp_path):
-    pytest.importorskip("optuna")
-    scenario = Scenario(arena={"side": 6.0}, robots={"count": 5}, run={"steps": 40})
-    space = dimensions(scenario, ["decision.gain"])
-    whole = tune(scenario, space, trials=3, runs=20, execution=Execution(tmp_path))
-    with closing(sqlite3.connect(tmp_path / NAME, isolation_level=None)) as database:
-        database.execute("UPDATE runs SET decision = 0 WHERE point = 2")
-        database.execute("DELETE FROM curves WHERE point = 2 AND run = 3")
-    assert tune(scenario, space, trials=3, runs=20, execution=Execution(tmp_path)) == whole

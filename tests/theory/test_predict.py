@@ -14,12 +14,11 @@ from feasibee.theory.against import compare
 from feasibee.theory.chain import chain_of
 from feasibee.theory.classes import CLASS
 from feasibee.theory.geometry import Space, ending, sightings
-from feasibee.theory.predict import even_tasks, predict, sensitivities
+from feasibee.theory.predict import even_tasks, predict
 from feasibee.theory.quality import GRID, durations
 from feasibee.theory.reach import TIME_ERROR, time_error
 from feasibee.theory.rule import swarm_of
 from feasibee.theory.saddle import manifold, tipping
-from feasibee.theory.screen import Screen
 
 ENGINE = json.loads(Path(__file__).with_name("engine.json").read_text("utf-8"))
 SPACE = Space((20.0, 20.0), 1.0, ending(10.0))
@@ -112,20 +111,6 @@ def test_the_mean_number_of_sightings_is_exact():
         assert law.min() >= 0
 
 
-def test_explorations_share_walks_that_are_longer():
-    space, lengths = Space((20.0, 20.0), 1.0, 0.1), (3, 30)
-    alone = sightings(space, 2.0, 2, lengths)
-    same = sightings(space._replace(walked=30), 2.0, 2, lengths)
-    shared = sightings(space._replace(walked=100), 2.0, 2, lengths)
-    assert [law.tobytes() for law in same] == [law.tobytes() for law in alone]
-    for length, law, other in zip(lengths, alone, shared, strict=True):
-        assert law @ np.arange(length + 1) == pytest.approx(other @ np.arange(length + 1))
-        assert np.abs(law - other).max() < 0.002
-    assert (
-        sightings.__wrapped__(space._replace(walked=100), 2.0, 2, lengths)[1].tobytes() == shared[1].tobytes()
-    )
-
-
 def test_robots_come_into_range_as_often_as_in_a_walk():
     random = np.random.default_rng(3)
     place, size = 20 * random.random((2, 40_000)), 20.0
@@ -168,23 +153,6 @@ def test_the_formula_is_close_to_the_chain():
         assert found.tipping.share(20) == pytest.approx(found.feasible, abs=0.01)
 
 
-@pytest.mark.parametrize("tasks", [10, 40])
-def test_a_screen_is_close_to_the_prediction(tasks):
-    screen, scenario = Screen(30.0), paper(tasks, exploration=14.0, gain=28.0)
-    for steps in (120, 1_000):
-        timed = scenario.replace({"run.steps": steps})
-        assert screen.right(timed) == pytest.approx(predict(timed).right, abs=0.015)
-
-
-def test_a_screen_has_no_share_beyond_reach():
-    screen = Screen(10.0)
-    for change in ({"exploration": 4.0}, {"strategy": "census"}, {"gain": 1.0}):
-        assert screen.right(paper(10, **change)) is None
-    large = Scenario(robots={"count": 60}, arena={"side": 34.6})  # its tested error is too large
-    assert screen.right(large) is None
-    assert screen.right(paper(10)) is not None
-
-
 def test_the_value_grows_with_any_deviation():
     swarm = swarm_of(paper(10))
     tips = tipping(swarm)
@@ -222,7 +190,6 @@ def test_steps_in_time_lead_to_the_exact_shares_of_the_chain():
     assert shares.sum() == pytest.approx(1)
     assert by_step[-1] == pytest.approx(shares, abs=1e-9)
     assert (np.diff(by_step, axis=0) >= 0).all()
-    assert chain.decided_by(100) == pytest.approx(by_step[100], rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -419,11 +386,3 @@ def test_the_test_of_agreement():
     assert agree(decision=np.roll(decision, 1)[::-1] * 0 + 1) == (False, True)
     assert agree(steps=steps * 2) == (True, False)
     assert agree(steps=steps // 2) == (True, False)
-
-
-@pytest.mark.slow
-def test_what_helps():
-    rates = sensitivities(paper(10), ["robots.count", "tasks.count", "robots.speed"])
-    assert rates["robots.count"]["feasible"] == pytest.approx(0.45, abs=0.03)
-    assert rates["tasks.count"]["feasible"] == pytest.approx(-0.28, abs=0.03)
-    assert rates["robots.speed"]["log_median_step"] == pytest.approx(-0.59, abs=0.05)

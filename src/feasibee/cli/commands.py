@@ -17,17 +17,14 @@ from click.exceptions import NoArgsIsHelpError
 from feasibee.cli import interrupts, streams
 from feasibee.cli.benchmark import benchmark
 from feasibee.cli.decide import assess, recommend, size
-from feasibee.cli.lies import lies
 from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
 from feasibee.cli.own import check
-from feasibee.cli.pays import pays
 from feasibee.cli.predict import predict
 from feasibee.cli.robots import header, launch, replay, robot
 from feasibee.cli.run import reproduce, run
 from feasibee.cli.share import animate, lesson, page
 from feasibee.cli.studies import compare, paper
 from feasibee.cli.sweeps import results, sweep
-from feasibee.cli.tune import tune
 from feasibee.cli.watch import watch
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.files import why_not
@@ -114,8 +111,8 @@ def fail(message: str) -> NoReturn:
 
 GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Start": (run, watch, paper, new),
-    "Decide": (assess, size, recommend, compare, pays, predict, check, benchmark),
-    "Study": (sweep, results, reproduce, tune, lies),
+    "Decide": (assess, size, recommend, compare, predict, check, benchmark),
+    "Study": (sweep, results, reproduce),
     "Share": (page, lesson, animate),
     "Robots": (launch, robot, replay, header),
     "Look up": (scenario, truth, strategies, presets, schema, compile_engines),
@@ -123,9 +120,6 @@ GROUPS: dict[str, tuple[click.Command, ...]] = {
 """All commands, by what they are for."""
 RENAMED = {
     "field": "launch",
-    "limits": "compare --limits --strategies none",
-    "frontier": "compare --limits",
-    "sensitivity": "tune --sensitivity",
     **{name: f"results {name}" for name in ("status", "plot", "export", "merge")},
 }
 """Commands of earlier versions, and what they are called now."""

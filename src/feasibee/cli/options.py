@@ -77,15 +77,15 @@ class Duration(click.ParamType):  # type: ignore[type-arg]
 class MeasureChoice(click.Choice[str]):
     """The names of measures, which are loaded only when they are needed."""
 
-    def __init__(self, improvable: bool) -> None:
-        self.improvable, self.case_sensitive = improvable, True
+    def __init__(self) -> None:
+        self.case_sensitive = True
 
     @property
     def choices(self) -> Sequence[str]:  # type: ignore[override]
-        """All measures, or those that a search may improve."""
+        """All measures."""
         from feasibee.results.measures import MEASURES
 
-        return [name for name, each in MEASURES.items() if each.values or not self.improvable]
+        return [*MEASURES]
 
 
 file_type = NamedPath(dir_okay=False, path_type=Path)
@@ -96,10 +96,10 @@ JOURNAL = "a journal of all runs, with which the same command goes on."
 
 
 def complete_field(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
-    """Complete the last field of A,B,..."""
+    """Complete a field."""
     from feasibee.scenario.fields import fields
 
-    return _offered(incomplete, fields())
+    return [field for field in fields() if field.startswith(incomplete)]
 
 
 def complete_change(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:

@@ -76,13 +76,11 @@ def predict(
     if over is None:
         found = _points(scenario, "", [None], against, seed, workers)
     else:
-        from feasibee.studies.space import dimensions
+        from feasibee.studies.space import dimension
 
-        (dimension,) = dimensions(scenario, [over])
-        values = dimension.choices or list(
-            dict.fromkeys(dimension.at(each / (POINTS - 1)) for each in range(POINTS))
-        )
-        found = _points(scenario, dimension.path, values, against, seed, workers)
+        varied = dimension(scenario, over)
+        values = varied.choices or list(dict.fromkeys(varied.at(k / (POINTS - 1)) for k in range(POINTS)))
+        found = _points(scenario, varied.path, values, against, seed, workers)
     if plot is not None:
         _draw(found, over.partition("=")[0] if over else "", plot)
     if as_json:

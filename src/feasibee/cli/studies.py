@@ -14,7 +14,6 @@ from feasibee.cli.options import (
     Given,
     Workforce,
     command,
-    console,
     count_type,
     folder_option,
     listed,
@@ -23,27 +22,17 @@ from feasibee.cli.options import (
     percents,
     print_json,
     print_numbers,
-    progress,
     strategies_option,
 )
-from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
     from feasibee.studies.comparison import Outcome
-    from feasibee.studies.flooding import Flooding
-    from feasibee.studies.limits import Limits
     from feasibee.studies.paper import Claim
     from feasibee.sweeps.sweep import Rounds
 
-ALONE = ("none",)
-"""What stands for strategies if only the limits are asked for."""
-NOTE = (
-    "By the median, half of the runs got there. Whatever their strategy, robots that are never wrong declare "
-    "infeasible no sooner than flooding, and feasible no sooner than complete map."
-)
 SUMS_CAPTION = (
     "right: share at the end (%), with its 95 % interval; difference: from {baseline}, in points, in the "
     "same runs; first: share of right first collective decisions (%); by: step by which half of the runs had "
@@ -88,21 +77,7 @@ def compare(
         callback=numbered,
         metavar="M,N,...",
     ),
-    limits: bool = option(
-        "Compare how soon robots declare rightly with how soon robots of any strategy could, at numbers of "
-        "tasks near that of robots. Bits are those of the first 100 runs. The limits alone: "
-        "--strategies none.",
-        is_flag=True,
-    ),
-    cells: int = option(
-        "Number of cells per range of sight, for --limits; with more, the limits of the area are sharper.",
-        click.IntRange(1, 64),
-        4,
-    ),
-    runs: int | None = option(
-        "Number of runs of each contender at each number of tasks; by default 200, and 1,000 with --limits.",
-        count_type,
-    ),
+    runs: int = option("Number of runs of each contender at each number of tasks.", count_type, 200),
     seed: int,
     budget: float | None,
     workforce: Workforce,
@@ -121,19 +96,12 @@ def compare(
       feasibee compare mine.toml --strategies dmmd,my_strategy.py
       feasibee compare --presets default,valentini-2016 --runs 100
       feasibee compare mine.toml --runs 10000 --budget 2min
-      feasibee compare --limits --strategies quiet-census,map,mine.py --tasks 20,21
-      feasibee compare mine.toml --limits --strategies none
     """
     from feasibee.studies.comparison import as_dict, contenders_of, write_comparison
     from feasibee.studies.comparison import compare as simulate_all
     from feasibee.studies.needs import suitable
 
-    _check_limits(limits, presets, strategies, budget)
     scenario = given.read()
-    if limits:
-        _with_limits(scenario, strategies, tasks, runs or 1000, seed, cells, budget, workforce, out, as_json)
-        return
-    runs = runs or 200
     numbers = _tasks_of(scenario, tasks, runs, seed)
     contenders = contenders_of(scenario, strategies, presets)
     for name, error in () if strategies or presets else suitable(scenario)[1].items():
@@ -148,16 +116,6 @@ def compare(
         _print_comparison(outcomes)
         click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
     _leave_if_stopped(rounds.stopped, outcomes, runs)
-
-
-def _check_limits(limits: bool, presets: Sequence[str], strategies: Sequence[str], budget: object) -> None:
-    """Raise an error for options that contradict each other."""
-    if limits and presets:
-        raise FeasibeeError("--limits with --presets: compares strategies; leave out --presets")
-    if strategies == ALONE and not limits:
-        raise FeasibeeError("--strategies none: leaves nothing to compare; add --limits for the limits alone")
-    if strategies == ALONE and budget is not None:
-        raise FeasibeeError("--budget with --strategies none: doesn't end limits; use fewer --runs")
 
 
 @contextmanager
@@ -372,119 +330,5 @@ def _sums(group: list[Outcome], baseline: list[Outcome]) -> list[str]:
     ]
 
 
-def _with_limits(
-    scenario: Scenario,
-    strategies: tuple[str, ...],
-    tasks: Sequence[int],
-    runs: int,
-    seed: int,
-    cells: int,
-    budget: float | None,
-    workforce: Workforce,
-    out: Path,
-    as_json: bool,
-) -> None:
-    """Simulate strategies and limits of their worlds; write and print both."""
-    from feasibee.studies.comparison import compare, design_points
-    from feasibee.studies.limits import limits_at, oracle_world, speakers, spoken, tasks_near, write_frontier
-
-    alone = strategies == ALONE
-    numbers = [scenario.tasks.count] if alone and not tasks else tasks_near(scenario, tasks)
-    contenders = {} if alone else speakers(scenario, strategies)
-    Runs.of_point(len(numbers) - 1, runs, seed)
-    worlds = {number: scenario.replace({"tasks.count": number}) for number in numbers}
-    for world in worlds.values():  # raises before the folder is made
-        oracle_world(world, cells)
-    design_points(contenders, numbers, runs, seed)  # likewise
-    folder = make_folder(out)
-    found: list[Outcome] = []
-    stopped, drawn = "", runs
-    if contenders:
-        with _rounds(folder, workforce, budget) as rounds:
-            found = compare(contenders, numbers, runs, seed, rounds, curves=False)
-        stopped, drawn = rounds.stopped, min(each.runs for each in found)
-    with progress("Computing the limits") as advance:
-        bounds = limits_at(worlds, drawn, seed, cells, workforce.workers, advance)
-    names = _names_in(scenario)
-    write_frontier(folder, found, bounds)
-    if as_json:
-        said = {number: [spoken(each) for each in found if each.tasks == number] for number in bounds}
-        more = {"names": names._asdict()} if names else {}
-        words = {number: {**more, **({"strategies": rows} if rows else {})} for number, rows in said.items()}
-        print_json([{**each.to_dict(), **words[number]} for number, each in bounds.items()])
-    else:
-        _print_frontier(found, scenario) if found else _print_limits(list(bounds.values()))
-        if names:
-            at = f"half {_step(names.median)}, 95 % {_step(names.p95)}, all {_step(names.slowest)}"
-            click.echo(f"Robots that take turns to look and to talk all know all names by step: {at}.")
-            click.echo("For strategies that wait for the last name, set place.flooding to the last number.")
-        click.echo(f"Figures (PNG, PDF) and their data (CSV) are in {folder}/")
-    _leave_if_stopped(stopped, found, runs)
-
-
-def _names_in(scenario: Scenario) -> Flooding | None:
-    """Return how soon names flood a scenario's place, if it has one."""
-    from feasibee.studies.flooding import flooding
-
-    if not scenario.place.exists:
-        return None
-    with progress("Flooding the place") as advance:
-        return flooding(scenario, advance)
-
-
-def _print_limits(bounds: Sequence[Limits]) -> None:
-    from feasibee.scenario.units import length_in_words
-    from feasibee.studies.limits import DONE, LIMITS, TAKEN
-    from feasibee.studies.needs import quiet_times_in_words
-
-    out = console()
-    for found in bounds:
-        scenario, rows = found.scenario, []
-        for name, times in found.times.items():
-            ends = ([times.median], times.median_interval, [times.p95], times.p95_interval)
-            rows.append([name.replace("_", " "), *(_steps(each, scenario.units.seconds) for each in ends)])
-        robots, tasks = scenario.robots.count, scenario.tasks.count
-        title = f"{robots} robots, {tasks} tasks, {found.runs} runs"
-        print_numbers(title, ["limit", "median", "interval", "95 %", "interval"], rows)
-        if found.distance is not None:
-            away = length_in_words(scenario, float(f"{found.distance:.3g}"))
-            out.print(f"Distance of a robot until least sum: {away}.", soft_wrap=True)
-    for name, words in {**LIMITS, **TAKEN, **DONE}.items():
-        if name in bounds[0].steps:
-            out.print(f"{name.replace('_', ' ')}: {words}.", soft_wrap=True)
-    scenario = bounds[0].scenario
-    for line in (NOTE, *([] if scenario.place.exists else quiet_times_in_words(scenario))):
-        out.print(line, soft_wrap=True)
-
-
 def _step(step: int | None) -> str:
     return "never" if step is None else str(step)
-
-
-def _steps(steps: Sequence[int | None], seconds: float | None) -> str:
-    """Return the ends of a range of steps, and below in time if a step has one."""
-    from feasibee.scenario.units import duration
-
-    times = ["never" if step is None else duration(step * (seconds or 0)) for step in steps]
-    return " to ".join(map(_step, steps)) + (f"\n{' to '.join(times)}" if seconds else "")
-
-
-def _print_frontier(found: list[Outcome], scenario: Scenario) -> None:
-    from feasibee.scenario.units import steps_in_words
-    from feasibee.studies.comparison import by_contender
-
-    fewest, most = min(each.runs for each in found), max(each.runs for each in found)
-    number = most if fewest == most else f"{fewest} to {most}"
-    title = f"Declared rightly (%), of {number} swarms; steps of half and 95 %"
-    if scenario.units.seconds is not None:
-        title += f"; {steps_in_words(scenario, 100)}"
-    groups = by_contender(found)
-    rows = []
-    for name, group in groups.items():
-        cells = [
-            f"{100 * each.spoken.ok.estimate:.1f}\n{'/'.join(map(_step, each.spoken.step_90[:2]))}"
-            for each in group
-        ]
-        rows.append([name, *cells, f"{sum(each.found.bits for each in group) / len(group):.3g}"])
-    numbers = [f"m = {each.tasks}" for each in next(iter(groups.values()))]
-    print_numbers(title, ["", *numbers, "bits"], rows)

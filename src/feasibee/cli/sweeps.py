@@ -315,7 +315,7 @@ def plot(
     y: str | None = _field("Field along the vertical axis of a heat map."),
     show: str = option(
         "Which share of the runs to draw, or measure of a world that changes or of robots that act.",
-        MeasureChoice(improvable=False),
+        MeasureChoice(),
         "accuracy",
     ),
     out: Path | None = option("File to write; by default FOLDER/plot.png.", file_type),

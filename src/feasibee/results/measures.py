@@ -394,22 +394,6 @@ def _changed(truths: NDArray[Any]) -> NDArray[np.bool_]:
     return changed
 
 
-def mean_delays(results: Any, scenario: Scenario) -> NDArray[np.float64]:
-    """Return the mean delay of each run over its changes; a missed one counts as long as it was watched.
-
-    This is the restricted mean of a censored time; a run without changes that count has NaN.
-
-    References
-    ----------
-    Royston, Parmar, "Restricted mean survival time: an alternative to the hazard ratio", 2013.
-    """
-    changes, runs = changes_of(results.truth, results.held), np.asarray(results.truth).shape[0]
-    waited = np.where(changes.delay >= 0, changes.delay, changes.watched + 1)
-    number = np.bincount(changes.run, minlength=runs)
-    total = np.bincount(changes.run, waited, minlength=runs)
-    return np.where(number > 0, total / np.maximum(number, 1), np.nan)
-
-
 class Measure(NamedTuple):
     """A number that says how well the runs of a scenario went."""
 
@@ -423,8 +407,6 @@ class Measure(NamedTuple):
     """What a scenario must have for it; None if all scenarios have it."""
     holds: Callable[[Any, Scenario], NDArray[np.bool_]] | None = None
     """Returns whether it holds of each run, if it is a share of the runs; `Tracking` has the others."""
-    values: Callable[[Any, Scenario], NDArray[np.float64]] | None = None
-    """Returns what ``feasibee tune`` improves: a number of each run, NaN for a run without it."""
     less: bool = False
     """Whether less of it is better."""
     ends: str = ""
@@ -456,7 +438,6 @@ _TABLE: Final = (
         "right_at_end",
         "runs that are right at the end",
         holds=ended_right,
-        values=lambda results, scenario: ended_right(results, scenario).astype(np.float64),
         column="right_at_end",
         of_run="whether more than the threshold's share of the robots hold the true opinion at the end",
     ),
@@ -467,18 +448,12 @@ _TABLE: Final = (
     Measure("feasible", "runs that decide feasible", holds=_decided(FEASIBLE)),
     Measure("infeasible", "runs that decide infeasible", holds=_decided(INFEASIBLE)),
     Measure("undecided", "runs that stay undecided", holds=_decided(UNDECIDED)),
-    Measure(
-        "right_share",
-        "steps at which swarms are right",
-        needs=CHANGES,
-        values=lambda results, scenario: counts_of(results).shares,
-    ),
+    Measure("right_share", "steps at which swarms are right", needs=CHANGES),
     Measure(
         "detection_delay",
         "delay of detection",
         "steps",
         CHANGES,
-        values=mean_delays,
         less=True,
         ends="median and quartiles",
     ),

@@ -171,8 +171,8 @@ class Place(Section):
     )
     flooding: Annotated[int, Field(ge=1, le=1_000_000), TIME] | None = Field(
         None,
-        description="Step by which all of 1,000 swarms know all names of tasks, as feasibee compare --limits "
-        "computes it. Strategies by names wait 1.5 times as long before they declare feasible; without "
+        description="Step by which all of 1,000 swarms know all names of tasks, as feasibee assess "
+        "prints it. Strategies by names wait 1.5 times as long before they declare feasible; without "
         "it, they never do.",
         examples=[714],
     )

@@ -26,8 +26,6 @@ from feasibee.studies.recommend import (
     recommend,
 )
 from feasibee.studies.report import Assessment, Trial, judge
-from feasibee.studies.rooms import RUNS as ROOMS_RUNS
-from feasibee.studies.rooms import Split, changes_of_place, splits_of
 from feasibee.studies.size import Rule, Sizing, band_of, looks, most_tests, size
 from feasibee.sweeps.schedule import run_work
 from feasibee.sweeps.sweep import Enough, Execution, Rounds
@@ -109,9 +107,6 @@ class _Assessing:
         rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
         chosen = scenario if recommended is None else recommended.scenario
         faults = self._raced("comparing faults", chosen, faults_of(chosen))
-        rooms: Mapping[str, Split] = {}
-        with self._part("looking at rooms"):
-            rooms = splits_of(scenario, self.seed, min(self.runs, ROOMS_RUNS), self.rounds.check)
         sizing = band = None
         with self._part("searching sizes"):
             sizing = self._sizing(rule)
@@ -135,7 +130,6 @@ class _Assessing:
             confidence=self.race.confidence,
             stopped=self.rounds.stopped,
             missing=tuple(self.missing),
-            rooms=rooms,
         )
 
     @contextmanager
@@ -285,7 +279,9 @@ def changes_of(scenario: Scenario) -> dict[str, Scenario]:
         tried["no message late"] = {"radio.delay": 0}
     if any(scenario.faulty):
         tried["no faulty robot"] = {f"faults.{kind}": 0.0 for kind in KINDS}
-    tried |= changes_of_place(scenario)
+    if scenario.place.exists:
+        tried["robots that start everywhere"] = {"robots.zone": None}
+        tried["radio through walls"] = {"radio.walls": 1.0}
     return _valid(scenario, tried)
 
 

@@ -155,12 +155,6 @@ class Outcome:
         return self.accuracy if self.tracking is None else self.tracking.right_share
 
     @property
-    def spoken(self) -> Declarations:
-        """Declarations of the robots, of a strategy that is known to have them."""
-        assert self.declared is not None
-        return self.declared
-
-    @property
     def shares(self) -> NDArray[np.float64]:
         """Whether each swarm was right, or in a world that changes, share of the steps; shape (runs,)."""
         return self.right.astype(np.float64) if self.found.followed is None else self.found.followed.shares

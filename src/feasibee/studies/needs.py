@@ -147,7 +147,7 @@ def quiet_times_in_words(scenario: Scenario, check: Callable[[], None] = go_on) 
         except Enough:
             return [
                 f"place.flooding is missing: robots {never}. Set it to the step by which all robots know all "
-                "names; `feasibee compare FILE --limits --strategies none` prints it."
+                "names; `feasibee assess FILE` prints it."
             ]
         if found is None:
             return [f"Names take too long to flood this place: robots {never}."]

@@ -1,6 +1,6 @@
 """Oracle: robots that look, broadcast all that they saw and hear in every step, and record when they knew it.
 
-`feasibee.studies.limits` runs it in a swarm whose robots do all three in every step. Each robot keeps the
+`feasibee.studies.flooding` runs it in swarms with the phases of a scenario. Each robot keeps the
 names of the tasks and the set of the parts of the area, the cells, that it knows. A cell is at most as wide
 and high as the range of sight divided by ``cells_per_range``. It is seen when its centre is in range. No
 robot of any strategy can know more, however many bits its messages have. The oracle never decides anything.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from importlib.metadata import version
 from typing import Any, Final, NamedTuple
 
@@ -37,7 +37,6 @@ from feasibee.studies.needs import (
 )
 from feasibee.studies.race import MARGIN, is_clear, is_none
 from feasibee.studies.recommend import Candidate, Recommendation
-from feasibee.studies.rooms import Split, rooms_in_words
 from feasibee.studies.size import Band, Sizing, band_sentence, sentences
 
 READY, UNCERTAIN, NOT_READY = "ready", "uncertain", "not ready"
@@ -118,8 +117,6 @@ class Assessment:
     """Why the assessment ended early, if it did."""
     missing: tuple[str, ...] = ()
     """Phases that then were not complete."""
-    rooms: Mapping[str, Split] = field(default_factory=dict)
-    """In a place with rooms: how swarms split into them as it is, under an empty name, and with changes."""
 
     @property
     def shares(self) -> dict[str, Interval]:
@@ -169,7 +166,6 @@ class Assessment:
             "action": action(self),
             "scenario": self.scenario.to_dict(),
             "runs": self.outcome.runs,
-            **({"rooms": plain(self.rooms)} if self.rooms else {}),
             "stopped": self.stopped,
             "missing": list(self.missing),
             "steps": self.scenario.run.steps,
@@ -246,7 +242,6 @@ def _words(assessment: Assessment) -> dict[str, Any]:
         "waits": wait_interval(assessment.outcome, assessment.target),
         "warnings": [
             *waiting_in_words(scenario, give_up if assessment.stopped else go_on),
-            *rooms_in_words(assessment.rooms),
             *noisy_names_in_words(scenario),
         ],
         "waiting_there": [] if recommended is None else waiting_in_words(recommended.scenario),

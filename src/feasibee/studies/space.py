@@ -1,9 +1,8 @@
-"""Fields to vary and their ranges, for tuning and sensitivity."""
+"""Fields to vary and their ranges, for `feasibee predict --over` and searches."""
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
@@ -34,10 +33,6 @@ class Dimension:
         """Whether values are spaced by ratio."""
         return self.low > 0
 
-    def holds(self, value: Any) -> bool:
-        """Whether a value lies in the range, or is one of the choices."""
-        return value in self.choices if self.choices else self.low <= value <= self.high
-
     def at(self, share: float) -> Any:
         """Return the value at a share of the way from the low end to the high end, 0 to 1."""
         if self.choices:
@@ -49,24 +44,15 @@ class Dimension:
         return round(value) if self.whole else value
 
 
-def dimensions(scenario: Scenario, texts: Sequence[str]) -> list[Dimension]:
-    """Parse fields to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true|false``.
+def dimension(scenario: Scenario, text: str) -> Dimension:
+    """Parse a field to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true|false``.
 
     Raises
     ------
     FeasibeeError
         If there is no such field, or its values can't be read.
     """
-    if not texts:
-        raise FeasibeeError("--over: names no field; such as --over decision.exploration,decision.gain")
-    found = [_dimension(scenario, *text.partition("=")[::2]) for text in texts]
-    twice = [path for path, count in Counter(each.path for each in found).items() if count > 1]
-    if twice:
-        raise FeasibeeError(f"--over: names {twice[0]} twice; name it once")
-    return found
-
-
-def _dimension(scenario: Scenario, path: str, given: str) -> Dimension:
+    path, _, given = text.partition("=")
     section, _, key = path.partition(".")
     try:
         kind = type(scenario.get(section)).model_fields[key].annotation
@@ -108,22 +94,22 @@ def _typed(scenario: Scenario, path: str, text: str) -> Any:
     return scenario.replace({path: value}).get(path) if isinstance(value, str) else value
 
 
-def _checked(scenario: Scenario, dimension: Dimension) -> Dimension:
+def _checked(scenario: Scenario, varied: Dimension) -> Dimension:
     """Raise an error if a choice, or an end of the range, is invalid in the scenario."""
-    for value in dimension.choices:
-        scenario.replace({dimension.path: value})
-    if dimension.choices:
-        return dimension
+    for value in varied.choices:
+        scenario.replace({varied.path: value})
+    if varied.choices:
+        return varied
     for share in (0.0, 1.0):
         try:
-            scenario.replace({dimension.path: dimension.at(share)})
+            scenario.replace({varied.path: varied.at(share)})
         except ScenarioError as error:
             problem = error.problems[0]
             raise FeasibeeError(
-                f"{dimension.path} up to {dimension.at(share):g}: {problem.rule}; give a range, "
-                f"such as {dimension.path}={dimension.low:g}:{dimension.low * 2:g}"
+                f"{varied.path} up to {varied.at(share):g}: {problem.rule}; give a range, "
+                f"such as {varied.path}={varied.low:g}:{varied.low * 2:g}"
             ) from None
-    return dimension
+    return varied
 
 
 STEPS = 96
@@ -146,13 +132,13 @@ def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
     if given and ":" not in given:
         raise FeasibeeError(f"{text}: must be a range, such as {path}={now:g}:{2 * now:g}")
     if given:
-        (dimension,) = dimensions(scenario, [text])
+        found = dimension(scenario, text)
     else:
-        dimension = Dimension(path, now / FACTOR, now * FACTOR, isinstance(now, int))
-    if dimension.whole:
-        values: list[Any] = list(range(max(1, round(dimension.low)), round(dimension.high) + 1))
+        found = Dimension(path, now / FACTOR, now * FACTOR, isinstance(now, int))
+    if found.whole:
+        values: list[Any] = list(range(max(1, round(found.low)), round(found.high) + 1))
     else:
-        values = [float(f"{dimension.at(step / (STEPS - 1)):.3g}") for step in range(STEPS)]
+        values = [float(f"{found.at(step / (STEPS - 1)):.3g}") for step in range(STEPS)]
     return path, values[: valid_values(scenario, path, values)]
 
 

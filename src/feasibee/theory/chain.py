@@ -59,14 +59,6 @@ class Chain:
         states[0] = self.start
         return states, decided
 
-    def decided_by(self, steps: int) -> Array:
-        """Return the probabilities to have decided feasible and infeasible by a step, at once: (2,)."""
-        among, exits = self.moves()
-        onward = np.linalg.inv(np.diag(1 + self.up + self.down) - among)
-        moves = np.block([[onward, onward @ exits], [np.zeros((2, len(onward))), np.eye(2)]])
-        found: Array = self.start @ np.linalg.matrix_power(moves, steps)[:-2, -2:] + self.decided
-        return found
-
 
 def chain_of(swarm: Swarm, needed: tuple[int, int], along: Manifold | None = None) -> tuple[Chain, Manifold]:
     """Return the effective chain of a swarm, and the states that it was made of.

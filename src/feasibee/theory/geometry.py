@@ -6,7 +6,6 @@ The displacement of two robots is a random walk on the torus, uniform at any one
 from __future__ import annotations
 
 import math
-from copy import deepcopy
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -29,10 +28,6 @@ class Space(NamedTuple):
     """Speed of a robot, in units per step."""
     turning: float
     """Probability per step that a robot draws a new heading."""
-    pairs: int = PAIRS
-    """Number of pairs that are sampled."""
-    walked: int = 0
-    """Least number of steps of their walks. Walks are kept if it isn't 0: shorter explorations share them."""
 
     def in_range(self, reach: float) -> float:
         """Return the probability that a given thing is within ``reach``, which is at most half a side."""
@@ -85,34 +80,23 @@ def sightings(
     tuple of float64 array, shape (length + 1,)
         Probability of each number of steps, 0 to ``length``.
     """
-    pairs, walk = space.pairs, _kept_walks if space.walked else _walks
-    ahead, behind, random = walk(space, reach, walkers, max(lengths[-1], space.walked))
-    random = deepcopy(random)
-    found, rows = [], np.arange(pairs)
+    random = np.random.default_rng(SEED)
+    radius, angle = reach * np.sqrt(random.random(PAIRS)), 2 * np.pi * random.random(PAIRS)
+    start = np.stack([radius * np.cos(angle), radius * np.sin(angle)])
+    headings = 2 * np.pi * random.random((walkers, PAIRS))
+    ahead, behind = (
+        _times_in_range(space, reach, start, headings, sign, lengths[-1], random) for sign in (1, -1)
+    )
+    found, rows = [], np.arange(PAIRS)
     for length in lengths:
-        before = (rows + random.random(pairs)) * length // pairs
+        before = (rows + random.random(PAIRS)) * length // PAIRS
         before = random.permutation(before).astype(np.int64)  # steps before the one in range: 0 to length - 1
         steps = 1 + ahead[length - 1 - before, rows] + behind[before, rows]
         law = np.bincount(steps, minlength=length + 1) / np.maximum(np.arange(length + 1), 1)
-        law *= length * space.in_range(reach) / pairs
+        law *= length * space.in_range(reach) / PAIRS
         law[0] = 1 - law[1:].sum()
         found.append(law)
     return tuple(found)
-
-
-def _walks(
-    space: Space, reach: float, walkers: int, steps: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], np.random.Generator]:
-    """Return the steps in range after each step forward, and back, and the generator after these walks."""
-    random, pairs = np.random.default_rng(SEED), space.pairs
-    radius, angle = reach * np.sqrt(random.random(pairs)), 2 * np.pi * random.random(pairs)
-    start = np.stack([radius * np.cos(angle), radius * np.sin(angle)])
-    headings = 2 * np.pi * random.random((walkers, pairs))
-    ahead, behind = (_times_in_range(space, reach, start, headings, sign, steps, random) for sign in (1, -1))
-    return ahead, behind, random
-
-
-_kept_walks = lru_cache(maxsize=4)(_walks)
 
 
 def _times_in_range(
@@ -130,7 +114,7 @@ def _times_in_range(
     """
     place, headings = start.copy(), headings.copy()
     sides, signs = np.array(space.size)[:, None], np.array([1, -1])[: len(headings), None]
-    times = np.zeros((steps, space.pairs), np.int64)
+    times = np.zeros((steps, PAIRS), np.int64)
     for step in range(1, steps):
         if sign > 0 or step > 1:
             turns = random.random(headings.shape) < space.turning

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from feasibee.errors import FeasibeeError
 from feasibee.results.measures import least_quorum
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
@@ -133,38 +131,6 @@ def predict(scenario: Scenario) -> Prediction:
         by_step = by_step + math.comb(stubborn, first) / 2**stubborn * chain.over_time(scenario.run.steps)
     notes = tuple(warnings_for(scenario, tips))
     return Prediction(scenario, by_step, tips, tested_error(scenario), notes, chain, along, swarm)
-
-
-def sensitivities(scenario: Scenario, over: Sequence[str], by: float = 0.1) -> dict[str, dict[str, float]]:
-    """Return how the share that decides feasible, and the log of the median step, follow the log of fields.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        A scenario within the theory's reach.
-    over : sequence of str
-        Dotted paths of fields with numbers above 0. Whole numbers change by at least 1.
-    by : float
-        Difference of the logarithm of a field, to either side.
-    """
-    found = {}
-    for path in over:
-        now = scenario.get(path)
-        if isinstance(now, bool) or not isinstance(now, int | float) or now <= 0:
-            raise FeasibeeError(f"{path} = {now}: must be a number above 0; such as decision.gain")
-        less, more = (
-            (max(1, min(now - 1, round(now * math.exp(-by)))), max(now + 1, round(now * math.exp(by))))
-            if isinstance(now, int)
-            else (now * math.exp(-by), now * math.exp(by))
-        )
-        first, last = (predict(scenario.replace({path: value})) for value in (less, more))
-        distance = math.log(more / less)
-        times = [each.steps["median"] or math.nan for each in (first, last)]
-        found[path] = {
-            "feasible": (last.feasible - first.feasible) / distance,
-            "log_median_step": math.log(times[1] / times[0]) / distance,
-        }
-    return found
 
 
 def even_tasks(scenario: Scenario) -> int | None:

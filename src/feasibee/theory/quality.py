@@ -83,14 +83,9 @@ def _rated(
     return np.bincount(nearest, np.outer(chances, tasks[1]).ravel(), GRID + 1).astype(np.float64)
 
 
-def longest_exploration(ending: float) -> int:
-    """Return the number of steps of the longest exploration that is examined."""
-    return max(1, int(np.ceil(np.log(UNLIKELY) / np.log1p(-ending)))) if ending < 1 else 1
-
-
 def _lengths(ending: float) -> tuple[tuple[int, ...], NDArray[np.float64]]:
     """Return lengths of an exploration, and the probability that each stands for."""
-    longest = longest_exploration(ending)
+    longest = max(1, int(np.ceil(np.log(UNLIKELY) / np.log1p(-ending)))) if ending < 1 else 1
     steps = np.arange(1, longest + 1)
     chances = ending * (1 - ending) ** (steps - 1)
     edges = np.unique(np.rint(np.geomspace(1, longest + 1, LENGTHS + 1)).astype(int))

@@ -15,7 +15,7 @@ from feasibee.scenario.fields import Decision
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Inbox, Mind, Strategy
 from feasibee.theory.classes import Array, Swarm
-from feasibee.theory.geometry import PAIRS, Space, ending
+from feasibee.theory.geometry import Space, ending
 from feasibee.theory.hearing import audible
 from feasibee.theory.quality import GRID, Sight, company, durations, qualities
 from feasibee.theory.saddle import changing
@@ -37,13 +37,10 @@ SAYS: Final = {
 """What Byzantine robots broadcast, feasible and infeasible, by the opinion that they hold."""
 
 
-def swarm_of(
-    scenario: Scenario, pairs: int = PAIRS, walked: int = 0, feasible_ones: int | None = None
-) -> Swarm:
+def swarm_of(scenario: Scenario, feasible_ones: int | None = None) -> Swarm:
     """Return the numbers of one robot of a scenario; it isn't checked that the theory covers the scenario.
 
-    ``pairs`` and ``walked`` are those of its `Space`. Of the stubborn robots, ``feasible_ones`` hold
-    feasible; half of them by default.
+    Of the stubborn robots, ``feasible_ones`` hold feasible; half of them by default.
     """
     decision, strategy = scenario.decision, scenario.strategy
     parameters = tuple(float(decision.parameters[name]) for name in strategy.parameters)
@@ -51,7 +48,7 @@ def swarm_of(
     def rule(most: int) -> Array:
         return adopting(strategy, parameters, voting_of(decision), most)
 
-    space = Space(scenario.arena.size, scenario.robots.speed, ending(scenario.walk.mean_run), pairs, walked)
+    space = Space(scenario.arena.size, scenario.robots.speed, ending(scenario.walk.mean_run))
     explored = ending(decision.exploration)
     feasible = qualities(_sight(scenario, space, explored))
     none = np.zeros_like(feasible)

@@ -46,10 +46,10 @@ class Manifold:
         return held
 
 
-def manifold(swarm: Swarm, shares: Array, iterations: int = ITERATIONS) -> Manifold:
+def manifold(swarm: Swarm, shares: Array) -> Manifold:
     """Return the states at which these shares of all rounds with an opinion begin with *feasible*."""
     states, hearing, _, _ = _balanced(swarm, shares)
-    value, growth = _values(swarm, states, hearing, iterations)
+    value, growth = _values(swarm, states, hearing)
     change = swarm.forward(states, hearing) - states
     return Manifold(states, value, growth, (value * change).sum(CLASS), swarm.noise(states, value, hearing))
 
@@ -96,7 +96,7 @@ def _balanced(swarm: Swarm, shares: Array) -> tuple[Array, Hearing, Array, Array
     return states, hearing, rounds, chances
 
 
-def _values(swarm: Swarm, states: Array, hearing: Hearing, iterations: int) -> tuple[Array, Array]:
+def _values(swarm: Swarm, states: Array, hearing: Hearing) -> tuple[Array, Array]:
     """Return the value of each class, a left eigenvector of the linear dynamics, and its eigenvalue."""
     counts, small = swarm.counts(states), 1e-4 * swarm.robots
     influence = []  # what one more of each kind that others hear changes
@@ -108,7 +108,7 @@ def _values(swarm: Swarm, states: Array, hearing: Hearing, iterations: int) -> t
     value = np.zeros_like(states)
     value[:, 0], value[:, 1] = 0.5, -0.5
     growth = np.zeros(len(states))
-    for iteration in range(iterations):
+    for iteration in range(ITERATIONS):
         effect = (weights[:, :-1] @ value.reshape(points, -1, 1))[..., None, None]
         after = swarm.backward(value, hearing)
         after[:, :2, SENDING:] += effect[:, :2]

@@ -10,7 +10,6 @@ from feasibee.cli import main
 from hostile.words import LENGTHS, NAMES, NUMBERS, THINGS, WORDS
 
 NEEDED = {
-    "tune": ["--over", "decision.gain"],
     "sweep": ["study.toml"],
     "results status": ["results"],
     "results plot": ["results", "--x", "tasks.count"],
@@ -24,7 +23,6 @@ SUFFIXES = {
     ("animate", "--out"): (".gif", ".png"),
     ("assess", "--out"): (".html",),
     ("size", "--out"): (".svg",),
-    ("pays", "--out"): (".svg",),
     ("robot", "--out"): (".jsonl",),
     ("new", "FILE"): (".toml",),
     ("results export", "--out"): (".csv", ".nc"),
@@ -41,9 +39,6 @@ BESIDE = {"no text", "right to left"}
 
 TEXTS = {"empty", "blank", "unknown", "dot", "dunder", "private", "model", "format", "markup"}
 """Words that may stand in a figure."""
-
-VARY = ["tune", "--sensitivity"]
-LIMITS = ["compare", "--limits", "--strategies", "none"]
 
 LINES = {
     "two of a kind": ["run", "--set", "tasks.count"],
@@ -91,20 +86,14 @@ LINES = {
     "tasks of letters": ["compare", "--tasks", "a,b"],
     "tasks of digits": ["compare", "--tasks", "9" * 5000],
     "tasks below 0": ["compare", "--tasks", "-5"],
-    "tasks near one of letters": ["compare", "--limits", "--tasks", "a,b"],
-    "tasks near one below 0": ["compare", "--limits", "--tasks", "-5"],
-    "one strategy twice": ["compare", "--limits", "--strategies", "dmmd,dmmd"],
-    "cells of no size": ["compare", "--limits", "--cells", "0"],
-    "robots in classes": [*LIMITS, "--set", 'robots.classes=[{name="a", count=3}]'],
     "twice the same": ["compare", "--strategies", "dmmd,dmmd"],
     "strategies and presets": ["compare", "--strategies", "dmmd", "--presets", "default"],
-    "a range that overflows": [*VARY, "--over", "decision.gain=1:1e999"],
-    "a range backwards": [*VARY, "--over", "decision.gain=9:1"],
-    "a range of nan": [*VARY, "--over", "decision.gain=nan:nan"],
-    "a range of words": [*VARY, "--over", "decision.strategy=a|b"],
-    "a range without values": ["tune", "--over", "tasks.count=|"],
-    "a field twice": ["tune", "--over", "decision.gain,decision.gain"],
-    "a field without a range": [*VARY, "--over", "radio.loss"],
+    "a range that overflows": ["predict", "--over", "decision.gain=1:1e999"],
+    "a range backwards": ["predict", "--over", "decision.gain=9:1"],
+    "a range of nan": ["predict", "--over", "decision.gain=nan:nan"],
+    "a range of words": ["predict", "--over", "decision.strategy=a|b"],
+    "a range without values": ["predict", "--over", "tasks.count=|"],
+    "a field without a range": ["predict", "--over", "radio.loss"],
     "runs of a sweep": ["sweep", "study.toml", "--runs", "4294967297"],
     "runs and first": ["run", "--runs", "2", "--run", "4294967295"],
     "no parts": ["results", "merge", "merged"],
@@ -158,9 +147,6 @@ def _line(name: str, parameter: click.Parameter, word: str) -> list[str]:
     return [*words, *needed, f"{parameter.opts[0]}={word}"]
 
 
-COSTS = "step", "vain", "call"
-
-
 def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
     option, kind = parameter.opts[0], parameter.type.name
     if isinstance(parameter, click.Option) and parameter.is_flag:
@@ -168,9 +154,9 @@ def _words(name: str, parameter: click.Parameter) -> Iterator[tuple[str, str]]:
     elif isinstance(parameter.type, click.Path):
         yield from _paths(name, parameter)
     elif kind.startswith("integer"):
-        yield from ((each, word) for each, word in NUMBERS.items() if (option, each) != ("--trials", "huge"))
+        yield from NUMBERS.items()
     elif kind.startswith("float"):
-        free = {("launch", "--drift"), ("launch", "--jitter"), *(("pays", f"--{cost}") for cost in COSTS)}
+        free = {("launch", "--drift"), ("launch", "--jitter")}
         fine = {"zero", "minus zero"} if (name, option) in free else set()
         yield from ((each, word) for each, word in LENGTHS.items() if each not in fine)
     else:
