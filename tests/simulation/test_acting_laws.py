@@ -94,7 +94,7 @@ def test_greedy_robots_take_a_little_less_than_their_formula(tasks, steps):
     """A robot finds a given task at rate 0.005; what is in sight at the start helps."""
     rate = 2 * 2.0 / 20.0**2 / 2  # half of the time it looks
     assert expected(20, tasks, rate) == pytest.approx(steps, abs=1)
-    found = simulate(acting(tasks__count=tasks, acting__tell=False, **QUIET), runs=2000, seed=1)
+    found = simulate(acting(tasks__count=tasks, radio__loss=1.0, **QUIET), runs=2000, seed=1)
     mean = found.all_taken_step.values.mean()
     assert 1.10 <= expected(20, tasks, rate) / mean <= 1.35
 
