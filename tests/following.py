@@ -1,4 +1,4 @@
-"""What the robots of a user's strategy know, to which tests add a head, a count, a judge and a gap."""
+"""What the robots of a user's strategy know, to which tests add a head, a count and a judge."""
 
 from __future__ import annotations
 

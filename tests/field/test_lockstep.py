@@ -167,15 +167,6 @@ WORLDS = {
         "faults.byzantine": 0.3,
         "faults.byzantine_says": "feasible",
     },
-    "an operator who calls and releases": {
-        "arena.side": 4.0,
-        "decision.strategy": "roster",
-        "robots.most": 12,
-        "response.patience": 3,
-        "response.delay": 2,
-        "events": [{"step": 5, "tasks": 5}, {"step": 30, "tasks": -6}],
-        "run.steps": 60,
-    },
 }
 ACTING = {
     "at once": {"acting.start": 0},
@@ -198,16 +189,6 @@ ACTING = {
         "robots.count": 7,
         "faults.byzantine": {"count": 1},
         "radio.delay": 2,
-    },
-    "robots that are called, and start then": {
-        "acting.start": 12,
-        "tasks.count": 7,
-        "robots.most": 12,
-        "robots.know_count": True,
-        "decision.strategy": "roster",
-        "response.patience": 3,
-        "response.delay": 20,
-        "run.steps": 120,
     },
     "robots and tasks that come and go": {**STREAMS, "acting.start": 0, "tasks.lifetime": 30.0},
     "two rooms, in which the nearest task by a straight line isn't the nearest": {
@@ -247,7 +228,7 @@ def test_a_field_in_lockstep_equals_the_run(world, tmp_path):
 
 
 @pytest.mark.quick(8)
-@pytest.mark.parametrize("world", [name for name in WORLDS if name != "an operator who calls and releases"])
+@pytest.mark.parametrize("world", WORLDS)
 def test_robots_in_c_equal_the_run(world, tmp_path):
     """The program that is flashed, in the simulated world; Byzantine robots stay in Python."""
     needs("cc", "gcc")

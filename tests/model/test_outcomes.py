@@ -66,19 +66,14 @@ def test_longer_curves_keep_what_was_there():
 def test_a_dataset_has_the_columns_of_the_table(record, tmp_path):
     by_votes, sure = (to_dataset(record, each, 1) for each in (SCENARIO, declaring(tmp_path)))
     without = to_dataset(record, SCENARIO.replace({"decision.declare": None}), 1)
-    calling, stopping = (
-        to_dataset(record, Scenario(**each), 1)
-        for each in (
-            {"response": {"patience": 9}},
-            {"acting": {"start": 9}, "run": {"stop_when_taken": True}, "tasks": {"work": 5}},
-        )
-    )
+    stops = Scenario(acting={"start": 9}, run={"stop_when_taken": True}, tasks={"work": 5})
+    stopping = to_dataset(record, stops, 1)
     curves = [each.name for each in CURVES]
     for dataset, needs in ((by_votes, DECLARES), (sure, DECLARES), (without, None)):
         had = [each.name for each in OUTCOMES if each.needs in (None, needs)]
         assert list(dataset.data_vars) == [*had, *curves]
     saying = to_dataset(record, Scenario(decision={"strategy": "bayes"}), 1)
-    variables = {**calling.data_vars, **stopping.data_vars, **saying.data_vars, **sure.data_vars}
+    variables = {**stopping.data_vars, **saying.data_vars, **sure.data_vars}
     assert set(variables) == {*NAMES, *curves}
     for each in (*OUTCOMES, *CURVES):
         assert variables[each.name].dtype == each.dtype

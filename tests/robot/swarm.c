@@ -10,11 +10,10 @@ static uint8_t frames[ROBOTS][FRAME];
 static size_t lengths[ROBOTS];
 static uint32_t bits[ROBOTS], lies[ROBOTS];
 
-/* The functions of a strategy that a robot doesn't need: the length of a message, lies, and the gap. */
+/* The functions of a strategy that a robot doesn't need: the length of a message, and lies. */
 static const struct extra {
     feasibee_int (*bits)(struct feasibee_row message, struct feasibee_robot *me);
     void (*lie)(struct feasibee_row message, feasibee_int feasible, struct feasibee_robot *me);
-    feasibee_int (*gap)(struct feasibee_row known, struct feasibee_robot *me);
 } extras[] = {EXTRAS};
 static const struct extra *extra;
 
@@ -92,10 +91,8 @@ static void write_state(uint8_t number, uint32_t words)
     give(&known, 4);
     give(&remembered, 4);
     give(&quality, 2);
-    uint32_t gap = extra->gap ? (uint32_t)extra->gap(feasibee_known(robot), robot) : 0;
     give(&bits[number], 4);
     give(&lies[number], 4);
-    give(&gap, 4);
 }
 
 static void step(uint8_t number, uint32_t words)

@@ -23,8 +23,8 @@ from tests.robot.driving import Draws, assert_equal
 
 NAMES = list(STRATEGIES)
 KNOWLEDGE = [name for name in NAMES if STRATEGIES[name].knowledge]
-STATE = struct.Struct("<BBBIHIIIHIII")
-"""Opinion + 1, declared + 1, phase, steps left, length and CRC of the frame, CRCs, rating; bits, lie, gap."""
+STATE = struct.Struct("<BBBIHIIIHII")
+"""Opinion + 1, declared + 1, phase, steps left, length and CRC of the frame, CRCs, rating; bits, lie."""
 VARIANTS = {
     "turns": {
         "names": [-1.0, 0.0, 1.0, 3.0],
@@ -50,7 +50,7 @@ VARIANTS = {
 """Values of parameters to draw from."""
 EXACT = {"quiet": [20.0, 33.5]}
 """Values without which C computes in floating point."""
-EXTRAS = "bits", "lie", "gap"
+EXTRAS = "bits", "lie"
 """Functions that robots don't need, which swarm.c calls by their names."""
 CLASSES = 4
 """FEASIBEE_CLASSES, with which the programs are compiled that compute in double."""
@@ -86,7 +86,7 @@ def extras(whole_numbers=False):
             for each in EXTRAS
         )
         if name in KNOWLEDGE
-        else "NULL, NULL, NULL"
+        else "NULL, NULL"
         for name in NAMES
     ]
     return "-DEXTRAS=" + ", ".join(f"{{{row}}}" for row in rows)
@@ -332,7 +332,6 @@ class Episode:
             memory,
             0 if self.whole_numbers else int(robot.feasible_quality * 4096),
             *measured,
-            knowledge.gap() & 0xFFFFFFFF if self._has("gap") else 0,
         )
 
 

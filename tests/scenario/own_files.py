@@ -165,10 +165,6 @@ def judge(known, me):
     if present(known) == me.id:
         return -1
     return 1 if present(known) <= me.id else 0
-
-
-def gap(known, me):
-    return present(known) - me.setting.robots
 """
 )
 """A strategy without an `encode` of its own, so that `judge` must mark what it changes."""

@@ -171,9 +171,6 @@ EDGES = {
         ({"run.stop_at_decision": True}, [], [MORE], "run.stop_at_decision = True: ends a run at its"),
         ({"run.stop_at_declarations": True}, [], [MORE], "run.stop_at_declarations = True: ends a run once"),
     ],
-    "response.patience": [
-        ({"run.steps": 50}, 50, 51, "is longer than a run, run.steps = 50: nobody would be")
-    ],
     "acting.start": [
         ({}, "safe", "declared", '"declared" needs robots that declare'),
         (
@@ -220,7 +217,6 @@ EDGES = {
         ({}, False, True, "needs acting.start: without it, no task is taken"),
         ({**ACTS, "events": [MORE]}, False, True, "ends a run once all tasks are taken, but more appear"),
     ],
-    "response.margin": [({}, 2, 3, "needs response.patience: without it, nobody responds")],
     "run.steps": [
         ({}, 1, 0, "must be ≥ 1"),
         ({"events": [MORE]}, 5, 4, "events.0.step = 5: is after the end of a run, run.steps = 4"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 from pathlib import Path
 
 import numpy as np
@@ -63,3 +64,12 @@ def test_the_truth_of_the_changing_world_changes_as_the_comment_says():
 def test_it_runs_to_a_decision(path):
     record = simulate_record(Scenario.read(path), Runs(20, 1))
     assert (record.decision != -1).sum() >= 15
+
+
+def test_robots_are_sent_until_there_is_one_for_each_task():
+    example = runpy.run_path(FOLDER / "send_robots.py")
+    swarm, sent = example["serve"](example["SCENARIO"])
+    assert sent == [413, 523, 633]
+    assert swarm.robot_counts[[462, 463, -1]].tolist() == [20, 22, 26]
+    assert (swarm.task_counts[-1], swarm.truth, swarm.decision) == (26, True, 1)
+    assert (swarm.truths == (swarm.robot_counts >= swarm.task_counts)).all()

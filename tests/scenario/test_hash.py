@@ -7,14 +7,13 @@ from itertools import combinations
 import pytest
 
 from feasibee import Scenario
-from feasibee.scenario.fields import Declare, Event, Response, RobotClass, TaskClass
+from feasibee.scenario.fields import Declare, Event, RobotClass, TaskClass
 
 ROBOTS = {"name": "lift", "count": 12, "skills": ["arm"]}
 TASKS = {"name": "crate", "count": 9, "needs": {"arm": 1}}
 EVENT = {"step": 50, "tasks": 3, "robots": 2, "sensing": {"miss": 0.1}, "radio": {"loss": 0.1}}
 NAMED = {"step": 50, "task": 1, "at": [1.0, 2.0]}
 RULE = {"quorum": 0.8, "rounds": 2, "heard": 1}
-RESPONSE = {"patience": 5, "delay": 10, "margin": 1}
 
 
 def varied(table, **others):
@@ -45,10 +44,6 @@ OTHERS = {
     "declaring by votes": [
         {"decision": {"declare": each}} for each in varied(RULE, quorum=0.7, rounds=1, heard=2)
     ],
-    "response": [
-        {"decision": {"strategy": "roster"}, "response": each}
-        for each in varied(RESPONSE, patience=6, delay=11, margin=0)
-    ],
     "contact": [{"robots": {"avoid_collisions": True, "contact": each}} for each in ("stand", "deflect")],
     "parameters": [
         {"decision": {"strategy": "quiet-census", "parameters": each}} for each in ({}, {"quiet": 50.0})
@@ -74,6 +69,5 @@ def test_all_fields_of_these_tables_are_tried():
         TaskClass: TASKS,
         Event: {**EVENT, **NAMED, "robot": 1},
         Declare: RULE,
-        Response: RESPONSE,
     }
     assert all(set(section.model_fields) == set(table) for section, table in tables.items())

@@ -1,18 +1,12 @@
-"""Opinions that follow from knowledge in every step, and gaps: a user's file in both implementations."""
+"""Opinions that follow from knowledge in every step: a user's file in both implementations."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from numba import types
 from own_files import FADING, assert_same, controller, played, replaced
 
-from feasibee import Scenario, Swarm, reference
-from feasibee.engine.compile import entry
-from feasibee.engine.knowledge import update_pending
-from feasibee.engine.layout import Clock, Pending
-from feasibee.engine.params import Action
-from feasibee.engine.signatures import FUNCTIONS, PARAMS, STATE
+from feasibee import Scenario, reference
 from feasibee.strategies.contract import Thing
 
 SMALL = {"arena.side": 8.0, "run.steps": 60, "robots.know_count": True, "decision.gain": 5.0}
@@ -69,43 +63,15 @@ def test_a_stubborn_robot_is_asked_but_keeps_its_opinion(write):
     assert all(max(robot.mind.knowledge.words) < 9 for robot in last.robots)  # each was counted down
 
 
-def test_gaps_are_those_that_the_functions_return(write):
-    """In the engine by `Action.GAP`, for robots that are queued; in the reference by the robot's mind."""
-    path = write(FADING)
-    swarm, plain = Swarm(scenario_of(path), seed=3, run=0), reference.Swarm(scenario_of(path), 3, 0)
-    for _ in range(12):
-        swarm.advance()
-        plain.step()
-    told = gaps_of(swarm, [4, 0, 19])
-    assert told == [plain.robots[number].mind.knowledge.gap() for number in (4, 0, 19)]
-    assert len(set(told)) > 1
-    assert min(told) < 0
-
-
-def ask(params, state, functions):
-    """Ask the robots in the queue for their gaps."""
-    update_pending(params, state, functions, Action.GAP)
-
-
-def gaps_of(swarm, numbers):
-    """Return the gaps of some robots, by the engine."""
-    state = swarm._state
-    for place, number in enumerate(numbers):
-        state.pending[Pending.WHO, place] = number
-    state.clock[Clock.PENDING] = len(numbers)
-    entry(types.void(PARAMS, STATE, FUNCTIONS))(ask)(swarm._packed, state, swarm._functions)
-    return state.seen[numbers, 0].tolist()
-
-
 # --- On a robot ---
 
 
 def test_a_controller_follows_what_it_knows(write):
     robot = controller(write(FADING), 3.0)
     robot.recognise([Thing(False, 4 + k, 0, 1, 1.0, 1.5) for k in range(3)])
-    assert robot.knowledge.gap() == -1  # three tasks in sight, and the one that it knows at the start
+    assert robot.knowledge.counted() == ([5], [4])  # three tasks in sight, and the one known at the start
     robot.end_step()
     assert (robot.opinion, robot.declared) == (0, -1)
     robot.end_step()
     robot.end_step()
-    assert (robot.opinion, robot.knowledge.gap()) == (1, -5)
+    assert (robot.opinion, robot.knowledge.counted()) == (1, ([5], [0]))

@@ -77,7 +77,6 @@ PAPER = {
         "stop_at_declarations": False,
         "stop_when_taken": False,
     },
-    "response": {"delay": 100, "margin": 2},
     "acting": {
         "choose": "nearest",
         "hold": "stand",

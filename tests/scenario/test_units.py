@@ -54,7 +54,7 @@ def test_impossible_units_are_errors(field, value):
 
 def test_fields_have_the_unit_of_their_type_also_if_they_may_be_off():
     with_units = {"robots.spread": "units", "robots.speed": "units per step", "tasks.lifetime": "steps"}
-    with_units |= {"arena.side": "units", "response.patience": "steps", "run.steps": "steps"}
+    with_units |= {"arena.side": "units", "run.steps": "steps"}
     with_units |= {"events.0.step": "steps", "acting.start": "steps", "decision.dissemination_floor": "steps"}
     without = dict.fromkeys(("tasks.count", "robots.classes.0.count", "events.0.tasks", "preset"), "")
     assert {path: dimension_of(path).unit for path in with_units | without} == with_units | without

@@ -51,7 +51,6 @@ WORLDS = {
         "robots.arrival_rate": 0.3,
         "decision.strategy": "roster",
     },
-    "an operator": {"response.patience": 5, "decision.strategy": "census"},
     "events": {"events": [{"step": 0, "robots": -2}, {"step": 9, "robots": -9}, {"step": 19, "robots": 6}]},
 }
 

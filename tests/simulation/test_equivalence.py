@@ -749,12 +749,6 @@ CHANGING_WORLDS = {
         "tasks.classes": WORLDS["classes"]["tasks.classes"],
     },
     "names": {"decision.strategy": "census"},
-    "calls for more": {
-        "decision.strategy": "roster",
-        "response.patience": 3,
-        "response.delay": 4,
-        "robots.most": 50,
-    },
     "named and placed": {
         "robots.avoid_collisions": True,
         "events": [

@@ -83,9 +83,6 @@ SCENARIO = Scenario(
     decision={"strategy": "census"},
     run={"steps": 200},
 )
-CALLING = SCENARIO.replace(
-    {"decision.strategy": "roster", "response.patience": 5, "response.delay": 10, "robots.most": 60}
-)
 FAULTY = SCENARIO.replace({"faults.byzantine": 0.2, "faults.stopped": 0.2, "faults.stop_step": 20})
 EVENTS = Scenario(
     events=[{"step": 30, "tasks": 60}, {"step": 60, "tasks": -70}], decision={"strategy": "census"}
@@ -96,7 +93,7 @@ RESTORED = {name: Scenario(run={"steps": 130}).replace(changes) for name, change
     ),
     "that changes": SCENARIO,
     "that changes, with faults": FAULTY,
-    "that calls": CALLING,
+    "that changes, with a roster": SCENARIO.replace({"decision.strategy": "roster"}),
     "with events": EVENTS,
     "with events, of 40 robots": EVENTS.replace({"robots.count": 40}),
 }

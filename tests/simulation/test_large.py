@@ -25,7 +25,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import lower
 
-HASHED = tuple(COLUMNS)[: COLUMNS["calls"]]
+HASHED = tuple(COLUMNS)[: COLUMNS["last_step"]]
 """The outcomes that are hashed; in worlds that don't change, the later ones are 0."""
 HASHES = json.loads((Path(__file__).parent / "large_bytes.json").read_text(encoding="utf-8"))
 WORLDS = {

@@ -25,7 +25,7 @@ from feasibee.strategies import STRATEGIES
 
 FIRST_ACCOUNT = ("bits_sent", "declare_step", "declared_feasible", "declared_infeasible")
 """The outcomes of the first corpus; the later ones follow from curves, unless robots declare."""
-DECLARING_ACCOUNT = tuple(COLUMNS)[: COLUMNS["calls"]]
+DECLARING_ACCOUNT = tuple(COLUMNS)[: COLUMNS["last_step"]]
 """The outcomes of the corpus of robots that declare; in worlds that don't change, the later ones are 0."""
 HASHES = Path(__file__).parent / "same_bytes.json"
 KEPT = json.loads(HASHES.read_text())

@@ -240,17 +240,3 @@ def test_a_paired_difference_is_bonetts_and_prices():
 def test_the_frontier_has_what_nothing_beats():
     assert pareto([2, 1, 3, 3], [5, 5, 6, 7]) == [1, 3]
     assert pareto([1.0], [0.0]) == [0]
-
-
-def test_a_comparison_of_swarms_that_call_says_how_they_are_served(tmp_path):
-    changes = {"tasks.arrival_rate": 0.1, "tasks.lifetime": 200.0, "response.patience": 20}
-    scenario = Scenario().replace({**changes, "run.steps": 200})
-    outcomes = compare(contenders_of(scenario, ["dmmd", "voter"]), runs=3)
-    write_comparison(tmp_path, outcomes)
-    assert (tmp_path / "compare_asking.png").exists()
-    for row, outcome in zip(rows_of(tmp_path / "compare.csv"), outcomes, strict=True):
-        judged = outcome.judgement
-        assert float(row["feasible_share"]) == judged.own.feasible_share.estimate
-        assert float(row["fixed_idle"]) == judged.as_often.idle.estimate
-        assert int(row["fixed_robots"]) == judged.robots
-        assert outcome.to_dict()["response"]["idle"]["estimate"] == judged.own.idle.estimate

@@ -144,8 +144,6 @@ def _brain(scenario: Scenario) -> Iterator[Path]:
     from feasibee.field.brain import compiled
     from feasibee.scenario.plugins import strategy_of
 
-    if scenario.responds:
-        raise FeasibeeError("--c with [response]: robots in C tell no operator what they lack; leave one out")
     if scenario.acts:
         raise FeasibeeError("--c with [acting]: frames in C say nothing of tasks; leave one out")
     with tempfile.TemporaryDirectory() as folder:

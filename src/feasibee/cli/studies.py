@@ -50,11 +50,6 @@ TRACKING_CAPTION = (
     "a quarter, half and three quarters of the changes were followed; missed: changes that were not (%); "
     "alarms: false ones per 1,000 steps; bits: per robot-step"
 )
-SERVICE_CAPTION = (
-    "feasible: share of steps with enough robots (%); idle: robots in excess, mean; calls: per run; too many "
-    "and too few: robots per call, when they came; fixed: least fixed number of robots that is feasible as "
-    "often; oracle: share of steps if the operator knew the numbers (in brackets: idle)"
-)
 DECLARED_CAPTION = (
     "in brackets: swarms with a robot that declared wrongly (%); below: steps by which more than the "
     "threshold's share of the robots had declared, in half of the swarms and in 95 %"
@@ -215,9 +210,6 @@ def _print_comparison(outcomes: list[Outcome]) -> None:
 
     if outcomes[0].tracking is not None:
         _print_tracking(outcomes)
-    if outcomes[0].judgement is not None:
-        _print_service(outcomes)
-        return
     groups = by_contender(outcomes)
     ranked = sorted(groups, key=lambda name: -overall(groups[name]).estimate)
     some = next(iter(groups.values()))
@@ -284,29 +276,6 @@ def _print_tracking(outcomes: Sequence[Outcome]) -> None:
     title = f"How swarms track the truth, {outcomes[0].runs} runs each"
     heads = ["strategy", *["m"] * several, "right", "interval", "delay", "missed", "alarms", "bits"]
     print_numbers(title, heads, rows, TRACKING_CAPTION, narrow=True)
-
-
-def _print_service(outcomes: Sequence[Outcome]) -> None:
-    """Print how well swarms that call and release robots were served, the most often feasible first."""
-    found = [(each, each.judgement) for each in outcomes if each.judgement is not None]
-    rows = []
-    for each, judged in sorted(found, key=lambda pair: -pair[1].own.feasible_share.estimate):
-        own, oracle = judged.own, judged.oracle
-        share, interval = percents(own.feasible_share)
-        cells = {
-            "strategy": each.contender,
-            "m": str(each.tasks),
-            "feasible": share,
-            "interval": interval,
-            "idle": f"{own.idle.estimate:.1f}",
-            "calls": f"{own.calls.estimate:.1f}",
-            "too many": f"{own.too_many_per_call:.1f}",
-            "too few": f"{own.too_few_per_call:.1f}",
-            "fixed": f"{judged.robots} ({judged.as_often.idle.estimate:.1f})",
-            "oracle": f"{100 * oracle.feasible_share.estimate:.1f} ({oracle.idle.estimate:.1f})",
-        }
-        rows.append(list(cells.values()))
-    print_numbers(f"What asking gives, {outcomes[0].runs} runs each", list(cells), rows, SERVICE_CAPTION)
 
 
 def _delays(steps: Sequence[int | None]) -> str:

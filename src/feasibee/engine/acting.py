@@ -125,7 +125,7 @@ def most_of(params, state):
     """Return how many tasks the counted robots can take, or have done and can do (model.md 6.25.14)."""
     if params.changes and not params.truth_stays:
         robots, tasks = state.clock[Clock.COUNTED], state.clock[Clock.TASKS]
-        return tasks if params.tasks.work > 0 or params.response.enabled else min(robots, tasks)
+        return tasks if params.tasks.work > 0 else min(robots, tasks)
     if params.tasks.work == 0:
         return state.clock[Clock.MOST]
     most = int64(0)

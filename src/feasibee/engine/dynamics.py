@@ -1,12 +1,10 @@
-"""How a world changes, robots charge, and an operator calls or releases them (model.md 6.17, 6.19, 6.23).
+"""How a world changes, and robots charge (model.md 6.17, 6.23).
 
 `change_world` is passed to the step as a pointer, so worlds that stay don't compile it. One thread simulates
 a world that changes.
 """
 
 from __future__ import annotations
-
-from typing import Any, NamedTuple
 
 from numba import int32, int64, uint32
 
@@ -25,10 +23,9 @@ from feasibee.engine.intrinsics import (
     set_member,
     without_lowest,
 )
-from feasibee.engine.knowledge import defer, drop_delayed, update_pending
+from feasibee.engine.knowledge import drop_delayed
 from feasibee.engine.layout import WORD, Clock, Event, Heard, Robot, Set
 from feasibee.engine.motion import head
-from feasibee.engine.params import Action
 from feasibee.engine.sensing import label_of
 from feasibee.engine.starting import (
     place_robot,
@@ -42,83 +39,6 @@ from feasibee.engine.starting import (
     stand_still,
 )
 from feasibee.model import purposes
-from feasibee.model.codes import COUNT_LIMIT, FEASIBLE, INFEASIBLE, UNDECIDED
-from feasibee.model.outcomes import CALLS, ROBOTS_CALLED, ROBOTS_RELEASED
-
-
-class Asking(NamedTuple):
-    """The one function of a strategy that the operator needs."""
-
-    update: Any
-
-
-@called
-def look(params, state, update, now):
-    """Look at the opinion held after the step before; call robots, or return how many are to spare."""
-    clock, held = state.clock, state.clock[Clock.HELD]
-    if now <= clock[Clock.ARRIVES_AT]:
-        clock[Clock.HELD_FOR] = 0
-        return int64(0)
-    if held != clock[Clock.WAS_HELD]:
-        clock[Clock.HELD_FOR] = 0
-    clock[Clock.HELD_FOR] += 1
-    clock[Clock.WAS_HELD] = held
-    if held == UNDECIDED or clock[Clock.HELD_FOR] < params.response.patience:
-        return int64(0)
-    clock[Clock.HELD_FOR] = 0
-    asked = ask(params, state, Asking(update), held) if params.response.asks else int64(0)
-    gap = lower_median(state, held, asked) if asked > 0 else int64(0)
-    if held == INFEASIBLE:
-        wanted = gap + params.response.margin if asked > 0 else int64(1)
-        clock[Clock.AWAITED] = min(max(wanted, 1), params.robots.count)
-        clock[Clock.ARRIVES_AT] = now + params.response.delay
-        state.account[CALLS] += 1
-        state.account[ROBOTS_CALLED] += clock[Clock.AWAITED]
-        return int64(0)
-    return int64(0) if params.acting.acts else max(int64(0), -gap - params.response.margin)
-
-
-@inlined
-def word_of(state, w, held):
-    """Return the counted robots of a word that hold an opinion."""
-    counted = state.sets[Set.COUNTED, w]
-    if held == FEASIBLE:
-        return uint32(counted & state.sets[Set.FEASIBLE, w])
-    return uint32(counted & ~state.sets[Set.FEASIBLE, w] & ~state.sets[Set.NEUTRAL, w])
-
-
-@inlined
-def ask(params, state, functions, held):
-    """Let the counted robots of an opinion write their gaps as their first counts; return their number."""
-    asked = int64(0)
-    for w in range(state.sets.shape[1]):
-        left = word_of(state, w, held)
-        asked += popcount(left)
-        while left:
-            defer(params, state, functions, Action.GAP, lowest_member(w, left), int64(0), int64(0))
-            left = without_lowest(left)
-    update_pending(params, state, functions, Action.GAP)
-    return asked
-
-
-@inlined
-def lower_median(state, held, asked):
-    """Return the least gap that at least half of those asked don't exceed, by halving its range."""
-    low, high = int64(-COUNT_LIMIT), int64(COUNT_LIMIT)
-    while low < high:
-        middle = low + (high - low) // 2
-        below = int64(0)
-        for w in range(state.sets.shape[1]):
-            left = word_of(state, w, held)
-            while left:
-                below += int64(state.seen[lowest_member(w, left), 0] <= middle)
-                left = without_lowest(left)
-        if 2 * below >= asked:
-            high = middle
-        else:
-            low = middle + 1
-    return low
-
 
 ANYWHERE = int64(-1)
 """In place of a coordinate: it is drawn."""
@@ -132,9 +52,8 @@ def draw_dynamics(params, state):
     """Draw lifetimes, times of failure and classes at the start of a run."""
     run, class_of = state.clock[Clock.RUN], state.tables.class_of
     state.clock[Clock.APPEARED] = params.tasks.at_start
-    for kind in (Clock.EVENTS, Clock.VANISHED, Clock.LEFT, Clock.HELD_FOR, Clock.AWAITED):
+    for kind in (Clock.EVENTS, Clock.VANISHED, Clock.LEFT):
         state.clock[kind] = 0
-    state.clock[Clock.WAS_HELD], state.clock[Clock.ARRIVES_AT] = UNDECIDED, -1
     for task in range(params.tasks.at_start):
         begin_lifetime(params, state, task, int64(0))
     for i in range(params.robots.at_start):
@@ -152,12 +71,10 @@ def draw_dynamics(params, state):
             class_of[first + task] = class_of[first + drawn]
 
 
-def change_world(params, state, update, now):
+def change_world(params, state, now):
     """Change the world at the beginning of step ``now``; before the first step, only events do."""
     state.clock[Clock.CHANGED] = 0
     if now > 0:
-        if params.response.enabled:
-            release(params, state, look(params, state, update, now), now)
         end_lifetimes(params, state, now)
         fail(params, state, now)
         charge(params, state, now)
@@ -169,14 +86,11 @@ def change_world(params, state, update, now):
         state.clock[Clock.EVENTS] += 1
     if now > 0:
         arrive(params, state, now)
-        if now == state.clock[Clock.ARRIVES_AT]:
-            for _ in range(state.clock[Clock.AWAITED]):
-                join(params, state, now, ANYWHERE, ANYWHERE)
     if state.clock[Clock.CHANGED] or now == params.faults.stop_step:
         settle(params, state)
 
 
-def stay(params, state, update, now):
+def stay(params, state, now):
     """Stand in for `change_world` in a world that doesn't change."""
 
 
@@ -263,15 +177,6 @@ def take_or_put_robot(params, state, i, x, y):
         put(state.robots, i, old_x, old_y)
     set_member(state.sets, Set.THERE, i, True)
     state.clock[Clock.CHANGED] = 1
-
-
-@called
-def release(params, state, number, now):
-    """Release so many robots, but not the last one (model.md 6.19.6)."""
-    for k in range(min(number, state.clock[Clock.ROBOTS] - 1)):
-        word = draw(params, state.clock[Clock.RUN], k, now, purposes.RELEASE)
-        leave(params, state, member_of(state.sets[Set.PRESENT], choose(word, state.clock[Clock.ROBOTS])))
-        state.account[ROBOTS_RELEASED] += 1
 
 
 @inlined

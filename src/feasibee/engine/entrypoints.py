@@ -44,8 +44,6 @@ def record_step(params, state, outcome, row):
     if outcome.decision[row] == UNDECIDED and held != UNDECIDED:
         outcome.decision[row] = held
         outcome.decision_step[row] = now
-    if params.changes:
-        state.clock[Clock.HELD] = held
     if params.changes and not params.truth_stays:
         outcome.truth[row, now], outcome.held[row, now] = state.clock[Clock.TRUTH], held
         outcome.robots_present[row, now] = state.clock[Clock.ROBOTS]

@@ -162,7 +162,7 @@ def _missing(*arguments: Any) -> Any:
 UNSENT: Final = -(2**62)
 """`Count.SENT_BITS` of a robot whose words of `Copy.SENT` are no copy of what it once knew."""
 
-start = observe = encode = lie = falsify = merge = count = bits = declare = judge = gap = _missing
+start = observe = encode = lie = falsify = merge = count = bits = declare = judge = _missing
 repeats: bool = False
 """Whether a robot that learns nothing new repeats its message: a copy of what it knows, and its length."""
 
@@ -291,16 +291,6 @@ def judge_all(params, state, now, number):
             asked = without_lowest(asked)
 
 
-def gap_all(params, state, now, number):
-    """Write by how many the tasks outnumber the robots, as each robot believes, as its first count."""
-    setting = setting_of(params, state)
-    for k in range(number):
-        i = int64(state.pending[Pending.WHO, k])
-        state.seen[i, 0] = gap(known_by(params, state, i), me_of(params, state, setting, now, i))
-        if not -COUNT_LIMIT <= state.seen[i, 0] <= COUNT_LIMIT:
-            raise ValueError("gap must return a whole number from -2**53 to 2**53")
-
-
 def ask_nothing(params, state, now, number):
     """Stand in for what a strategy doesn't define."""
 
@@ -345,8 +335,6 @@ def update(params, state, now, action, number):
         declare_all(params, state, now, number)
     elif action == Action.JUDGE:
         judge_all(params, state, now, number)
-    elif action == Action.GAP:
-        gap_all(params, state, now, number)
     else:
         start_all(params, state, now, number)
     return int64(0)
@@ -358,7 +346,7 @@ def update_nothing(params, state, now, action, number):
 
 
 PARTS: Final = (start_all, observe_all, speak_all, merge_all, count_all)
-QUESTIONS: Final = {"declare": declare_all, "judge": judge_all, "gap": gap_all}
+QUESTIONS: Final = {"declare": declare_all, "judge": judge_all}
 """Parts for functions that have no default."""
 
 

@@ -112,7 +112,7 @@ class Set(IntEnum):
     MET_RIGHT = 22
     LOOKING = 23  # observes in this step (general engine)
     AWAY = 24  # charge, out of the arena (model.md 6.23)
-    PRESENT = 25  # for the truth, events and the operator: those there, and those away that count
+    PRESENT = 25  # for the truth and events: those there, and those away that count
     SPEAKING_AGAIN = 26  # those away that will speak when they are back
     ACTING = 27
     BOUND = 28  # those that have a target
@@ -241,13 +241,8 @@ class Clock(IntEnum):
     INVENTED_TASKS = 15
     VANISHED = 16  # tasks by events of this step so far
     LEFT = 17  # robots likewise
-    HELD = 18  # the opinion that the swarm held after the last step, in a world that changes
-    WAS_HELD = 19  # the one that the operator saw last (model.md 6.19)
-    HELD_FOR = 20  # how many steps in a row it saw that
-    ARRIVES_AT = 21  # step at which the robots come that were called last, or -1
-    AWAITED = 22  # their number
-    CHANGED = 23  # whether robots or tasks came or went at the beginning of this step
-    MOST = 24  # tasks that the counted robots can take at once, in a world that stays
+    CHANGED = 18  # whether robots or tasks came or went at the beginning of this step
+    MOST = 19  # tasks that the counted robots can take at once, in a world that stays
 
 
 class Event(IntEnum):

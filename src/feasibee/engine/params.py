@@ -97,7 +97,6 @@ class Action(IntEnum):
     COUNT = 4
     DECLARE = 5
     JUDGE = 6
-    GAP = 7
 
 
 class Moment(IntEnum):
@@ -347,16 +346,6 @@ class FaultParams(NamedTuple):
     exactly: bool  # whether they invent as many robots or tasks as this takes
 
 
-class ResponseParams(NamedTuple):
-    """When robots are called or released (model.md 6.19)."""
-
-    enabled: bool
-    patience: int  # steps
-    delay: int  # steps
-    asks: bool  # whether the strategy says what robots believe the gap to be
-    margin: int
-
-
 class ActingParams(NamedTuple):
     """When and how robots act (model.md 6.25)."""
 
@@ -395,7 +384,6 @@ class Params(NamedTuple):
     decision: DecisionParams
     faults: FaultParams
     run: RunParams
-    response: ResponseParams
     acting: ActingParams
     truth: bool  # at the start
     changes: bool  # whether robots or tasks come or go (model.md 6.17, 6.23)

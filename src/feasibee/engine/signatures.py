@@ -148,7 +148,6 @@ def tuple_of(cls: Any) -> Any:
 MIND, INBOX, ME, THING, SETTING = (tuple_of(each) for each in (Mind, Inbox, Me, Thing, Setting))
 ROW: Final = types.Array(int32, 1, "C")
 MESSAGE: Final = types.Array(int32, 1, "C", readonly=True)
-UPDATE: Final = int64(PARAMS, STATE, int64, int64, int64)
 STRATEGY: Final = Functions(
     quality=float64(int64, int64),
     dissemination=float64(float64, float64),
@@ -157,8 +156,8 @@ STRATEGY: Final = Functions(
     value=float64(MIND),
     lasting=float64(MIND, float64),
     probability=float64(MIND, MESSAGE, SETTING),
-    update=UPDATE,
-    change=types.void(PARAMS, STATE, types.FunctionType(UPDATE), int64),
+    update=int64(PARAMS, STATE, int64, int64, int64),
+    change=types.void(PARAMS, STATE, int64),
     act=types.void(PARAMS, STATE, int64, int64, int64, uint32),
 )
 """Signatures of the functions that a scenario chooses."""
@@ -173,7 +172,6 @@ KNOWLEDGE: Final = {
     "bits": int64(MESSAGE, ME),
     "declare": int64(ROW, ME),
     "judge": int64(ROW, ME),
-    "gap": int64(MESSAGE, ME),
 }
 """Signatures of the functions of a strategy that passes on knowledge."""
 START: Final = types.void(PARAMS, STATE, int64)

@@ -130,7 +130,7 @@ def counted_after_stop(params):
 def change_world(params, state, functions, now):
     """Change the world at the beginning of a step (model.md 6.17)."""
     if params.changes:
-        functions.change(params, state, functions.update, now)
+        functions.change(params, state, now)
 
 
 @spliced

@@ -8,7 +8,6 @@ from typing import Any, cast
 
 from feasibee.field.errands import RemoteErrand, check_tasks
 from feasibee.field.node import Status, sighting_of
-from feasibee.model.codes import UNDECIDED
 from feasibee.reference.mind import BYZANTINE, HONEST, Mind, Settings, plain_settings
 from feasibee.reference.robot import Robot
 from feasibee.reference.swarm import Swarm
@@ -23,21 +22,12 @@ class RemoteMind:
     def __init__(self, settings: Settings) -> None:
         self.settings = settings
         # As that of a fresh mind, whose first phase has begun.
-        self.report([-1, -1, False, 1, settings.phases + 1, None])
+        self.report([-1, -1, False, 1, settings.phases + 1])
 
     def report(self, status: Sequence[Any]) -> None:
         """Keep what the robot reports, in the form of `Status`."""
         self.status = Status(*status)
-        self.opinion, self.declared, self.disseminating, _, self.phases, _ = self.status
-
-    @property
-    def knowledge(self) -> RemoteMind | None:
-        """What the operator asks for a gap, if the robot reports one."""
-        return None if self.status.gap is None else self
-
-    def gap(self) -> int:
-        """Return by how many the tasks exceed the robots, as the robot last reported."""
-        return self.status.gap or 0
+        self.opinion, self.declared, self.disseminating, _, self.phases = self.status
 
     def move_to(self, x: float, y: float) -> None:
         """Do nothing: the robot learns its place with the next packet."""
@@ -100,12 +90,11 @@ class Bodies(Swarm):
 
         Return the bodies that leave, and those that join.
         """
-        held = self.decision if self.operator else UNDECIDED
         self.time = step
         if self._dynamics is None:
             return [], []
         before = dict.fromkeys(self.bodies)
-        if self._dynamics.change(held):
+        if self._dynamics.change():
             self._look_up_truth()
         now = dict.fromkeys(self.bodies)
         left = [body for body in before if body not in now]
@@ -130,7 +119,6 @@ class Bodies(Swarm):
             "strategy": self.scenario.manifest.name,
             "settings": plain_settings(body.remote.settings),
             "insight": self._insight_of(body),
-            "asks_gap": self.operator is not None and self.scenario.manifest.knows_gap,
         }
         return orders | ({"acting": self._errand_of(body, real)} if self.work else {})
 

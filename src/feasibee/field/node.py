@@ -62,8 +62,6 @@ class Status(NamedTuple):
     phase_left: int
     phases: int
     """Number of phases that the robots of its number have begun; a later robot's draws go on from there."""
-    gap: int | None
-    """By how many the tasks exceed the robots, as it believes; None unless the operator asks."""
 
 
 class Node:
@@ -72,7 +70,7 @@ class Node:
     Parameters
     ----------
     orders : mapping
-        What the world sends a robot that joins: ``strategy``, ``settings``, ``insight`` and ``asks_gap``.
+        What the world sends a robot that joins: ``strategy``, ``settings`` and ``insight``.
     write : callable, optional
         Takes each line of the log, as a mapping.
     draw : callable, optional
@@ -99,7 +97,6 @@ class Node:
         self._draws: list[Words] = []
         self._drawn = draw or partial(philox, *settings.coordinates)
         self._insight = orders["insight"] or {"truth": 0, "invented": ((), ())}
-        self._asks_gap = orders["asks_gap"]
         self._id = settings.me[0]
         setting = settings.setting
         self._names = _TaskNames(setting) if strategy is STRATEGIES["roster"] else None
@@ -131,9 +128,8 @@ class Node:
     def status(self) -> Status:
         """What the robot holds now."""
         mind = self._mind
-        gap = int(mind.knowledge.gap()) if self._asks_gap and mind.knowledge else None
         held = mind.opinion, mind.declared, mind.disseminating
-        return Status(*held, mind.phase_left, mind.phases, gap)
+        return Status(*held, mind.phase_left, mind.phases)
 
     @property
     def confidence(self) -> float:

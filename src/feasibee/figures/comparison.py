@@ -20,7 +20,6 @@ from feasibee.figures.decisions import LIMITS, draw_truth
 from feasibee.figures.labels import Point, draw_points, label_ends, label_points
 from feasibee.figures.style import (
     GREY,
-    PALETTE,
     PERCENT,
     PLAIN,
     Look,
@@ -29,13 +28,11 @@ from feasibee.figures.style import (
     figure,
     looks,
     name_of_axis,
-    note,
     over_time,
     robots_per_task,
     spaced_by_ratio,
 )
 from feasibee.results.calibration import Calibration
-from feasibee.results.responding import Judgement, Service
 from feasibee.results.statistics import Interval, Quartiles, pareto
 
 BESIDE = 0.006
@@ -323,44 +320,3 @@ def draw_delay_against_bits(
             ax.set_yticks([*steps_of, never], [*(f"{tick:g}" for tick in steps_of), "never"])
         _leave_room(ax, [bits for bits, _ in contenders.values()], 2, 3, 1.3)
     return drawn
-
-
-def draw_service(judged: Mapping[str, Judgement], *, before: Mapping[str, Look] | None = None) -> Figure:
-    """Draw the share of steps with enough robots against idle robots, up and left being better.
-
-    A contender to the right of the curve of fixed numbers does worse than robots that never ask.
-
-    Parameters
-    ----------
-    judged : mapping of str to Judgement
-        By contender, all on the same tasks.
-    """
-    shares = {name: each.own.feasible_share.estimate for name, each in judged.items()}
-    found = looks(shares, list(shares)[: len(PALETTE)], before)
-    some = next(iter(judged.values()))
-    fixed = {number: each for judgement in judged.values() for number, each in judgement.fixed.items()}
-    lines = dict(sorted(fixed.items()))
-    with figure(7.2, 3.6) as (drawn, ax):
-        points = [
-            _point(name, each.own, found[name] if found[name].highlighted else Look(GREY, "o"))
-            for name, each in judged.items()
-        ]
-        points.append(_point("oracle", some.oracle, Look("black", "*")))
-        draw_points(ax, points)
-        idle = [each.idle.estimate for each in lines.values()]
-        enough = [100 * each.feasible_share.estimate for each in lines.values()]
-        ax.plot(idle, enough, color="0.35", linewidth=0.8, marker="|", zorder=1)
-        for number, x, y in zip(lines, idle, enough, strict=True):
-            note(ax, str(number), (x, y), (4, -10), fontsize=7, va="baseline")
-        note(ax, "so many robots\nthat never ask", (idle[-1], enough[-1]), (24, 0))
-        lowest = min(*enough, *(point.low for point in points))
-        ax.set(xlabel="idle robots, mean", ylabel="steps with enough robots (%)", ylim=(lowest - 6, 104))
-        beside = 0.012 * (ax.get_xlim()[1] - ax.get_xlim()[0])
-        numbers = [Point("", x + beside, y - 2, PLAIN, y - 3, y) for x, y in zip(idle, enough, strict=True)]
-        label_points(ax, [*points, *numbers])
-    return drawn
-
-
-def _point(name: str, service: Service, look: Look) -> Point:
-    share, low, high = (100 * each for each in service.feasible_share)
-    return Point(name, service.idle.estimate, share, look, low, high)

@@ -56,7 +56,6 @@ STOPS: Final = Need(
     lambda scenario: scenario.run.stop_at_declarations or scenario.run.stop_when_taken,
 )
 SAYS: Final = Need("a strategy's own `probability`", lambda scenario: scenario.gives_probability)
-RESPONDS: Final = Need("`response.patience`", lambda scenario: scenario.response.patience is not None)
 ACTS: Final = Need("`acting.start`", lambda scenario: scenario.acts)
 WORKS: Final = Need("`tasks.work`", lambda scenario: scenario.tasks.work is not None)
 OUTCOMES: Final = (
@@ -92,9 +91,6 @@ OUTCOMES: Final = (
     ),
     Outcome("feasible_at_end", "honest working robots with opinion feasible at the end of the run"),
     Outcome("infeasible_at_end", "honest working robots with opinion infeasible at the end of the run"),
-    Outcome("calls", "calls of the swarm for more robots", *("calls", "int64", 0), needs=RESPONDS),
-    Outcome("robots_called", "robots that the swarm has called", needs=RESPONDS),
-    Outcome("robots_released", "robots that the swarm has released", needs=RESPONDS),
     Outcome("last_step", "last step of the run", *("step", "int64", 0), needs=STOPS),
     Outcome(
         "said_at_end",
@@ -194,9 +190,6 @@ FILLS: Final = tuple(each.fill for each in ACCOUNT)
     DECLARED_INFEASIBLE,
     FEASIBLE_AT_END,
     INFEASIBLE_AT_END,
-    CALLS,
-    ROBOTS_CALLED,
-    ROBOTS_RELEASED,
     LAST_STEP,
     SAID_AT_END,
     FIRST_TAKEN_STEP,

@@ -35,7 +35,7 @@ VANISH: Final = 25  # word 0: which of the tasks there; of (how many by events b
 LEAVE: Final = 26  # word 0: which of the robots there; likewise
 JOINING_CLASS: Final = 27  # word 0: the robot of the start that has the class of a number beyond these
 APPEARING_CLASS: Final = 28  # word 0: the same for a task
-RELEASE: Final = 29  # word 0: which of the robots there; of (how many released before it in this step, step)
+# 29 was for robots that were released.
 MISNAME: Final = 30  # word 0; of (observer, task)
 BATTERY: Final = 31  # word 0: how long the first battery of a robot lasts; as for FAILURE
 PAIR: Final = 256

@@ -116,8 +116,8 @@ class Work:
         """How many tasks the counted robots can take, or have done and can do."""
         swarm = self._swarm
         if swarm.scenario.dynamic:
-            all_can = swarm.scenario.tasks.work or swarm.scenario.responds
-            return len(swarm.tasks) if all_can else min(len(swarm.counted), len(swarm.tasks))
+            tasks = len(swarm.tasks)
+            return tasks if swarm.scenario.tasks.work else min(len(swarm.counted), tasks)
         if not swarm.scenario.tasks.work:
             return self._most
         able = [self.can_do[kind] for kind in {robot.kind for robot in swarm.counted}]

@@ -60,10 +60,6 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
         record.infeasible_at_end[row] = swarm.infeasible_count
         if scenario.gives_probability:
             record.said_at_end[row] = swarm.said
-        if swarm.operator is not None:
-            record.calls[row] = swarm.operator.calls
-            record.robots_called[row] = swarm.operator.robots_called
-            record.robots_released[row] = swarm.operator.robots_released
         for name in WORKED if swarm.work else ():
             getattr(record, name)[row] = getattr(swarm.work, name)
     return record
@@ -111,11 +107,6 @@ class Swarm:
         self._look_up_truth()
 
     @property
-    def operator(self) -> Operator | None:
-        """Who responds to what the swarm holds, if anybody does (model.md 6.19)."""
-        return self._dynamics.operator if self._dynamics is not None else None
-
-    @property
     def present(self) -> list[Robot]:
         """The robots that the truth is about, by number (model.md 6.17.3, 6.23.4)."""
         if self.scenario.robots.away == "missing":
@@ -153,9 +144,8 @@ class Swarm:
 
     def step(self) -> None:
         """Simulate one step: move, observe and receive, end the step (model.md 3)."""
-        held = self.decision if self.operator else UNDECIDED
         self.time += 1
-        if self._dynamics is not None and self._dynamics.change(held):
+        if self._dynamics is not None and self._dynamics.change():
             self._look_up_truth()
         working = [robot for robot in self.robots if robot.works(self.time)]
         blocked = self.move(working)
@@ -329,7 +319,7 @@ class Swarm:
 
 
 class Dynamics:
-    """How the world of one swarm changes: events, streams and responses (model.md 6.17, 6.19).
+    """How the world of one swarm changes: events and streams (model.md 6.17).
 
     Parameters
     ----------
@@ -342,20 +332,14 @@ class Dynamics:
         self._appeared = 0
         self._vanishes_at: dict[int, int] = {}
         self._gone: dict[int, Robot] = {}
-        self.operator = Operator(swarm.scenario) if swarm.scenario.response.patience is not None else None
         for _ in swarm.tasks:
             self._begin_lifetime()
         self._happen()
 
-    def change(self, held: int) -> bool:
-        """Change the world at the beginning of a step; return whether robots or tasks came or went.
-
-        ``held`` is the opinion that the swarm held after the step before.
-        """
+    def change(self) -> bool:
+        """Change the world at the beginning of a step; return whether robots or tasks came or went."""
         before = set(self._swarm.tasks), set(self._swarm.robots)
         now = self._swarm.time
-        if self.operator is not None:
-            self._release(self.operator, self.operator.look(now, held, self._swarm.counted))
         self._take_tasks(number for number, step in self._vanishes_at.items() if step == now)
         existing = [*self._swarm.robots, *self._swarm.away]
         self._take_robots(robot for robot in existing if robot.leaves_at == now)
@@ -366,16 +350,7 @@ class Dynamics:
             self._appear()
         for _ in range(poisson(robots, self._swarm.scenario.robots.arrival_rate or 0.0)):
             self._join()
-        for _ in range(self.operator.arriving(now) if self.operator else 0):
-            self._join()
         return before != (set(self._swarm.tasks), set(self._swarm.robots))
-
-    def _release(self, operator: Operator, number: int) -> None:
-        """Release so many robots, but not the last one (model.md 6.19.6)."""
-        for k in range(min(number, len(self._swarm.present) - 1)):
-            robots = self._swarm.present
-            self._take_robots([robots[self._chosen(k, purposes.RELEASE, len(robots))]])
-            operator.robots_released += 1
 
     def _happen(self) -> None:
         """Let the events of this step happen (model.md 6.17.2)."""
@@ -485,62 +460,6 @@ class Dynamics:
 
     def _draw(self, which: int, purpose: int) -> tuple[int, int, int, int]:
         return self._swarm.world.draw(which, self._swarm.time, purpose)
-
-
-class Operator:
-    """The operator of one swarm.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        What is simulated; its `response` has a patience.
-    """
-
-    def __init__(self, scenario: Scenario) -> None:
-        self._scenario = scenario
-        self._held = UNDECIDED
-        self._steps = 0
-        self._arrives_at = -1
-        self._awaited = 0
-        self.calls = self.robots_called = self.robots_released = 0
-
-    def look(self, now: int, held: int, counted: list[Robot]) -> int:
-        """Look at the opinion held after the step before; return how many robots are to spare."""
-        if now <= self._arrives_at:
-            self._steps = 0
-            return 0
-        if held == UNDECIDED:
-            self._steps = 0
-        else:
-            self._steps = self._steps + 1 if held == self._held else 1
-        self._held = held
-        response = self._scenario.response
-        if response.patience is None or self._steps < response.patience:
-            return 0
-        self._steps = 0
-        gap = self._gap([robot for robot in counted if robot.mind.opinion == held])
-        if held == INFEASIBLE:
-            self._call(now, 1 if gap is None else gap + response.margin)
-        if held == FEASIBLE and gap is not None and not self._scenario.acts:
-            return max(0, -gap - response.margin)
-        return 0
-
-    def arriving(self, now: int) -> int:
-        """Return how many called robots arrive at a step."""
-        return self._awaited if now == self._arrives_at else 0
-
-    def _call(self, now: int, robots: int) -> None:
-        self._awaited = min(max(1, robots), self._scenario.most.robots)
-        self._arrives_at = now + self._scenario.response.delay
-        self.calls += 1
-        self.robots_called += self._awaited
-
-    def _gap(self, asked: list[Robot]) -> int | None:
-        """Return the lower median of the gaps that robots believe in, or None if they know none."""
-        if not self._scenario.manifest.knows_gap or not asked:
-            return None
-        gaps = sorted(robot.mind.knowledge.gap() for robot in asked if robot.mind.knowledge)
-        return gaps[(len(gaps) - 1) // 2]
 
 
 def _kinds(section: Robots | Tasks, most: int, purpose: int, world: World) -> list[int]:

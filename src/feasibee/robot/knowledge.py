@@ -74,10 +74,6 @@ class Knowledge:
         """Ask the robot for its opinion: 1, 0, or -1 to keep its own (model.md 6.11)."""
         return -1 if self._strategy.judge is None else int(self._strategy.judge(self.words, self.me))
 
-    def gap(self) -> int:
-        """Return by how many the tasks outnumber the robots, as the robot believes."""
-        return int(self._strategy.gap(tuple(self.words), self.me))
-
     def end_step(self, explores: bool) -> None:
         """End a step; say whether the robot explores in the next one."""
         self.me = self.me._replace(step=(self.me.step + 1) & LAST, explores=explores)

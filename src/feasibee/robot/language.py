@@ -52,7 +52,6 @@ ARGUMENTS: Final[Mapping[str, tuple[Type, ...]]] = {
     "bits": (ROW, "me"),
     "declare": (ROW, "me"),
     "judge": (ROW, "me"),
-    "gap": (ROW, "me"),
     "layout": ("wire", ROW, INT, "setting"),
     "pack": ("writer", ROW, INT, "setting"),
     "unpack": (ROW, "reader", "setting"),

@@ -24,7 +24,6 @@ from feasibee.scenario.rules import (
     after,
     both,
     broken,
-    default_unless,
     never,
 )
 from feasibee.scenario.sections import KINDS, Sections
@@ -170,17 +169,14 @@ def _most(scenario: Sections) -> Iterator[Conflict]:
         rule = f"must be at least the number of robots at the start, {robots.count}"
         yield Conflict("robots.most", rule, "leave it out, or lower robots.count")
         return
-    may_join = robots.arrival_rate or scenario.responds
-    if may_join and most == robots.count and not _robots_leave(scenario):
+    if robots.arrival_rate and most == robots.count and not _robots_leave(scenario):
         rule = f"lets none join: {most} robots are there, and none leaves"
         remedy = f"set it to {most + 1} or more, or set robots.failure_rate"
         yield Conflict("robots.most", rule, remedy)
 
 
 def _robots_leave(scenario: Sections) -> bool:
-    if scenario.robots.failure_rate or any(each.more("robots") < 0 for each in scenario.events):
-        return True
-    return scenario.responds and scenario.manifest.knows_gap
+    return bool(scenario.robots.failure_rate) or any(each.more("robots") < 0 for each in scenario.events)
 
 
 def _charging(scenario: Sections) -> Iterator[Conflict]:
@@ -194,22 +190,6 @@ def _charging(scenario: Sections) -> Iterator[Conflict]:
     if robots.work is None and robots.away != "counted":
         rule = "needs robots.work: without it, no robot goes to charge"
         yield Conflict("robots.away", rule, "set robots.work = 3000 and robots.charge = 600, or leave it out")
-
-
-def _needs_patience(key: str) -> Rule:
-    return default_unless(
-        f"response.{key}",
-        lambda s: s.responds,
-        "needs response.patience: without it, nobody responds",
-        "set response.patience = 100",
-    )
-
-
-def _patience(scenario: Sections) -> Iterator[Conflict]:
-    steps = scenario.run.steps
-    if scenario.responds and scenario.response.patience > steps:  # type: ignore[operator]  # it is a number
-        rule = f"is longer than a run, run.steps = {steps}: nobody would be called"
-        yield Conflict("response.patience", rule, f"lower it to {steps} or less, or raise run.steps")
 
 
 def _late(scenario: Sections) -> Iterator[Conflict]:
@@ -277,13 +257,12 @@ def _is_uncertain(scenario: Sections, name: str) -> object:
     robots, tasks = scenario.robots, scenario.tasks
     if name == "tasks":
         return tasks.arrival_rate or tasks.lifetime
-    return robots.arrival_rate or robots.failure_rate or scenario.responds
+    return robots.arrival_rate or robots.failure_rate
 
 
 def _appearing(scenario: Sections, name: str) -> Iterator[Conflict]:
     section = getattr(scenario, name)
     more = section.arrival_rate or any(getattr(each, name) > 0 for each in scenario.events)
-    more = more or (name == "robots" and scenario.responds)
     if more and section.placement == "points" and not section.points:
         rule = f"must have a point at which {name} may appear"
         yield Conflict(f"{name}.points", rule, f'add a point, or set {name}.placement = "uniform"', "")
@@ -530,8 +509,6 @@ RULES: Final[tuple[Rule, ...]] = (
     ),
     _most,
     _charging,
-    *map(_needs_patience, ("delay", "margin")),
-    _patience,
     _late,
     _idle,
     _named,

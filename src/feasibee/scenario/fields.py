@@ -516,21 +516,6 @@ class Run(Section):
     )
 
 
-class Response(Section):
-    """Robots that are called or released because of what the swarm holds (model.md 6.19)."""
-
-    patience: Steps | None = Field(
-        None,
-        description="Steps in a row for which the swarm must hold an opinion before robots are called or "
-        "released; by default nobody responds.",
-        examples=[100],
-    )
-    delay: Step = Field(100, description="Steps from a call until the called robots arrive.")
-    margin: Million = Field(
-        2, description="Robots to spare that a call adds, and that stay when others are released."
-    )
-
-
 class Acting(Section):
     """Robots that go to tasks and do them (model.md 6.25)."""
 
@@ -571,7 +556,6 @@ SECTIONS: Final[Mapping[str, type[Section]]] = {
     "decision": Decision,
     "faults": Faults,
     "run": Run,
-    "response": Response,
     "acting": Acting,
     "units": Units,
 }

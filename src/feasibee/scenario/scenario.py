@@ -35,7 +35,6 @@ from feasibee.scenario.fields import (
     Faults,
     Place,
     Radio,
-    Response,
     Robots,
     Run,
     Sensing,
@@ -80,7 +79,6 @@ REMEDIES: Final = {"faulty": "use {count = 1} for one robot"}
 REMOVED: Final = {
     "decision.commit": "write decision.declare: the rule has another name",
     "sensing.memory": 'leave it out: with observation "unique", each exploration counts anew',
-    "response.release": "leave it out: robots are released if the strategy defines gap",
 }
 """Fields of earlier versions, and what to do."""
 EVENT: Final = "{ step = 500, tasks = 15 }"
@@ -149,10 +147,8 @@ class Scenario(Sections):
 
     Parameters
     ----------
-    arena, place, robots, tasks, walk, sensing, radio, decision, faults, run : mapping, optional
+    arena, place, robots, tasks, walk, sensing, radio, decision, faults, run, units : mapping, optional
         Fields that differ from the paper, such as ``tasks={"count": 50}``.
-    response, units : mapping, optional
-        Likewise.
     preset : str, optional
         Name of a published controller, whose values replace the paper's: ``"valentini-2016"``,
         ``"minimize-surprise"``, ``"ros2swarm-majority"`` or ``"ros2swarm-voter"``.
@@ -185,7 +181,6 @@ class Scenario(Sections):
             decision: Decision | Mapping[str, Any] = ...,
             faults: Faults | Mapping[str, Any] = ...,
             run: Run | Mapping[str, Any] = ...,
-            response: Response | Mapping[str, Any] = ...,
             acting: Acting | Mapping[str, Any] = ...,
             units: Units | Mapping[str, Any] = ...,
             events: Sequence[Event | Mapping[str, Any]] = ...,

@@ -21,7 +21,6 @@ from feasibee.scenario.fields import (
     Faults,
     Place,
     Radio,
-    Response,
     Robots,
     Run,
     Sensing,
@@ -39,7 +38,7 @@ from feasibee.strategies.contract import Manifest, Setting
 KINDS: Final = ("stopped", "byzantine", "stubborn")
 """The faults of which a robot has one at most, in the order in which faulty robots are drawn."""
 TWICE: Final = 2
-"""Largest number of robots, in units of those at the start, if robots join by rate or call."""
+"""Largest number of robots, in units of those at the start, if robots join by rate."""
 
 
 class Most(NamedTuple):
@@ -71,7 +70,6 @@ class Sections(BaseModel):
     decision: Decision = Decision()
     faults: Faults = Faults()
     run: Run = Run()
-    response: Response = Response()
     acting: Acting = Acting()
     units: Units = Units()
     events: Annotated[tuple[Event, ...], Strict(False), Field(max_length=1000)] = Field(
@@ -140,11 +138,6 @@ class Sections(BaseModel):
         return stopped, byzantine, stubborn
 
     @property
-    def responds(self) -> bool:
-        """Whether robots are called or released because of what the swarm holds (model.md 6.19)."""
-        return self.response.patience is not None
-
-    @property
     def acts(self) -> bool:
         """Whether robots go to tasks and do them (model.md 6.25)."""
         return self.acting.start is not None
@@ -173,7 +166,7 @@ class Sections(BaseModel):
         robots, tasks = self.robots, self.tasks
         streams = robots.arrival_rate, robots.failure_rate, tasks.arrival_rate, tasks.lifetime
         go_missing = robots.work is not None and robots.away == "missing"
-        return bool(self.events) or any(streams) or self.responds or go_missing
+        return bool(self.events) or any(streams) or go_missing
 
     @property
     def in_motion(self) -> bool:
@@ -194,7 +187,7 @@ class Sections(BaseModel):
         most = robots.most
         if most is None:
             most = robots.count + sum(max(0, each.robots) for each in self.events)
-            if robots.arrival_rate or self.responds:
+            if robots.arrival_rate:
                 most = max(most, TWICE * robots.count)
         appearing = sum(max(0, each.tasks) for each in self.events)
         streaming = surely_above((tasks.arrival_rate or 0.0) * self.run.steps)

@@ -64,7 +64,6 @@ RULES: Final[Mapping[str, Rule]] = {
     **dict.fromkeys(("start", "observe", "merge"), (f"{ROWS} known", lambda value: value is None)),
     **dict.fromkeys(("encode", "lie"), (f"{ROWS} message", lambda value: value is None)),
     "count": (f"{ROWS} counts", lambda value: value is None),
-    "gap": _whole(-COUNT_LIMIT, COUNT_LIMIT),
     "describe": ("must be a text on one line", lambda value: isinstance(value, str) and value.isprintable()),
     "bits": _whole(0, BITS_LIMIT),
     "pack": ("must return nothing: it writes with writer", lambda value: value is None),
@@ -199,8 +198,8 @@ def _try_knowledge(strategy: Strategy, file: str) -> None:
                 functions.merge(robot.words, message, 0, me._replace(step=1000))
                 _try_bytes(strategy, message, me, file)
             robots, tasks = robot.counted()
-            for each in filter(None, (functions.gap, functions.describe)):
-                each(tuple(robot.words), me)
+            if functions.describe:
+                functions.describe(tuple(robot.words), me)
             if not any(classes):
                 _try_probability(strategy, _mind(strategy, 1, 0.5, 0.5, 1), robot.words, setting)
             strategy.quality(sum(robots), sum(tasks))

@@ -68,7 +68,6 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
         decision=_decision(scenario, most.robots),
         faults=_faults(scenario),
         run=_filled(numbers.RunParams, scenario.run),
-        response=_response(scenario),
         acting=_acting(scenario, unit),
         truth=truth(scenario),
         changes=scenario.in_motion,
@@ -259,17 +258,6 @@ def _faults(scenario: Scenario) -> numbers.FaultParams:
         byzantine_says=Lie[says.upper()],
         colluding=colluding,
         exactly=colluding and not (scenario.robots.classes or scenario.tasks.classes),
-    )
-
-
-def _response(scenario: Scenario) -> numbers.ResponseParams:
-    response = scenario.response
-    return _filled(
-        numbers.ResponseParams,
-        response,
-        enabled=response.patience is not None,
-        patience=response.patience or 0,
-        asks=scenario.manifest.knows_gap,
     )
 
 

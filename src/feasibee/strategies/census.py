@@ -82,13 +82,6 @@ def count(known, counts, me):
         first += number
 
 
-def gap(known, me):
-    """Return by how many the tasks outnumber the robots, whatever their classes."""
-    robot_words = me.setting.robot_classes * words_of(me.setting.robot_ids)
-    tasks = members(known, robot_words, len(known) - robot_words)
-    return tasks - members(known, 0, robot_words)
-
-
 def describe(known, me):
     """Return the sizes of the sets in words."""
     robot_words = me.setting.robot_classes * words_of(me.setting.robot_ids)

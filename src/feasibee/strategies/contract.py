@@ -51,7 +51,6 @@ ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "bits": ("message", "me"),
     "declare": ("known", "me"),
     "judge": ("known", "me"),
-    "gap": ("known", "me"),
     "describe": ("known", "me"),
     "layout": ("wire", "message", "sender", "setting"),
     "pack": ("writer", "message", "sender", "setting"),
@@ -282,11 +281,6 @@ class Manifest:
         """Whether robots pass on knowledge in addition to opinions."""
         return "merge" in self.functions
 
-    @property
-    def knows_gap(self) -> bool:
-        """Whether each robot knows by how many the tasks outnumber the robots, as it believes."""
-        return "gap" in self.functions
-
     def needs(self, parameters: Mapping[str, float]) -> tuple[str, ...]:
         """Return what a robot needs: ``"names"``, ``"ids"`` or ``"count"``, by the file's constants.
 
@@ -376,9 +370,6 @@ class Strategy(Manifest):
     """``judge(known, me)``: the opinion that the robot holds from this step on, 1 feasible or 0 infeasible,
     or -1 to keep its own. It may change what is known, such as the age of a sighting. A file with
     ``judge`` can't have ``declare``."""
-    gap: Callable[[Any, Me], int] | None = None
-    """``gap(known, me)``: by how many the tasks outnumber the robots, as the robot believes: a whole number,
-    negative if there are robots to spare."""
     describe: Callable[[Any, Me], str] | None = None
     """``describe(known, me)``: what is known, as a text for people, for the live page; no run calls it."""
     layout: Callable[[Any, Any, int, Setting], int] | None = None

@@ -40,19 +40,6 @@ def count(known, counts, me):
         counts[k] *= 2 * rows + 1 if k < me.setting.robot_classes else max(0, 2 * rows - 2)
 
 
-def gap(known, me):
-    """Return the estimated number of tasks, rounded, less the number of rows; 0 if no robot was seen."""
-    classes = me.setting.robot_classes + me.setting.task_classes
-    robots, tasks = 0, 0
-    for k in range(len(known)):
-        if k % classes < me.setting.robot_classes:
-            robots += known[k]
-        else:
-            tasks += known[k]
-    rows, _ = rows_of(known, classes)
-    return (2 * (rows - 1) * tasks + robots) // (2 * robots) - rows if robots > 0 else 0
-
-
 def probability(mind, known, setting):
     """Return the probability that the rows lean to *feasible* on average."""
     rows, _ = rows_of(known, 2)

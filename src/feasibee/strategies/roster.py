@@ -327,11 +327,6 @@ def count(known, counts, me):
     counts[0], counts[1] = robots_of(known, me), tasks_of(known, me)
 
 
-def gap(known, me):
-    """Return by how many the tasks outnumber the robots."""
-    return tasks_of(known, me) - robots_of(known, me)
-
-
 def describe(known, me):
     """Return the numbers of robots and tasks in words."""
     return f"{robots_of(known, me)} robots and {tasks_of(known, me)} tasks lately, by name"

@@ -23,7 +23,6 @@ from feasibee.figures.comparison import (
     draw_calibration,
     draw_delay_against_bits,
     draw_right_over_time,
-    draw_service,
 )
 from feasibee.figures.decisions import infeasible_share
 from feasibee.figures.style import looks, save_both
@@ -50,7 +49,6 @@ from feasibee.results.measures import (
     robot_steps,
     together,
 )
-from feasibee.results.responding import Judgement, Service, judgement
 from feasibee.results.statistics import (
     CONFIDENCE,
     Interval,
@@ -114,8 +112,6 @@ class Outcome:
     """Bits sent per robot-step; shape (runs,). If robots declare, those of the first 100 runs."""
     found: Measured
     """The measures of its runs."""
-    judgement: Judgement | None
-    """How well the swarms were served; None if nobody responds to what they hold."""
     infeasible_at: NDArray[np.float64]
     """Share of the runs whose tasks are infeasible at each step, if the world changes; shape (steps + 1,)."""
 
@@ -174,7 +170,6 @@ class Outcome:
             "decision_step": self.found.times._asdict(),
             "bits_per_robot_and_step": float(self.bits.mean()),
             **self.found.to_dict(),
-            **({} if self.judgement is None else {"response": self.judgement.to_dict()}),
         }
 
 
@@ -391,7 +386,6 @@ def outcome_of(contender: str, scenario: Scenario, first: Record, *later: Record
         said_by=OWN if scenario.gives_probability else SHARES,
         bits=whole.bits_sent / np.maximum(1, robot_steps(whole, scenario)),
         found=found,
-        judgement=judgement(record, scenario),
         infeasible_at=infeasible_share(record.truth) if scenario.dynamic else np.empty(0),
     )
 
@@ -574,9 +568,7 @@ def tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
     bits = {name: float(each.bits.mean()) for name, each in same.items()}
     before = looks({name: each.right_share.estimate for name, each in tracked.items()})
     some = next(iter(same.values()))
-    judged = {name: each.judgement for name, each in same.items() if each.judgement is not None}
     return {
-        **({"asking": draw_service(judged, before=before)} if judged else {}),
         "time": draw_right_over_time(
             {name: each.right_at / each.runs for name, each in same.items()},
             some.infeasible_at,
@@ -628,7 +620,7 @@ def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
 
 def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
     """Return the columns of an outcome in ``compare.csv``."""
-    declared, tracked, judged = each.declared, each.tracking, each.judgement
+    declared, tracked = each.declared, each.tracking
     steps = (None, None) if declared is None else declared.step_90[:2]
     words = declared and (round(declared.feasible, 6), round(declared.infeasible, 6))
     row = {
@@ -648,15 +640,6 @@ def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:
         **dict(zip(("declare_step_median", "declare_step_p95"), steps, strict=True)),
     }
     if tracked is not None:
-        row |= _fields_of("", tracked)
-    if judged is not None:
-        row |= {**_fields_of("", judged.own), **_fields_of("oracle_", judged.oracle)}
-        row |= {"fixed_robots": judged.robots, **_fields_of("fixed_", judged.as_often)}
-    return row
-
-
-def _fields_of(whose: str, found: Tracking | Service) -> dict[str, object]:
-    row: dict[str, object] = {}
-    for name, each in found._asdict().items():
-        row |= {whose + name: each} if isinstance(each, int | float) else columns(whose + name, each)
+        for name, measured in tracked._asdict().items():
+            row |= {name: measured} if isinstance(measured, int | float) else columns(name, measured)
     return row

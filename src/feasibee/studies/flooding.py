@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from feasibee.errors import Problem, ScenarioError
 from feasibee.results.statistics import declare_times
-from feasibee.scenario.fields import Acting, Response
+from feasibee.scenario.fields import Acting
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -38,7 +38,6 @@ STAYING: Final[dict[str, Any]] = {
     **{"events": [], "robots.arrival_rate": None, "robots.failure_rate": None, "robots.most": None},
     **{"tasks.arrival_rate": None, "tasks.lifetime": None, "robots.work": None, "robots.charge": None},
     "robots.away": "counted",
-    **{f"response.{name}": field.default for name, field in Response.model_fields.items()},
 }
 """What makes a world stay as it is at the start."""
 SEARCHING: Final[dict[str, Any]] = {

@@ -25,7 +25,7 @@ NAME: Final = "journal.sqlite"
 LOCK: Final = "journal.lock"
 SEAL: Final = "journal.seal"
 """Holds the number of commits. It says whether a lost write-ahead log has taken some along."""
-FORMAT: Final = 9
+FORMAT: Final = 10
 """Number of the tables' format; raise it whenever `SCHEMA` changes."""
 
 
