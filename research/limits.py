@@ -75,7 +75,7 @@ def limits_of(scenario: feasibee.Scenario, seed: int, run: int) -> dict[str, flo
     honest, tasks = swarm.counted, len(swarm.tasks)
     arrival, fewest = assigned(ways_of(scenario, swarm))
     needed, quorum = min(tasks, len(honest) + 1), math.floor(scenario.decision.threshold * honest.sum()) + 1
-    known = np.zeros((len(honest), tasks + cells_seen(scenario, swarm.positions).shape[1]), bool)
+    known: Any = np.zeros((len(honest), tasks + cells_seen(scenario, swarm.positions).shape[1]), bool)
     found = dict.fromkeys(("pooled names", "names", "pooled map", "map"), math.inf)
     while math.inf in found.values() and swarm.step < scenario.run.steps:
         swarm.advance()

@@ -20,12 +20,16 @@ PACKAGE = Path(feasibee.__file__).parent
 
 PUBLIC = [
     "FeasibeeError",
+    "STRATEGIES",
     "Scenario",
     "ScenarioError",
     "Swarm",
+    "compare",
+    "confidence_sequence",
     "decision_counts",
     "decision_rates",
     "decision_times",
+    "explain",
     "open_results",
     "plot_arena",
     "plot_decision_steps",

@@ -22,7 +22,13 @@ DISTRIBUTIONS = {"PIL": "pillow", "yaml": "pyyaml"}
 """Names on the registry, by import name, where the two differ."""
 FIXED = {"ziglang"}
 """Packages at one fixed version: a compiler whose bytes are compared."""
-OWN = {"feasibee", "claims", "benchmarks", *(path.stem for path in (ROOT / "benchmarks").glob("*.py"))}
+OWN = {
+    "feasibee",
+    "claims",
+    "benchmarks",
+    "research",
+    *(path.stem for path in (ROOT / "benchmarks").glob("*.py")),
+}
 ON_BOARDS = {"espnow", "network"}
 """Modules of MicroPython on an ESP32, which examples/micropython imports."""
 OF_IRSIM = {"shapely"}
@@ -37,6 +43,7 @@ PLACES = {
     "benchmarks": GROUPS["bench"],
     "claims": GROUPS["bench"] + GROUPS["test"],
     "docs": GROUPS["docs"],
+    "research": GROUPS["test"],
     "examples": GROUPS["docs"],  # the gallery runs when the docs are built
 }
 """What a folder may import in addition to the dependencies."""

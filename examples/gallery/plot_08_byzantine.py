@@ -11,7 +11,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import feasibee
-from feasibee.studies.comparison import compare, contenders_of
 
 names = ("dmmd", "dmvd", "bayes", "tally", "census")
 honest = feasibee.Scenario(tasks={"count": 40})
@@ -19,8 +18,8 @@ byzantine = honest.replace({"faults.byzantine": 0.05, "faults.byzantine_says": "
 
 _, ax = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
 for shift, (label, scenario) in enumerate({"all honest": honest, "one Byzantine": byzantine}.items()):
-    outcomes = compare(contenders_of(scenario, names), runs=200, seed=1)
-    middle, low, high = 100 * np.array([each.accuracy for each in outcomes]).T
+    table = feasibee.compare(scenario, names, runs=200, seed=1)
+    middle, low, high = 100 * table[["accuracy", "accuracy_low", "accuracy_high"]].to_numpy(float).T
     places, bars = np.arange(len(names)) + 0.4 * shift, (middle - low, high - middle)
     ax.bar(places, middle, 0.38, yerr=bars, label=label, color=("0.75", "#D55E00")[shift])
 ax.set_xticks(np.arange(len(names)) + 0.2, names)

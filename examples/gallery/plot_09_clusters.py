@@ -10,7 +10,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import feasibee
-from feasibee.results.statistics import accuracy
 
 paper = feasibee.Scenario(tasks={"count": 40})
 walls = {"arena.boundary": "walls", "robots.avoid_collisions": True}
@@ -21,7 +20,8 @@ worlds = {
     "tasks in three clusters": paper.replace(clusters),
     "both": paper.replace({**walls, **clusters}),
 }
-rates = [accuracy(feasibee.simulate(world, runs=400, seed=1).decision, False) for world in worlds.values()]
+decisions = [feasibee.simulate(world, runs=400, seed=1).decision for world in worlds.values()]
+rates = [feasibee.wilson(int((each == 0).sum()), 400) for each in decisions]
 middle, low, high = 100 * np.array(rates).T
 
 _, (left, right) = plt.subplots(1, 2, figsize=(6.8, 3.2), layout="constrained", width_ratios=(1, 1.2))

@@ -11,14 +11,13 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import feasibee
-from feasibee.results.statistics import confidence_sequence
 
 looks = np.arange(10, 1001, 10)
 random = np.random.default_rng(1)
 right = (random.random((400, looks[-1])) < 0.75).cumsum(axis=1)[:, looks - 1]
 
 _, ax = plt.subplots(figsize=(6.4, 3.6), layout="constrained")
-for interval, name in ((feasibee.wilson, "Wilson"), (confidence_sequence, "confidence sequence")):
+for interval, name in ((feasibee.wilson, "Wilson"), (feasibee.confidence_sequence, "confidence sequence")):
     edges = {}
     for runs in looks.tolist():
         for successes in set(right[:, runs // 10 - 1].tolist()):

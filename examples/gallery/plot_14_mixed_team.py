@@ -13,7 +13,6 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 
 import feasibee
-from feasibee.scenario.feasibility import explain
 
 
 def team(porters, all_rounders):
@@ -28,7 +27,7 @@ def team(porters, all_rounders):
 
 
 names = ["feasible", "relay", "lift, relay"]
-verdicts = [[explain(team(x, y)).violator for x in range(15)] for y in range(7)]
+verdicts = [[feasibee.explain(team(x, y)).violator for x in range(15)] for y in range(7)]
 shown = [[0 if v is None else names.index(", ".join(v.skills)) for v in row] for row in verdicts]
 _, ax = plt.subplots(figsize=(6.8, 3.4), layout="constrained")
 colours = ListedColormap(["#0072B2", "#D55E00", "#F2BE9B"])

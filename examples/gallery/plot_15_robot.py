@@ -11,13 +11,13 @@ import random
 
 import matplotlib.pyplot as plt
 
-from feasibee.robot.controller import Controller
-from feasibee.strategies import STRATEGIES
+import feasibee
+from feasibee.robot import Controller
 
 random.seed(3)
 robots = [
     Controller(
-        STRATEGIES["dmmd"],
+        feasibee.STRATEGIES["dmmd"],
         opinion=random.getrandbits(1),
         draw_duration=lambda mean: int(mean * random.expovariate(1.0)) + 1,
         draw_choice=lambda: (random.random(), random.random()),

@@ -19,9 +19,7 @@ import numpy as np
 import pymunk
 
 import feasibee
-from feasibee.results.statistics import wilson
-from feasibee.robot.controller import Controller
-from feasibee.strategies import STRATEGIES
+from feasibee.robot import Controller
 
 ROBOTS, TASKS, SIDE, RADIUS, SIGHT = 20, 20, 20.0, 0.5, 2.0
 TICKS, REACH, AXLE = 10, 0.6, 0.8  # ticks per step; units: how far a disc feels, and between its wheels
@@ -39,7 +37,7 @@ class Disc:
         space.add(self.body, self.shape)
         self.turn, self.left = 0.0, self.duration(10.0)
         self.mind = Controller(
-            STRATEGIES["dmmd"],
+            feasibee.STRATEGIES["dmmd"],
             opinion=chance.getrandbits(1),
             draw_duration=self.duration,
             draw_choice=lambda: (chance.random(), chance.random()),
@@ -161,7 +159,7 @@ for (name, (decided, feasible, moved)), colour in zip(
     share = np.searchsorted(np.sort(decided), grid, side="right")
     left.plot(grid, share / len(decided), color=colour, label=f"{name}: {100 * feasible:.0f} % feasible")
     if name.startswith("discs"):
-        _, low, high = np.array([wilson(int(count), len(decided)) for count in share]).T
+        _, low, high = np.array([feasibee.wilson(int(count), len(decided)) for count in share]).T
         left.fill_between(grid, low, high, color=colour, alpha=0.15, linewidth=0)
     right.plot(*np.mean(moved, axis=0), "o", color=colour)
     right.annotate(name, np.mean(moved, axis=0), (0, 6), textcoords="offset points", fontsize=8, ha="center")

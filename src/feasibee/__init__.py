@@ -21,15 +21,19 @@ if TYPE_CHECKING:
     from feasibee.results.dataset import open_results as open_results
     from feasibee.results.dataset import save_results as save_results
     from feasibee.results.dataset import scenario_of as scenario_of
+    from feasibee.results.statistics import confidence_sequence as confidence_sequence
     from feasibee.results.statistics import decision_counts as decision_counts
     from feasibee.results.statistics import decision_rates as decision_rates
     from feasibee.results.statistics import decision_times as decision_times
     from feasibee.results.statistics import wilson as wilson
+    from feasibee.scenario.feasibility import explain as explain
     from feasibee.scenario.feasibility import truth as truth
     from feasibee.scenario.scenario import Scenario as Scenario
     from feasibee.simulation.ensemble import simulate as simulate
     from feasibee.simulation.swarm import Swarm as Swarm
     from feasibee.simulation.swarm import truth_at as truth_at
+    from feasibee.strategies import STRATEGIES as STRATEGIES
+    from feasibee.studies.table import compare as compare
     from feasibee.theory.predict import predict as predict
 
 _NAMES = {
@@ -37,11 +41,19 @@ _NAMES = {
     "figures.arena": ("plot_arena",),
     "figures.decisions": ("plot_decision_steps", "plot_decisions", "plot_opinions"),
     "results.dataset": ("open_results", "save_results", "scenario_of"),
-    "results.statistics": ("decision_counts", "decision_rates", "decision_times", "wilson"),
-    "scenario.feasibility": ("truth",),
+    "results.statistics": (
+        "confidence_sequence",
+        "decision_counts",
+        "decision_rates",
+        "decision_times",
+        "wilson",
+    ),
+    "scenario.feasibility": ("explain", "truth"),
     "scenario.scenario": ("Scenario",),
     "simulation.ensemble": ("simulate",),
     "simulation.swarm": ("Swarm", "truth_at"),
+    "strategies": ("STRATEGIES",),
+    "studies.table": ("compare",),
     "theory.predict": ("predict",),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}

@@ -206,7 +206,7 @@ class Swarm:
 
     @property
     def verdict(self) -> Verdict:
-        """The ground truth of this step with its proof, as `feasibee.scenario.feasibility.explain` gives."""
+        """The ground truth of this step with its proof, as `feasibee.explain` gives."""
         if not self._changes:
             return explain(self.scenario)
         tasks = self._state.tables.class_of[self._params.robots.count + self.task_numbers]

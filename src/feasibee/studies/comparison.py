@@ -540,11 +540,16 @@ def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
         figures = _figures_by_tasks(outcomes)
     for name, drawn in figures.items():
         save_both(drawn, folder / name)
-    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
-    write_table(folder / "compare.csv", [_row(each, baseline[each.tasks]) for each in outcomes])
+    write_table(folder / "compare.csv", rows_of(outcomes))
     found = calibrations(outcomes)
     if rows := [{"contender": name, **_bin_row(each)} for name in found for each in found[name].bins]:
         write_table(folder / "calibration.csv", rows)
+
+
+def rows_of(outcomes: Sequence[Outcome]) -> list[dict[str, object]]:
+    """Return the rows of ``compare.csv``; differences are from the first contender."""
+    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
+    return [_row(each, baseline[each.tasks]) for each in outcomes]
 
 
 def _bin_row(each: Bin) -> dict[str, object]:
