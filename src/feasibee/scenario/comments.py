@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import textwrap
 import typing
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any, Final
 
 from pydantic import BaseModel
@@ -14,8 +14,9 @@ from feasibee.scenario.fields import SECTIONS, Event
 from feasibee.scenario.paths import inline_toml, toml_text
 from feasibee.scenario.scenario import Scenario
 
-WIDTH: Final = 100
-"""Length of the lines of comments, in characters."""
+COMMENT: Final = textwrap.TextWrapper(
+    100, initial_indent="# ", subsequent_indent="# ", break_long_words=False, break_on_hyphens=False
+)
 TABLES: Final[Mapping[str, type[BaseModel]]] = {**SECTIONS, "events": Event}
 """The sections and the table of an event, by name."""
 EVENT: Final = {"step": 500, "tasks": 15}
@@ -37,46 +38,27 @@ def commented_toml(scenario: Scenario) -> str:
     [arena]
     # Side of the square arena in units; or [width, height] of a rectangle.
     """
-    return "".join(f"{line}\n" for line in _commented(scenario.to_dict()))
-
-
-def _commented(complete: Mapping[str, Any]) -> Iterator[str]:
-    """Yield lines of TOML with comments above the tables and keys, each said once."""
+    complete = scenario.to_dict()
     table, said = "", set()
+    lines: list[str] = []
     for line in [*toml_text(complete).splitlines(), ""]:
         header, key = HEADER.match(line), KEY.match(line)
-        if not line and table in SECTIONS:
-            yield from _off(table, complete[table])
+        if not line and table in SECTIONS:  # fields that the section's table lacks, each with an example
+            for name, field in SECTIONS[table].model_fields.items():
+                if name not in complete[table]:
+                    example = inline_toml((field.examples or [field.default])[0])
+                    lines += [*COMMENT.wrap(field.description or ""), f"# {name} = {example}"]
         if header:
             table = header[1]
         path = table if header else f"{table}.{key[1]}".lstrip(".") if key else ""
-        if path and path not in said:
+        if path not in said:
             said.add(path)
-            yield from _comment(meaning_of(path))
-        yield line
+            lines += COMMENT.wrap(meaning_of(path))
+        lines.append(line)
     if "events" not in complete:
-        yield from _comment(meaning_of("events"))
-        yield "# [[events]]"
-        yield from (f"# {key} = {value}" for key, value in EVENT.items())
-
-
-def _off(name: str, table: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the fields of a section that its table lacks, each as a comment with an example."""
-    for key, field in SECTIONS[name].model_fields.items():
-        if key not in table:
-            yield from _comment(field.description or "")
-            yield f"# {key} = {inline_toml((field.examples or [field.default])[0])}"
-
-
-def _comment(text: str) -> list[str]:
-    return textwrap.wrap(
-        text,
-        WIDTH,
-        initial_indent="# ",
-        subsequent_indent="# ",
-        break_long_words=False,
-        break_on_hyphens=False,
-    )
+        lines += [*COMMENT.wrap(meaning_of("events")), "# [[events]]"]
+        lines += [f"# {key} = {value}" for key, value in EVENT.items()]
+    return "".join(f"{line}\n" for line in lines)
 
 
 def meaning_of(path: str) -> str:
