@@ -129,26 +129,19 @@ def _right(rows: Sequence[Row], sides: int) -> Interval:
     return Interval(middle, max(0.0, middle - half), min(1.0, middle + half))
 
 
-class Gap(NamedTuple):
-    """A world in which a contender is behind another one of its class."""
+def gaps(group: Sequence[Standing], name: str) -> list[tuple[str, float, str, float]]:
+    """Return the worlds in which a contender of a class is behind the best one, the widest gap first.
 
-    world: str
-    right: float
-    best: str
-    theirs: float
-    """Share of right runs of the best one."""
-
-
-def gaps(group: Sequence[Standing], name: str) -> list[Gap]:
-    """Return where a contender of a class is behind the best one, the widest gap first."""
+    Each has the contender's share of right runs, the best one, and that one's share.
+    """
     own = next(each for each in group if each.contender == name)
     found = []
     for world, share in own.worlds.items():
         best = max(group, key=lambda each: each.worlds[world] or 0.0)
-        gap = Gap(world, share or 0.0, best.contender, best.worlds[world] or 0.0)
-        if share is not None and gap.theirs > gap.right:
-            found.append(gap)
-    return sorted(found, key=lambda gap: gap.right - gap.theirs)
+        theirs = best.worlds[world] or 0.0
+        if share is not None and theirs > share:
+            found.append((world, share, best.contender, theirs))
+    return sorted(found, key=lambda gap: gap[1] - gap[3])
 
 
 def in_words(classes: Mapping[str, Sequence[Standing]], names: Container[str]) -> Iterator[str]:
@@ -163,14 +156,11 @@ def in_words(classes: Mapping[str, Sequence[Standing]], names: Container[str]) -
                 f"{percent(each.right)}. It takes {taken} of {len(each.worlds)} worlds."
             )
             if found := gaps(group, each.contender)[:3]:
-                yield (
-                    f"{each.contender}: furthest behind in "
-                    + ", ".join(
-                        f"{gap.world} ({100 * gap.right:.0f} %, {gap.best} {100 * gap.theirs:.0f} %)"
-                        for gap in found
-                    )
-                    + "."
-                )
+                behind = [
+                    f"{world} ({100 * right:.0f} %, {best} {100 * theirs:.0f} %)"
+                    for world, right, best, theirs in found
+                ]
+                yield f"{each.contender}: furthest behind in {', '.join(behind)}."
 
 
 def write_board(path: Path, card: Card, names: Collection[str], command: str) -> None:
