@@ -30,7 +30,7 @@ class RemoteMind:
         self.opinion, self.declared, self.disseminating, _, self.phases = self.status
 
     def move_to(self, x: float, y: float) -> None:
-        """Do nothing: the robot learns its place with the next packet."""
+        """Do nothing: the robot learns its place with the next message."""
 
     def end_step(self) -> None:
         """Do nothing: the robot ends its own steps."""
