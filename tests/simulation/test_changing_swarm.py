@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_inspection import CALLING, FAULTY, SCENARIO
+from test_inspection import FAULTY, SCENARIO
 
 from feasibee import FeasibeeError, Scenario, Swarm, truth, truth_at
 from feasibee.scenario.feasibility import explain
@@ -12,7 +12,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
 
-@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY, CALLING])
+@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY])
 def test_the_curves_are_those_of_simulate(scenario):
     swarm = Swarm(scenario, seed=2, run=7)
     swarm.advance(200)
