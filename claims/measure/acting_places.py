@@ -8,7 +8,7 @@ from typing import Any
 from claims.measure.rooms import PLACES, WORST, scenario_in
 from feasibee import Scenario, simulate
 from feasibee.results.statistics import declare_times, wilson
-from feasibee.studies.flooding import flooded
+from feasibee.simulation.flooding import flooded
 
 RUNS, SEED = 400, 5
 LONGEST = 2000

@@ -10,7 +10,7 @@ import numpy as np
 
 from feasibee import Scenario, simulate
 from feasibee.results.measures import declarations
-from feasibee.studies.flooding import flooding
+from feasibee.simulation.flooding import flooding
 
 Polygon = list[list[float]]
 RUNS, MORE_RUNS = 1000, 3000
@@ -133,9 +133,8 @@ def wrong_in(
 ) -> dict[str, Any]:
     """Return how soon names flood, how many swarms declare wrongly, and when they declare."""
     times = flooding_in(scenario)
-    assert times.slowest is not None
     changes = {"decision.strategy": strategy, "decision.parameters": parameters}
-    one = scenario.replace({**changes, "place.flooding": times.slowest, "run.steps": 10 * times.slowest})
+    one = scenario.replace({**changes, "run.steps": 10 * times.slowest})
     told = declarations(simulate(one, runs, seed=seed), one)
     assert told is not None
     steps = {"step": told.step_90.median, "step_95": told.step_90.p95}
@@ -157,7 +156,7 @@ def plans() -> list[dict[str, Any]]:
             "median": told.step_90.median,
             "p95": told.step_90.p95,
         }
-        late = {"place.flooding": flooding_in(scenario).slowest, "run.steps": LATE_STEPS}
+        late = {"run.steps": LATE_STEPS}
         for tasks, side in ((16, "feasible_at_end"), (24, "infeasible_at_end")):
             changes = {"decision.strategy": "roster", "tasks.count": tasks, "run.stop_at_declarations": False}
             right = simulate(scenario.replace({**changes, **late}), LATE_RUNS, seed=SEED)[side].values / 20

@@ -135,9 +135,10 @@ class Robot(LifecycleNode):
     def configure(self) -> None:
         """Make the topics and the mind of a robot that has its parameters."""
         from feasibee.field.senses import real_robot  # heavy, and not for simulated robots
+        from feasibee.simulation.flooding import flooded
 
         self._make_publishers()
-        scenario = self._scenario()
+        scenario = flooded(self._scenario())
         seed, hz, detections = (self.value(name) for name in ("seed", "hz", "detections"))
         if detections not in (POSES, OBJECTS):
             raise FeasibeeError(f"detections = {detections}: must be {POSES} or {OBJECTS}")

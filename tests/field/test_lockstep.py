@@ -113,7 +113,6 @@ WORLDS = {
     "two rooms": {
         "arena.boundary": "walls",
         "place.walls": rooms(2.0, 8.0),
-        "place.flooding": 20,
         "radio.walls": 0.6,
         "robots.know_count": True,
         "decision.strategy": "roster",
@@ -195,7 +194,6 @@ ACTING = {
         "arena.side": 12.0,
         "arena.boundary": "walls",
         "place.walls": rooms(1.0, 12.0),
-        "place.flooding": 20,
         "acting.start": 8,
         "radio.walls": 1.0,
         "robots.count": 12,
@@ -217,7 +215,7 @@ def of(world):
     """Return a small world; classes have their own numbers of robots and tasks."""
     if "classes" in world:
         return Scenario().replace({"arena.side": 8.0, "run.steps": 40, **WORLDS[world]})
-    return small(**WORLDS[world])
+    return small(**WORLDS[world]).with_flooding(20)
 
 
 @pytest.mark.quick(8)

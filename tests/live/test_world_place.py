@@ -16,6 +16,7 @@ from feasibee.reference.swarm import play as played
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.ground import ground_of
 from feasibee.strategies import STRATEGIES, sight
+from feasibee.strategies.certified import NEVER
 from tests.live.test_world import compare, constants
 from tests.places import bitmap, random_cells, rectangle
 
@@ -37,7 +38,6 @@ def scenarios(draw, number, steps, cells, sides):
                     "walls": [rectangle(1.3, 2.1, 2.4, 3.2)],
                     "keepout": bitmap(random_cells(draw, *shape, 1), cell),
                     "zones": zones,
-                    "flooding": (None, 20)[draw.integers(2)],
                 },
                 robots={
                     "count": int(draw.integers(1, 30)),
@@ -54,7 +54,7 @@ def scenarios(draw, number, steps, cells, sides):
             )
         except ScenarioError:  # nowhere to stand, or a strategy that can't be in a place
             continue
-        yield made
+        yield made.with_flooding((NEVER, 20)[draw.integers(2)])
         if (found := found + 1) == number:
             return
     raise AssertionError(f"only {found} of {number} places")

@@ -133,13 +133,15 @@ def test_robots_act_from_the_step_of_the_rule_on(start, count, side, step):
 
 @pytest.mark.parametrize(
     ("start", "flooding", "first", "last"),
-    [("safe", 500, 750, 750), ("search", 500, 300, 301), ("safe", None, NEVER, NEVER)],
+    [("safe", 500, 750, 750), ("search", 500, 300, 301), ("safe", NEVER, NEVER, NEVER)],
 )
 def test_in_a_place_robots_wait_for_the_time_of_flooding(start, flooding, first, last):
     """With 20 robots, search is (ln 20 + 1)/(5.2 + 1.6 ln 20) = 0.40 of safe, which is 1.5 times flooding."""
-    place = {"walls": [[[9.9, 0.0], [10.1, 0.0], [10.1, 9.0], [9.9, 9.0]]], "flooding": flooding}
+    place = {"walls": [[[9.9, 0.0], [10.1, 0.0], [10.1, 9.0], [9.9, 9.0]]]}
     scenario = Scenario(arena={"boundary": "walls"}, place=place, acting={"start": start})
-    assert first <= scenario.acts_from <= last
+    assert (scenario.waits_for_names, scenario.flooding) == (True, None)
+    assert scenario.acts_from > NEVER / 2
+    assert first <= scenario.with_flooding(flooding).acts_from <= last
 
 
 def test_robots_that_must_declare_first_act_from_no_step_on():

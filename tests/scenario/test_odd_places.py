@@ -50,8 +50,6 @@ def place_of(random, side, cell):
         place["keepout"] = bitmap(random_cells(random, rows, rows, 3), cell)
     if random.random() < 0.15:
         place["map"] = bitmap(random_cells(random, rows, rows, 5), cell)
-    if random.random() < 0.3:
-        place["flooding"] = 100
     return place
 
 

@@ -112,7 +112,6 @@ QUANTITIES = {
     "tasks.lifetime": ("1e-3 h", 3.6 / 0.7),
     "run.steps": ("10 min", 857),
     "acting.start": (".1 min", 9),
-    "place.flooding": ("1 min", 86),
     "tasks.arrival_rate": ("6 per min", 0.07),
     "robots.failure_rate": ("3.6/h", 0.0007),
     "sensing.false_tasks": ("1e-3 per ms", 0.7),

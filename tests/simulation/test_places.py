@@ -36,7 +36,6 @@ def random_place(random, counts):
     place = {"map": bitmap(closed, cell)}
     if random.random() < 0.4:
         place["keepout"] = bitmap(random_cells(random, rows, columns, 2), cell)
-    place["flooding"] = int(random.choice([3, 8, 200]))
     zone = {}
     if random.random() < 0.3:
         place["zones"] = {"dock": rectangle(0.0, 0.0, float(columns * cell / 2), float(rows * cell))}
@@ -68,7 +67,9 @@ def random_place(random, counts):
         faults={"byzantine": {"count": int(random.integers(0, 2))}, "byzantine_says": "colluding"},
         run={"steps": 40},
     )
-    return scenario.replace({"robots.work": 12, "robots.charge": 5}) if random.random() < 0.3 else scenario
+    if random.random() < 0.3:
+        scenario = scenario.replace({"robots.work": 12, "robots.charge": 5})
+    return scenario.with_flooding(int(random.choice([3, 8, 200])))
 
 
 def places(seed, counts):

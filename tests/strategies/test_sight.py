@@ -69,10 +69,11 @@ def test_map_never_declares_what_walls_hide():
 
 
 def test_a_roster_keeps_the_tasks_behind_walls():
-    changes = {"place.flooding": 400, "run.steps": 1500}
-    said = simulate(world("roster", WALLS, **changes, **{"tasks.count": 22}), runs=20, seed=3)
+    more, fewer = {"tasks.count": 22}, {"events": [{"step": 300, "tasks": -6}]}
+    first, other = (world("roster", WALLS, **{"run.steps": 1500}, **changes) for changes in (more, fewer))
+    said = simulate(first.with_flooding(400), runs=20, seed=3)
     assert (said.infeasible_at_end.values == 20).all()
-    gone = simulate(world("roster", WALLS, **changes, events=[{"step": 300, "tasks": -6}]), runs=20, seed=4)
+    gone = simulate(other.with_flooding(400), runs=20, seed=4)
     assert (gone.feasible_at_end.values == 20).mean() > 0.8
 
 

@@ -19,7 +19,6 @@ from feasibee.results.statistics import Interval, paired_difference, plain
 from feasibee.scenario.feasibility import Piece, Verdict, Violator
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies import flooding
 from feasibee.studies.assess import assess, changes_of, faults_of
 from feasibee.studies.comparison import compare, percent, wait_for
 from feasibee.studies.needs import Asked, suitable, waiting_in_words
@@ -89,13 +88,11 @@ def test_quiet_times_beyond_tested_worlds_are_warned_of(changes, outside):
     assert outside is None or f"({outside})" in warnings[0]
 
 
-def test_robots_that_wait_for_names_to_flood_a_place_need_to_know_the_time(assessment, monkeypatch):
-    monkeypatch.setattr(flooding, "RUNS", 5)
+def test_for_how_long_robots_wait_for_names_to_flood_a_place_is_told(assessment):
     wall = {"place.walls": [rectangle(2.0, 0.0, 2.2, 2.0)], "arena.boundary": "walls"}
     scenario = assessment.scenario.replace({**wall, "acting.start": "safe"})
-    assert "Set place.flooding = " in text_of(replace(assessment, scenario=scenario))
-    known = scenario.replace({"place.flooding": 100})
-    assert "place.flooding" not in text_of(replace(assessment, scenario=known))
+    known = scenario.with_flooding(100)
+    assert "Names flood this place by step 100," in text_of(replace(assessment, scenario=known))
 
 
 def test_other_strategies_are_tried_best_first(assessment):

@@ -165,8 +165,8 @@ def test_no_value_that_is_enough_is_said():
 @pytest.mark.parametrize(
     ("over", "words"),
     [
-        ("robots", "isn't a field with a number above 0"),
-        ("decision.strategy", "isn't a field with a number above 0"),
+        ("robots", "isn't a field with a number;"),
+        ("decision.strategy", "isn't a field with a number;"),
         ("radio.range=5", "must be a range"),
         ("radio.range=3:2", "must be LOW:HIGH"),
         ("robots.count=1:3", "too few for the tasks; search higher, such as --over robots.count=4:8"),
@@ -193,6 +193,16 @@ def test_a_ladder_goes_from_a_fifth_to_five_times_a_value_or_to_where_the_scenar
     path, values = ladder(scenario, "sensing.range")
     assert 9.0 < values[-1] <= 10.0  # a longer range would reach round the torus
     scenario.replace({path: values[-1]})
+
+
+def test_a_parameter_of_a_strategy_is_searched_in_a_given_range():
+    changes = {"decision.strategy": "quiet-census", "decision.parameters": {}, "robots.know_count": True}
+    waiting = SMALL.replace({**changes, "tasks.count": 7})
+    found = size(waiting, "decision.parameters.quiet=1:100", RULE, seed=1)
+    assert found.edge.path == "decision.parameters.quiet"
+    assert 1.0 < found.edge.interval[0] <= found.edge.enough < 100.0
+    with pytest.raises(FeasibeeError, match=r"no default range; give one, such as \S+quiet=20:400"):
+        ladder(waiting, "decision.parameters.quiet")
 
 
 def test_the_command_prints_the_answer_and_draws_it(tmp_path):

@@ -101,7 +101,7 @@ def size(
     right: float,
     steps: int | None,
     over: str = option(
-        "Field to search, such as radio.range or run.steps.",
+        "Field to search, such as radio.range, run.steps or decision.parameters.quiet.",
         default="robots.count",
         callback=named,
         metavar="FIELD[=LOW:HIGH]",

@@ -16,6 +16,7 @@ from feasibee.cli.options import (
     command,
     console,
     file_type,
+    flooding_lines,
     folder_type,
     option,
     print_json,
@@ -76,7 +77,8 @@ def scenario(*, given: Given) -> None:
     """
     from feasibee.scenario.comments import commented_toml
 
-    click.echo(commented_toml(given.read()), nl=False)
+    read = given.read()
+    click.echo(commented_toml(read, *flooding_lines(read)), nl=False)
 
 
 @command()

@@ -149,13 +149,23 @@ class Given(NamedTuple):
         return base.replace({**dict(map(_parse_change, self.changes)), **given})
 
 
-def warn_of_waiting(*scenarios: Scenario) -> None:
-    """Print on standard error if robots wait in vain, because ``place.flooding`` is missing."""
-    if places := [each for each in scenarios if each.place.exists]:
-        from feasibee.studies.needs import give_up, waiting_in_words
+def with_flooding(scenario: Scenario) -> Scenario:
+    """Return a scenario that knows how soon names flood its place, if its robots wait for it; show a bar."""
+    if scenario.waits_for_names:
+        from feasibee.simulation.flooding import flooded
 
-        for line in dict.fromkeys(line for each in places for line in waiting_in_words(each, give_up)):
-            click.echo(f"feasibee: {line}", err=True)
+        with progress("Flooding the place") as advance:
+            flooded(scenario, advance)
+    return scenario
+
+
+def flooding_lines(scenario: Scenario) -> list[str]:
+    """Return a line on how soon names flood a scenario's place, if its robots wait for that."""
+    if not scenario.waits_for_names:
+        return []
+    from feasibee.simulation.flooding import flooding_in_words
+
+    return flooding_in_words(with_flooding(scenario))
 
 
 def _parse_change(change: str) -> tuple[str, Any]:

@@ -28,6 +28,7 @@ from feasibee.cli.options import (
     path_type,
     print_json,
     progress,
+    with_flooding,
 )
 from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.plan import (
@@ -115,7 +116,7 @@ def launch(
 
     if not hasattr(os, "killpg"):
         raise FeasibeeError("feasibee launch: needs groups of processes; use Linux, macOS or WSL")
-    scenario = given.read()
+    scenario = with_flooding(given.read())
     one = Runs.single(seed, run)
     options = {"kill": kill, "pause": pause, "partition": partition}
     faults = _faults(options, hz, scenario, starts_robots=not no_robots)
@@ -242,7 +243,7 @@ def robot(
         raise FeasibeeError("--connect with --seed: the world has the seed; leave out --seed")
     log = outputs.get("log")
     if senses is not None:
-        _drive(given.read(), number, seed, senses, log)
+        _drive(with_flooding(given.read()), number, seed, senses, log)
         return
     from feasibee.field.logs import LineLog
     from feasibee.field.robot import GONE, take_part

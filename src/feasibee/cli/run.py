@@ -16,12 +16,13 @@ from feasibee.cli.options import (
     command,
     console,
     count_type,
+    flooding_lines,
     option,
     outputs_option,
     path_type,
     print_json,
     progress,
-    warn_of_waiting,
+    with_flooding,
 )
 from feasibee.files import FIGURES, RESULTS
 from feasibee.scenario.runs import Runs
@@ -62,8 +63,7 @@ def run(
     from feasibee.simulation.ensemble import simulate_record
 
     wanted = Runs(runs, seed, run)
-    scenario = given.read({"run.steps": steps})
-    warn_of_waiting(scenario)
+    scenario = with_flooding(given.read({"run.steps": steps}))
     curves = "figure" in outputs or ("runs" in outputs and outputs["runs"].suffix.lower() == ".nc")
     with progress("Simulating") as advance:
         record = simulate_record(scenario, wanted, curves=curves, threads=workers, progress=advance)
@@ -94,6 +94,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
     from feasibee.results.measures import measured, together, tracked
     from feasibee.results.statistics import plain
     from feasibee.scenario.feasibility import truth
+    from feasibee.simulation.flooding import within
 
     found = measured(record, scenario)
     return {
@@ -104,6 +105,7 @@ def _summary(record: Record, scenario: Scenario, seed: int) -> dict[str, Any]:
         **{name: together([found], name)._asdict() for name in ("accuracy", "right_at_end")},
         "bits_per_robot_and_step": found.bits,
         **tracked(record, scenario),
+        **({"flooding": within(scenario)} if scenario.waits_for_names else {}),
         **({} if found.declared is None else {"declared": plain(found.declared)}),
         **({} if found.acting is None else {"acting": plain(found.acting)}),
         "seed": seed,
@@ -143,6 +145,7 @@ def _print_summary(summary: dict[str, Any], scenario: Scenario) -> None:
         f"Right at the end: {_share(summary['right_at_end'])}.",
         *(_tracking_in_words(summary, scenario) if "right_share" in summary else ()),
         f"Sent: {summary['bits_per_robot_and_step']:.3g} bits per robot-step.",
+        *flooding_lines(scenario),
         *([_declarations_in_words(summary["declared"], scenario)] if "declared" in summary else ()),
         *(_acting_in_words(summary["acting"], scenario) if "acting" in summary else ()),
         f"Seed {summary['seed']}, scenario {summary['scenario_hash'][:12]}.",

@@ -19,7 +19,7 @@ from feasibee.cli.options import (
     option,
     path_type,
     progress,
-    warn_of_waiting,
+    with_flooding,
 )
 from feasibee.errors import FeasibeeError
 
@@ -134,8 +134,7 @@ def animate(
 
     if field is not None:
         _check_unused()
-    scenario = given.read()
-    warn_of_waiting(scenario)
+    scenario = with_flooding(given.read())
     look: dict[str, Any] = {"every": every, "fps": fps, "size": size, "dark": dark}
     with progress("Drawing") as advance:
         look |= {"steps": _steps(frames), "progress": advance}

@@ -25,7 +25,6 @@ from feasibee.cli.options import (
     option,
     percents,
     print_json,
-    warn_of_waiting,
     wrapped,
 )
 from feasibee.errors import FeasibeeError
@@ -83,7 +82,6 @@ def sweep(
     plan = Study.read(study)
     if runs is not None:
         plan = replace(plan, runs=Runs(runs, plan.seed).count)
-    warn_of_waiting(*(point.scenario for point in plan.points))
     make_folder(out)
     if log is not None:
         check_log(log)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.options import Given, argument, command, option, path_type, warn_of_waiting
+from feasibee.cli.options import Given, argument, command, option, path_type, with_flooding
 from feasibee.errors import FeasibeeError
 from feasibee.scenario.runs import Runs
 
@@ -97,6 +97,5 @@ def _catalogue(
                 click.echo(f"feasibee: {manifest.name}, SHA-256 {digest_of(manifest)}: {what}", err=True)
         return catalogue
     one = Runs.single(seed or 0, run or 0)
-    scenario = Given(source, changes).read()
-    warn_of_waiting(scenario)
+    scenario = with_flooding(Given(source, changes).read())
     return Catalogue(scenario, one.seed, one.first, source.name if source else "")

@@ -153,12 +153,15 @@ def plan_from(plain: Mapping[str, Any]) -> Plan:
     """Return a plan from its plain form, as `plain_plan` makes it."""
     from feasibee.scenario.scenario import Scenario  # heavy: only in the world's process
 
-    scenario = Scenario.from_toml(plain["scenario"])
+    scenario, flooding = Scenario.from_toml(plain["scenario"]), plain["flooding"]
+    if flooding is not None:
+        scenario = scenario.with_flooding(flooding)
     faults = tuple(Fault(**{**each, "robots": tuple(each["robots"])}) for each in plain["faults"])
-    return Plan(**{**plain, "scenario": scenario, "faults": faults})
+    return Plan(**{name: plain[name] for name in Plan._fields} | {"scenario": scenario, "faults": faults})
 
 
 def plain_plan(plan: Plan) -> dict[str, Any]:
     """Return a plan as plain values."""
     faults = [fault._asdict() for fault in plan.faults]
-    return {**plan._asdict(), "scenario": plan.scenario.to_toml(), "faults": faults}
+    scenario = {"scenario": plan.scenario.to_toml(), "flooding": plan.scenario.flooding}
+    return {**plan._asdict(), **scenario, "faults": faults}

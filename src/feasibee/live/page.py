@@ -30,6 +30,7 @@ from feasibee.live.world.lowering import (
 from feasibee.scenario.plugins import rule_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.flooding import flooded
 from feasibee.simulation.lowering import fixed, unit_of
 
 STATIC: Final = Path(__file__).parent / "static"
@@ -88,7 +89,7 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
     Raise a ScenarioError if a page can't simulate the scenario, with all reasons.
     """
     check_scenario(scenario)
-    variants = list(variants)
+    variants = [flooded(each) for each in variants]
     return {
         "version": version("feasibee"),
         "toml": scenario.to_toml(),

@@ -186,6 +186,7 @@ class Robot:
 
 def settings_of(scenario: Scenario) -> controller.Settings:
     """Return what a scenario sets for the controller of each robot."""
+    assert scenario.flooding is not None or not scenario.waits_for_names, "call flooded first"
     decision, rule = scenario.decision, scenario.decision.declare
     return controller.Settings(
         exploration=decision.exploration,

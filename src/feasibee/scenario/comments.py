@@ -25,10 +25,11 @@ HEADER: Final = re.compile(r"\[+([\w.-]+)\]+")
 KEY: Final = re.compile(r"([\w-]+) = ")
 
 
-def commented_toml(scenario: Scenario) -> str:
+def commented_toml(scenario: Scenario, *more: str) -> str:
     """Return all fields of a scenario as TOML text with comments; parsing it gives an equal scenario.
 
-    TOML has no value for a field that is off: its line is a comment with an example.
+    TOML has no value for a field that is off: its line is a comment with an example. ``more`` are comments
+    at the end.
 
     Examples
     --------
@@ -58,6 +59,7 @@ def commented_toml(scenario: Scenario) -> str:
     if "events" not in complete:
         lines += [*COMMENT.wrap(meaning_of("events")), "# [[events]]"]
         lines += [f"# {key} = {value}" for key, value in EVENT.items()]
+    lines += [part for text in more for part in COMMENT.wrap(text)]
     return "".join(f"{line}\n" for line in lines)
 
 

@@ -13,7 +13,6 @@ from pydantic_core import PydanticCustomError
 from feasibee.scenario.bitmaps import ImageError, cells_of
 from feasibee.scenario.types import (
     NO_UNIT,
-    TIME,
     Angle,
     Bits,
     Deviation,
@@ -168,13 +167,6 @@ class Place(Section):
         default_factory=dict,
         description="Zones by name for robots.zone and tasks.zone: polygons in units, or GeoJSON files.",
         examples=[{"dock": [[[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0]]]}],
-    )
-    flooding: Annotated[int, Field(ge=1, le=1_000_000), TIME] | None = Field(
-        None,
-        description="Step by which all of 1,000 swarms know all names of tasks, as feasibee assess "
-        "prints it. Strategies by names wait 1.5 times as long before they declare feasible; without "
-        "it, they never do.",
-        examples=[714],
     )
 
     @property

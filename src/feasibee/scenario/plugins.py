@@ -18,6 +18,7 @@ from importlib.machinery import ModuleSpec, PathFinder
 from importlib.metadata import EntryPoint, entry_points
 from importlib.util import find_spec
 from pathlib import Path
+from types import FunctionType
 from typing import Any, Final, TypeGuard
 
 from feasibee.errors import FeasibeeError, one_line
@@ -168,6 +169,22 @@ def is_own(manifest: Manifest) -> bool:
     except (FeasibeeError, OSError):
         return False
     return text == manifest.source and (owner is None or not hasattr(os, "getuid") or owner == os.getuid())
+
+
+@lru_cache(256)
+def reads_flooding(manifest: Manifest) -> bool:
+    """Return whether a strategy's functions, or those that they call, read ``flooding`` of a `Setting`."""
+    if manifest.source:
+        nodes = ast.walk(ast.parse(manifest.source))
+        return any(isinstance(each, ast.Attribute) and each.attr == "flooding" for each in nodes)
+    functions = [getattr(manifest, name) for name in manifest.functions]
+    for function in functions:
+        names = function.__code__.co_names
+        if "flooding" in names:
+            return True
+        called = (function.__globals__.get(name) for name in names)
+        functions += [each for each in called if isinstance(each, FunctionType) and each not in functions]
+    return False
 
 
 def registered() -> list[str]:

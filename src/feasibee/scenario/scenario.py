@@ -142,6 +142,12 @@ def suggestion(path: str) -> str:
     return f"the sections are {', '.join(SECTIONS)}, and events"
 
 
+def _again(kind: type[Scenario], given: tuple[Any, ...], flooding: int | None) -> Scenario:
+    """Return the scenario that was pickled."""
+    scenario = kind.from_tables(*given)
+    return scenario if flooding is None else scenario.with_flooding(flooding)
+
+
 class Scenario(Sections):
     """A swarm, its world and its controller; the defaults are the paper's.
 
@@ -221,7 +227,7 @@ class Scenario(Sections):
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle with the text of the strategy's file, which may differ on another machine."""
         source, trusted = self.manifest.source or None, self.manifest.trusted
-        return type(self).from_tables, (self._given(), None, source, trusted)
+        return _again, (type(self), (self._given(), None, source, trusted), self.flooding)
 
     @property
     def strategy(self) -> Strategy:
@@ -236,6 +242,12 @@ class Scenario(Sections):
         trusted = self.model_copy()
         trusted._manifest = dataclasses.replace(self.manifest, trusted=True)
         return trusted
+
+    def with_flooding(self, steps: int) -> Self:
+        """Return this scenario with the step by which names flood its place (model.md 6.20.14)."""
+        timed = self.model_copy()
+        timed.__dict__["_flooding"] = steps
+        return timed
 
     @property
     def declares(self) -> bool:
@@ -380,6 +392,7 @@ class Scenario(Sections):
         copied = super().model_copy(update=update, deep=deep)
         if update:
             copied.__dict__.pop("_hash", None)
+            copied.__dict__.pop("_flooding", None)
             copied.__dict__["_texts"] = {}
         return copied
 

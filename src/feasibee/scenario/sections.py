@@ -30,6 +30,7 @@ from feasibee.scenario.fields import (
 )
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.plan import Plan, plan_of, size_of
+from feasibee.scenario.plugins import reads_flooding
 from feasibee.scenario.setting import setting_from
 from feasibee.scenario.tables import PRESETS
 from feasibee.strategies.certified import NEVER, sightings_to_flood, steps_for
@@ -130,6 +131,23 @@ class Sections(BaseModel):
         return plan_of(self.place, self.arena.size)
 
     @property
+    def flooding(self) -> int | None:
+        """Step by which names flood its place; `NEVER` if they take too long, None if it isn't known.
+
+        `feasibee.simulation.flooding` computes it.
+        """
+        found: int | None = self.__dict__.get("_flooding")
+        return found
+
+    @property
+    def waits_for_names(self) -> bool:
+        """Whether its robots wait for a time that follows from how soon names flood its place."""
+        if not self.place.exists:
+            return False
+        given = not self.manifest.source and self.decision.parameters.get("quiet", 0.0) > 0
+        return self.acting.start in ("search", "safe") or (reads_flooding(self.manifest) and not given)
+
+    @property
     def faulty(self) -> tuple[int, int, int]:
         """Number of stopped, of Byzantine and of stubborn robots (model.md 6.6)."""
         stopped, byzantine, stubborn = (
@@ -214,7 +232,7 @@ class Sections(BaseModel):
             exploration=self.decision.exploration,
             dissemination=self.decision.gain + self.decision.dissemination_floor,
             mean_run=self.walk.mean_run,
-            flooding=float(self.place.flooding or NEVER) if self.place.exists else 0.0,
+            flooding=float(self.flooding or NEVER) if self.place.exists else 0.0,
             delay=float(self.radio.delay),
             **self._plan,
             work=float(self.robots.work or 0) if self.robots.away == "counted" else 0.0,

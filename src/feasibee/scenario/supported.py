@@ -35,7 +35,7 @@ IN_C: Final = COMMON | {
 PAGE: Final = IN_C | {
     *("radio.id_bits", "robots.know_count", "units.metres", "units.seconds"),
     *("place.map", "place.walls", "place.keepout", "place.cell", "place.zones"),
-    *("place.flooding", "robots.zone", "tasks.zone", "radio.walls"),
+    *("robots.zone", "tasks.zone", "radio.walls"),
     *("events.step", "events.tasks", "events.robots", "events.task", "events.robot", "events.at"),
 }
 """Fields that a page simulates."""

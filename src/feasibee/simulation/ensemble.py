@@ -99,6 +99,9 @@ def simulate_record(
     if not isinstance(backend, str) or backend not in ("engine", "reference"):
         rule = "must be 'engine' or 'reference'"
         raise FeasibeeError(f"backend = {quoted(backend)}: {rule}; leave it out for 'engine'")
+    from feasibee.simulation.flooding import flooded
+
+    scenario = flooded(scenario)
     if backend == "reference":
         from feasibee import reference
 

@@ -33,6 +33,7 @@ NUMBERED = 128
 
 def lower(scenario: Scenario, seed: int) -> Lowered:
     """Return a scenario and a seed as the engine takes them."""
+    assert scenario.flooding is not None or not scenario.waits_for_names, "call flooded first"
     fast = takes_fast_path(scenario)
     params = params_of(scenario, seed, fast)
     return Lowered(params, tables_of(scenario, params), scenario.strategy, fast)

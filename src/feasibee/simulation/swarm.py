@@ -15,6 +15,7 @@ from feasibee.scenario.geometry import Acting
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
+from feasibee.simulation.flooding import flooded
 from feasibee.simulation.html import show_swarm
 from feasibee.simulation.loading import load_engine
 from feasibee.simulation.snapshot import (
@@ -69,7 +70,7 @@ class Swarm:
         self, scenario: Scenario | None = None, seed: int = 0, run: int = 0, *, room: int | None = None
     ) -> None:
         self._which = Runs.single(seed, run)
-        self.scenario = check_scenario(scenario)
+        self.scenario = flooded(check_scenario(scenario))
         room = None if room is None else check_integer("room", room, 0, 2**63)
         load_engine(self.scenario)
         from feasibee.engine import layout, params, runner, team

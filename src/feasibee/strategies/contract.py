@@ -145,7 +145,7 @@ class Setting(NamedTuple):
     mean_run: float = 10.0
     """Mean duration of a straight walk between two turns, in steps."""
     flooding: float = 0.0
-    """In a place: step by which names surely are known by all of tasks, 2**30 if unknown; elsewhere 0.0."""
+    """In a place: step by which all surely know all names of tasks, 2**30 if never; elsewhere 0.0."""
     delay: float = 0.0
     """Delay of messages, in steps."""
     plan: bytes = b""

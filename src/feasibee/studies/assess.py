@@ -13,7 +13,6 @@ from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
 from feasibee.studies.comparison import SURE, Outcome, difference, percent
-from feasibee.studies.flooding import lacks_flooding
 from feasibee.studies.needs import Asked, all_strategies, suitable
 from feasibee.studies.race import AS_IT_IS, FIRST, Race
 from feasibee.studies.recommend import (
@@ -36,7 +35,7 @@ RESOLUTION: Final = 0.15
 SHORT_REACH: Final = 3
 """Searches go up to so many times the number of robots or tasks."""
 FEW: Final = 10
-"""Runs of the first verdict, which comes before anything that may take long, such as a time of flooding."""
+"""Runs of the first verdict."""
 LEAST_RUNS: Final = 400
 """A search may use so many runs of a value: 100 % of 200 is not enough to exclude 95 %."""
 LOST: Final = 0.2
@@ -181,11 +180,10 @@ class _Assessing:
         outcomes: dict[str, Outcome] = {}
         with self._part("running the swarm"):
             for runs in (min(FEW, self.runs), *looks(FIRST, self.runs)):
-                without = "" if outcomes or not lacks_flooding(self.scenario) else ", without place.flooding"
-                outcomes = self.race.outcomes(worlds, runs, floods=bool(outcomes))
+                outcomes = self.race.outcomes(worlds, runs)
                 judged = judge([*outcomes.values()], self.right)
                 right = f"{percent(judged.right)} right of {runs} swarms"
-                self.rounds.tell(f"{judged.level} so far{without}: {right}")
+                self.rounds.tell(f"{judged.level} so far: {right}")
         return outcomes
 
     def _raced(self, phase: str, scenario: Scenario, changed: Mapping[str, Scenario]) -> list[Trial]:

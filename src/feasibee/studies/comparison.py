@@ -62,7 +62,6 @@ from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.tables import PRESETS
 from feasibee.simulation.ensemble import check_size
-from feasibee.studies.flooding import flooded
 from feasibee.studies.needs import strategy_change, suitable
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.schedule import run_work
@@ -328,14 +327,8 @@ def outcomes_of(
     seed: int,
     *,
     curves: bool = True,
-    floods: bool = True,
 ) -> list[Outcome]:
-    """Run one round of points; return their outcomes in the same order, by contender if they have any.
-
-    In a place, strategies get the time in which names flood it, unless ``floods`` is false.
-    """
-    if floods:
-        designs = [replace(each, scenario=flooded(each.scenario, rounds.check)) for each in designs]
+    """Run one round of points; return their outcomes in the same order, by contender if they have any."""
     parts = [list(rounds.run(study)) for study in studies_of(designs, runs, seed, curves=curves)]
     return [
         outcome_of(design.values.get(CONTENDER, ""), design.scenario, *records)

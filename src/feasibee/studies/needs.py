@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -12,13 +11,12 @@ from feasibee.errors import ScenarioError
 from feasibee.scenario.messages import bare_bits, knowledge_bits
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.flooding import flooding_in_words
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.certified import TESTED, untested
 from feasibee.strategies.contract import Me
 from feasibee.strategies.words import Words
-from feasibee.studies.flooding import acts_late, flooded, go_on, lacks_flooding
-from feasibee.sweeps.sweep import Enough
 
 IDS: Final = "ids that are never misread"
 NAMES: Final = "names of tasks"
@@ -121,38 +119,12 @@ def needs_of(scenario: Scenario) -> list[str]:
     return [IN_WORDS[need] for need in scenario.manifest.needs(scenario.decision.parameters)]
 
 
-def waiting_in_words(scenario: Scenario, check: Callable[[], None] = go_on) -> list[str]:
-    """Return `quiet_times_in_words` if robots of the scenario compute quiet times, or wait to act."""
-    quiet = scenario.decision.parameters.get("quiet", scenario.manifest.parameters.get("quiet"))
-    return quiet_times_in_words(scenario, check) if quiet == 0 or acts_late(scenario) else []
-
-
-def give_up() -> None:
-    """Raise `Enough`: there is no time to simulate anything."""
-    raise Enough
-
-
-def quiet_times_in_words(scenario: Scenario, check: Callable[[], None] = go_on) -> list[str]:
-    """Return a warning if computed quiet times were not tested in worlds like the scenario's.
-
-    In a place, return what to set so that robots ever declare *feasible*, or act. Its flooding is simulated
-    unless ``check`` raises `Enough`.
-    """
+def waiting_in_words(scenario: Scenario) -> list[str]:
+    """Return for how long robots wait in a place; elsewhere a warning of quiet times that weren't tested."""
     if scenario.place.exists:
-        if not lacks_flooding(scenario):
-            return []
-        never = "never act" if acts_late(scenario) else "that wait for a quiet time never declare feasible"
-        try:
-            found = flooded(scenario, check).place.flooding
-        except Enough:
-            return [
-                f"place.flooding is missing: robots {never}. Set it to the step by which all robots know all "
-                "names; `feasibee assess FILE` prints it."
-            ]
-        if found is None:
-            return [f"Names take too long to flood this place: robots {never}."]
-        without = f"Without it, robots {never} in other runs."
-        return [f"Set place.flooding = {found}, the step by which names flood this place. {without}"]
+        return flooding_in_words(scenario)
+    if scenario.decision.parameters.get("quiet") != 0:
+        return []
     outside = untested(scenario.robots.count, scenario.setting)
     if not outside:
         return []

@@ -50,12 +50,10 @@ class Race:
         """Confidence of each difference at each look."""
         return 1 - (1 - CONFIDENCE) / self.tests
 
-    def outcomes(
-        self, kinds: Mapping[str, Scenario], runs: int, *, floods: bool = True
-    ) -> dict[str, Outcome]:
+    def outcomes(self, kinds: Mapping[str, Scenario], runs: int) -> dict[str, Outcome]:
         """Return the outcomes of some scenarios, by name, with so many runs each; as `outcomes_of`."""
         designs = design_points(kinds, (), runs, self.seed)
-        found = outcomes_of(self.rounds, designs, runs, self.seed, floods=floods)
+        found = outcomes_of(self.rounds, designs, runs, self.seed)
         return {each.contender: each for each in found}
 
     def against(

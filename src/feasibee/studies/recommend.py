@@ -25,7 +25,6 @@ from feasibee.studies.comparison import (
     studies_of,
     wait_for,
 )
-from feasibee.studies.flooding import flooded
 from feasibee.studies.needs import IDS, NAMES, Asked, all_strategies, strategy_change
 from feasibee.studies.size import Finding, Rule, finding_at
 from feasibee.sweeps.plan import DesignPoint
@@ -444,8 +443,6 @@ class Trials:
                     raise  # there is no such strategy
                 entered.problems[name] = error.problems[0].rule.removeprefix(f"{name} ")
                 continue
-            with suppress(Enough):  # out of time, its runs end so, too
-                scenario = flooded(scenario, self.rounds.check)
             asked = Asked(scenario, self.seed)
             why = entered.barred[scenario.decision.strategy] = barred(asked, constraints)
             entered.groups.setdefault(len(why), []).append((scenario, asked))

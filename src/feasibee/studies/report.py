@@ -25,12 +25,10 @@ from feasibee.studies.comparison import (
     wait_for,
     wait_interval,
 )
-from feasibee.studies.flooding import go_on
 from feasibee.studies.needs import (
     IDS,
     NAMES,
     Asked,
-    give_up,
     needs_of,
     noisy_names_in_words,
     waiting_in_words,
@@ -241,7 +239,7 @@ def _words(assessment: Assessment) -> dict[str, Any]:
         "who": who_counts(scenario),
         "waits": wait_interval(assessment.outcome, assessment.target),
         "warnings": [
-            *waiting_in_words(scenario, give_up if assessment.stopped else go_on),
+            *waiting_in_words(scenario),
             *noisy_names_in_words(scenario),
         ],
         "waiting_there": [] if recommended is None else waiting_in_words(recommended.scenario),

@@ -23,7 +23,6 @@ from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import outside, step_in_words, value_in_words
 from feasibee.studies.comparison import check_stays, ending_early, origin, rounds_of
-from feasibee.studies.flooding import flooded
 from feasibee.studies.space import ladder, valid_values
 from feasibee.sweeps.plan import DesignPoint, Study
 from feasibee.sweeps.schedule import run_work
@@ -512,7 +511,7 @@ def _search_all(
 
     def test(path: str, values: Sequence[Any], place: int) -> Finding:
         value = values[place]
-        design = DesignPoint({path: value}, flooded(scenario.replace({path: value}), rounds.check))
+        design = DesignPoint({path: value}, scenario.replace({path: value}))
         found = finding_at(place, lambda runs: _right(rounds, design, runs, seed), rule, tests)
         if tell is not None:
             rounds.so_far = ""  # the lines that are told

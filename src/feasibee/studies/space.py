@@ -130,9 +130,12 @@ def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
     path, given = text.partition("=")[::2]
     now = _number(scenario, path)
     if given and ":" not in given:
-        raise FeasibeeError(f"{text}: must be a range, such as {path}={now:g}:{2 * now:g}")
+        raise FeasibeeError(f"{text}: must be a range, such as {path}={now or 1:g}:{2 * now or 100:g}")
     if given:
-        found = dimension(scenario, text)
+        found = _checked(scenario, _read(scenario, path, given, now))
+    elif now <= 0:
+        such = "20:400" if path.startswith("decision.parameters.") else "0:0.5"
+        raise FeasibeeError(f"{path} = {now:g}: has no default range; give one, such as {path}={such}")
     else:
         found = Dimension(path, now / FACTOR, now * FACTOR, isinstance(now, int))
     if found.whole:
@@ -143,15 +146,13 @@ def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
 
 
 def _number(scenario: Scenario, path: str) -> Any:
-    """Return the value of a field that holds a number above 0."""
+    """Return the value of a field that holds a number."""
     try:
         now = scenario.get(path)
     except (AttributeError, LookupError):
         now = None
-    if isinstance(now, bool) or not isinstance(now, int | float) or now <= 0:
-        raise FeasibeeError(
-            f"{path}: isn't a field with a number above 0; such as robots.count or radio.range"
-        )
+    if isinstance(now, bool) or not isinstance(now, int | float):
+        raise FeasibeeError(f"{path}: isn't a field with a number; such as robots.count or radio.range")
     return now
 
 

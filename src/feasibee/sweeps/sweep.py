@@ -20,6 +20,7 @@ from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.model.record import Record
 from feasibee.simulation.ensemble import CURVES_LIMIT
+from feasibee.simulation.flooding import flooded
 from feasibee.simulation.loading import load_engine
 from feasibee.sweeps.executors import WorkerPool, Workers, counted_interrupts, threads
 from feasibee.sweeps.journal import Journal
@@ -197,9 +198,9 @@ class Rounds:
         schedule.begin()
         if schedule.queue:
             self.check()
-        if self.execution.pool.is_local:  # compile here, once, what workers on this machine need
+        if self.execution.pool.is_local:  # compute here, once, what workers on this machine need
             for place in {piece.point: None for piece in schedule.queue}:
-                load_engine(study.points[place].scenario)
+                load_engine(flooded(study.points[place].scenario))
         self._report(schedule, False)
         interrupted = self._workers.work_off(schedule, partial(self._report, schedule))
         if interrupted:  # also in the last chunk: other rounds may follow
