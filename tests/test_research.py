@@ -72,7 +72,7 @@ def test_robots_that_ask_first_cost_least_with_fewer_robots_than_tasks(run):
     assert all(each["low"] <= each["cost"] <= each["high"] for each in found.values())
 
 
-@pytest.mark.parametrize("strategy", ["dmvd", FOLDER.parent / "examples" / "quiet_census.py"])
+@pytest.mark.parametrize("strategy", ["dmvd", FOLDER.parent / "examples" / "strategies" / "quiet_census.py"])
 def test_the_worst_lie_is_no_better_than_none(run, strategy):
     found = json.loads(run("lies", strategy, "--runs", 1, "--trials", 1))
     assert {*found} == {"feasible", "infeasible"}

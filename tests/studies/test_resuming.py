@@ -129,7 +129,7 @@ def test_what_was_ended_halfway_goes_on(undisturbed, played, tmp_path, study):
         ("paper", 3 * len(TASKS), {(1, tasks * RUNS_APART + run) for tasks in TASKS for run in range(3)}),
         ("robustness", len(WORLDS) * len(PLACES), {(1, places * RUNS_APART) for places in PLACES}),
         ("comparison", 108, {(1, place * RUNS_APART + run) for place in range(3) for run in range(12)}),
-        ("assessment", None, {(1, run) for run in range(338)}),
+        ("assessment", None, {(1, run) for run in range(225)}),
         ("sizing", None, {(1, run) for run in range(4)}),
         ("recommendation", None, {(1, run) for run in range(12)}),
     ],
