@@ -209,20 +209,19 @@ def draw_shares(
     steps: int,
     label: str,
     found: Mapping[str, Look],
-    last: float | None = None,
 ) -> None:
-    """Draw the percentage of runs whose step in ``taken`` had passed by each step, up to a last one.
+    """Draw the percentage of runs whose step in ``taken`` had passed by each step.
 
     Names stand at the ends of the lines. Of lines that end in one place, that of the earliest is on top.
     """
-    last, ends, early = float(steps) if last is None else last, {}, {}
+    ends, early = {}, {}
     for name, at in taken.items():
         share = 100 * np.arange(at.size + 1) / runs
         look = {"color": found[name].colour, "linestyle": found[name].dashes, "label": name}
         ax.step(np.r_[0, np.sort(at), steps], np.r_[share, share[-1]], where="post", **look)
-        ends[name] = last, 100 * float((at <= last).sum()) / runs
+        ends[name] = float(steps), 100 * float((at <= steps).sum()) / runs
         early[name] = -float(np.sum(at))
-    over_time(ax, label, last)
+    over_time(ax, label, float(steps))
     label_ends(ax, ends, found, early, markers=False)
 
 
