@@ -59,7 +59,7 @@ def test_each_field_of_each_section_is_printed_once_with_a_value_or_as_a_comment
     assert len([path for path in found if path in ("robots.count", "units.metres", "radio.id_bits")]) == 3
 
 
-@pytest.mark.parametrize("name", ["id_bits", "metres", "lifetime", "declare", "most", "patience", "classes"])
+@pytest.mark.parametrize("name", ["id_bits", "metres", "lifetime", "declare", "most", "classes"])
 def test_a_field_that_is_off_is_on_without_its_hash_sign(name):
     lines = commented_toml(Scenario()).splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith(f"# {name} = "))

@@ -118,9 +118,3 @@ FINE = {"cell": 1e-3, "walls": [rectangle(3.0, 0.0, 3.3, 3.6)]}
 )
 def test_a_wrong_place_is_a_problem_whatever_the_strategy_computes_from_it(strategy, changes, path):
     assert path in problems_of({**HIGH, "decision": {"strategy": strategy}, **changes})[0]
-
-
-def test_robots_that_see_farther_than_the_place_see_what_no_wall_hides():
-    sensing, robots = {"range": 1e6}, {"count": 4, "diameter": 0.4}
-    seen = Scenario(**HIGH | {"robots": robots}, sensing=sensing, decision={"strategy": "roster"})
-    assert 0.5 < seen.setting.in_sight <= 1.0
