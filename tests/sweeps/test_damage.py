@@ -91,7 +91,7 @@ DAMAGES = {
     "a step": ("UPDATE runs SET decision_step = decision_step + 1 WHERE point = 3 AND run = 9",),
     "a missing run": ("DELETE FROM runs WHERE point = 3 AND run = 9",),
     "a run too many": (
-        "INSERT INTO runs VALUES (3, 99, 1, 5, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
+        "INSERT INTO runs VALUES (3, 99, 1, 5, 0, -1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
     ),
     "a run of another point": ("UPDATE runs SET point = 4, run = 77 WHERE point = 3 AND run = 9",),
     "a curve": (
@@ -297,10 +297,10 @@ def test_a_journal_that_is_read_stays_as_it_is(kept, tmp_path):
 @pytest.mark.parametrize(
     "row",
     [
-        "runs VALUES (3, 99, 2, 5, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
-        "runs VALUES (3, 99, 1, -2, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
-        "runs VALUES (3, -1, 1, 5, 0, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
-        "runs VALUES (3, 99, 1, 5, -1, -1, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
+        "runs VALUES (3, 99, 2, 5, 0, -1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
+        "runs VALUES (3, 99, 1, -2, 0, -1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
+        "runs VALUES (3, -1, 1, 5, 0, -1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
+        "runs VALUES (3, 99, 1, 5, -1, -1, 0, 0, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, -1)",
         "points SELECT 44, 'x', seed, 2, vary, scenario, source, until, digest FROM points WHERE id = 3",
         "chunks VALUES (3, 3, 99, 1, x'00')",
     ],
