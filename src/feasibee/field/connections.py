@@ -21,7 +21,7 @@ from threading import Thread
 from typing import Any, Final, NamedTuple
 
 from feasibee.errors import FeasibeeError
-from feasibee.files import named
+from feasibee.files import named, read_text
 
 HELLO, WELCOME, REFUSED, BYE = "hello", "welcome", "refused", "bye"
 """Kinds of messages: a robot joins, gets its orders or the reason against it, and hears of the end."""
@@ -30,6 +30,10 @@ STEP, SAID, END, DIED = "step", "said", "end", "died"
 TICK, SIGHT, HEARD = "tick", "sight", "heard"
 """With clocks: a robot's step, what it sees, and a message that it hears."""
 FILE: Final = "world.json"
+FILE_LIMIT: Final = 2**16
+"""Bytes of this file that are read at most."""
+NO_WORLD: Final = (FeasibeeError, OSError, EOFError, ValueError, LookupError, TypeError, AuthenticationError)
+"""What reading that file and connecting may raise."""
 PATH_LIMIT: Final = 100
 """Longest path of a Unix socket, in bytes; systems allow 103 or 107."""
 
@@ -125,10 +129,10 @@ def connection_to(address: str) -> Iterator[Connection]:
     Raise a FeasibeeError if there is no world.
     """
     try:
-        found = json.loads(Path(address).read_bytes())
+        found = json.loads(read_text(address, "a world's file", FILE_LIMIT))
         where = found["address"]
         connection = Client(where if isinstance(where, str) else tuple(where), authkey=found["key"].encode())
-    except (OSError, EOFError, ValueError, LookupError, TypeError, AuthenticationError) as error:
+    except NO_WORLD as error:
         rule = "no world of a field is there; use the path that feasibee launch --no-robots prints"
         raise FeasibeeError(f"{named(address)}: {rule}") from error
     with connection:
