@@ -20,15 +20,20 @@ def take_part(
     order: Mapping[str, Any], log: LineLog | None = None, strategy: Strategy | None = None
 ) -> tuple[int, str]:
     """Run the robot of an order as `feasibee.field.robot.take_part` does; ROS 2 finds the world."""
-    brain = Path(order["brain"]) if order["brain"] else None
-    about: dict[str, Any] = {"log": log, "strategy": strategy, "brain": brain, "patience": order["patience"]}
     try:
-        with rclpy.init():
-            robot = SimulatedRobot(namespace=f"/robot_{order['number']}", **about)
-            spin(robot)
-            return robot.status, robot.problem
+        return _live(order, log, strategy)
     finally:
         gc.collect()  # lifecycle nodes are in cycles, and would leave shared memory
+
+
+def _live(order: Mapping[str, Any], log: LineLog | None, strategy: Strategy | None) -> tuple[int, str]:
+    """Run the node until it ends; nothing holds it afterwards."""
+    brain = Path(order["brain"]) if order["brain"] else None
+    about: dict[str, Any] = {"log": log, "strategy": strategy, "brain": brain, "patience": order["patience"]}
+    with rclpy.init():
+        robot = SimulatedRobot(namespace=f"/robot_{order['number']}", **about)
+        spin(robot)
+        return robot.status, robot.problem
 
 
 if __name__ == "__main__":
