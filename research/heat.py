@@ -9,8 +9,8 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.figure import Figure
 
 import feasibee
 
@@ -53,7 +53,8 @@ def main() -> None:
     scenario = feasibee.Scenario.read(given.file) if given.file else feasibee.Scenario()
     robots, feasible = maps_of(scenario, given.runs, given.every, given.seed)
     width, height = scenario.arena.size
-    figure, axes = plt.subplots(1, 2, figsize=(9, 1 + 4 * height / width), layout="constrained")
+    figure = Figure(figsize=(9, 1 + 4 * height / width), layout="constrained")
+    axes = figure.subplots(1, 2)
     for ax, values, label in (
         (axes[0], np.where(robots > 0, robots, np.nan), "robots per square"),
         (axes[1], 100 * feasible, "opinions feasible (%)"),

@@ -23,7 +23,7 @@ def by_simulation(
     scenario: feasibee.Scenario, ranges: dict[str, tuple[float, float]], points: int, runs: int, seed: int
 ) -> dict[str, dict[str, float]]:
     """Return the rank correlation of each field with the share of right swarms, and its 95 % interval."""
-    shares = qmc.LatinHypercube(len(ranges), rng=seed).random(points)
+    shares = qmc.LatinHypercube(len(ranges), seed=seed).random(points)
     places = qmc.scale(shares, *np.array(list(ranges.values())).T)
     whole = {path for path in ranges if isinstance(scenario.get(path), int)}
     right = []
