@@ -95,7 +95,7 @@ class _Part:
         self._world = world
 
     def play(self, number: int, *about: Any) -> NoReturn:
-        """Take part until the field ends, as an `_EndedError` says; ``about`` is what a `Robot` takes."""
+        """Join a world, and step until the field ends: then raise an `_EndedError` with the exit status."""
         self._send(HELLO, {"robot": number})
         kind, orders = self._receive()
         if kind == REFUSED:

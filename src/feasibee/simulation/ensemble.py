@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -10,7 +9,7 @@ from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.record import Record
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.loading import load_engine
+from feasibee.simulation.loading import load_engine, processors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -159,11 +158,6 @@ def failure_of(scenario: Scenario, run: Runs, error: Exception) -> Exception:
         f"{strategy.name}: fails {which}: {error}; to see the line, call "
         f'simulate(scenario, 1, {run.seed}, first_run={run.first}, backend="reference")'
     )
-
-
-def processors() -> int:
-    """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def check_scenario(scenario: Scenario | None) -> Scenario:

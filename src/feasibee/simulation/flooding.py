@@ -20,8 +20,7 @@ from feasibee.results.statistics import declare_times
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation import gossip
-from feasibee.simulation.ensemble import processors
-from feasibee.simulation.loading import load_engine
+from feasibee.simulation.loading import load_engine, processors
 from feasibee.strategies.certified import NEVER
 
 SEED: Final = 28

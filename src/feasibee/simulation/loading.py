@@ -6,6 +6,7 @@ Each compiles once on a machine, when a scenario first needs it.
 
 from __future__ import annotations
 
+import os
 import sys
 import threading
 import time
@@ -169,6 +170,11 @@ def _may_draw() -> bool:
     processes would draw theirs over the parent's display.
     """
     return parent_process() is None and not threading.current_thread().daemon
+
+
+def processors() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def is_terminal() -> bool:
