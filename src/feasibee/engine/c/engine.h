@@ -1,0 +1,255 @@
+/* What Python and the engine know of each other: the only description of these structs.
+ *
+ * Python reads this file (feasibee.engine.library), so it has declarations only. The numbers of a scenario have
+ * their meaning in feasibee.engine.params, in whose order they stand. Lengths are in units of fixed point: see
+ * feasibee.engine.layout. */
+
+#ifndef ENGINE_H
+#define ENGINE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* --- The numbers of a scenario and a seed --- */
+
+struct seed {
+    uint32_t low, high;
+};
+
+struct place {
+    bool exists;
+    int64_t bits, columns, rows, row_words, blur, blurred_columns, sight, radio;
+    double flooding;
+    int64_t plan_columns, near, arrived;
+};
+
+struct side {
+    double width, height;
+};
+
+struct arena {
+    bool walls, wraps;
+    int64_t width, height;
+    double unit;
+    struct place place;
+    struct side sides;
+};
+
+struct band {
+    uint32_t low, width;
+};
+
+struct placement {
+    int64_t how, clusters, spread, margin;
+};
+
+struct grid {
+    int64_t columns, rows, width, height, half_width, half_height;
+    uint64_t scale_x, scale_y;
+};
+
+struct robot {
+    int64_t count, at_start;
+    double arrival_rate, failure_time;
+    int64_t work, charge;
+    bool away_counts;
+    double known_work, known_charge;
+    int64_t classes;
+    double reach;
+    int64_t radius;
+    bool avoid_collisions, deflects, knows_count;
+    double speed;
+    uint64_t apart_limit, meet_limit;
+    struct band meet_band;
+    struct placement placement;
+    struct grid grid;
+};
+
+struct list {
+    int64_t bits;
+    uint32_t shift;
+    struct band band;
+};
+
+struct task {
+    int64_t count, at_start;
+    double arrival_rate, lifetime;
+    int64_t work;
+    struct placement placement;
+    struct grid grid;
+    struct list lists;
+    bool numbered;
+};
+
+struct walk {
+    double mean_run;
+};
+
+struct sensing {
+    double swept;
+    uint64_t limit;
+    struct band band;
+    int64_t count_self;
+    bool unique, by_class, only_counts, counts_all;
+    uint64_t miss;
+    double false_robots, false_tasks;
+    uint64_t misname;
+    bool merges;
+    uint64_t merge_limit;
+    bool ahead, hides;
+    double view_cosine, view_sine;
+};
+
+struct radio {
+    double range;
+    uint64_t limit;
+    struct band band;
+    uint64_t loss;
+    int64_t id_bits, delay;
+    bool as_sight, random_ids;
+    int64_t message_bits;
+};
+
+struct knowledge {
+    bool enabled;
+    int64_t words, message_words, robot_ids, task_ids, task_classes;
+};
+
+struct strategy {
+    bool forgets, starts_neutral, declares, judges, says, lasts, gives_probability;
+    double value_scale;
+    struct knowledge knowledge;
+};
+
+struct declare {
+    bool enabled;
+    int64_t share, whole, rounds, heard;
+};
+
+struct quorum {
+    int64_t share, whole;
+};
+
+struct decision {
+    double exploration, gain;
+    int64_t dissemination_floor, quality_floor, listens_for;
+    bool every_message;
+    int64_t inbox_size;
+    bool inbox_is_set;
+    int64_t own_vote, random_ties;
+    bool first_sight;
+    struct declare declare;
+    struct quorum quorum;
+};
+
+struct fault {
+    int64_t stopped, byzantine, stubborn, stop_step, byzantine_says;
+    bool colluding, exactly;
+};
+
+struct run {
+    int64_t steps;
+    bool stop_at_decision, stop_at_declarations, stop_when_taken;
+};
+
+struct acting {
+    bool acts;
+    int64_t start;
+    bool by_word, by_rank, tags;
+    uint64_t reach;
+    int64_t ranks;
+    bool come_free;
+    int64_t list_bits, task_bits;
+};
+
+struct params {
+    struct seed seed;
+    struct arena arena;
+    struct robot robots;
+    struct task tasks;
+    struct walk walk;
+    struct sensing sensing;
+    struct radio radio;
+    struct strategy strategy;
+    struct decision decision;
+    struct fault faults;
+    struct run run;
+    struct acting acting;
+    bool truth, changes, truth_stays, together, in_space_order, in_sender_order;
+};
+
+/* --- A strategy: feasibee.strategies.contract says what its functions are given and return --- */
+
+struct setting {
+    int64_t robots, count, tasks, robot_ids, task_ids, robot_classes, task_classes, id_bits;
+    bool knows_count, colluding, walled;
+    double width, height, sight, radio, speed, exploration, dissemination, mean_run, flooding, delay, work, charge;
+    const uint8_t *plan; /* cells by row */
+    int64_t plan_length, columns;
+    const double *parameters;
+    int64_t parameter_count;
+};
+
+struct mind {
+    int64_t opinion;
+    double quality, feasible_quality;
+    int64_t own_vote, random_ties;
+    double *memory;
+    int64_t memory_count;
+    const double *parameters;
+    int64_t parameter_count;
+};
+
+struct inbox {
+    int64_t feasible_votes, infeasible_votes, heard_opinion;
+    double heard_value, mean_value, chance;
+};
+
+/* The functions of a strategy. From `say` on they are NULL if it doesn't define them. */
+struct rules {
+    double (*quality)(int64_t robots_seen, int64_t tasks_seen);
+    double (*dissemination)(double quality, double gain);
+    int64_t (*decide)(struct mind *mind, const struct inbox *inbox);
+    int64_t (*say)(struct mind *mind);
+    double (*value)(struct mind *mind);
+    double (*lasting)(struct mind *mind, double gain);
+    double (*probability)(struct mind *mind, const struct setting *setting);
+};
+
+/* Where and why a function of a user's strategy failed. */
+struct failure {
+    int32_t what; /* 0: it did not; else see feasibee.engine.own */
+    int32_t line;
+    double first, second; /* the values that it failed for */
+};
+
+/* --- Runs --- */
+
+/* Rows of the record of consecutive runs (feasibee.model.record). */
+struct outcome {
+    int8_t *decision;
+    int32_t *decision_step;
+    int32_t *feasible_count, *infeasible_count; /* by run and step */
+    int64_t *account;                           /* by run and column */
+    int64_t runs;
+    int64_t curve_length; /* 0 without curves */
+    int64_t columns;
+};
+
+/* What threads that simulate share with the one that waits for them. */
+struct control {
+    int64_t steps_done;
+    int32_t cancelled; /* set from outside: the run ends within 50 ms */
+    struct failure failure;
+};
+
+/* Return the rules of a built-in strategy, or those of a user's library; NULL if there are none. */
+const struct rules *feasibee_rules(const char *name);
+
+/* Simulate the runs from `first_run` on, one for each row of the outcome; `memory` is that of the strategy.
+ *
+ * Return how many are complete: fewer if they were cancelled or the strategy failed; -1 without memory. */
+int64_t feasibee_play(const struct params *params, const struct rules *rules, const struct setting *setting,
+                      int64_t memory, int64_t first_run, const struct outcome *outcome, struct control *control);
+
+#endif
