@@ -16,7 +16,6 @@ from feasibee.robot.language import (
     BOOL,
     COUNTS,
     ELEMENTS,
-    FIELDS,
     INT,
     KEYWORDS,
     LONG,
@@ -35,6 +34,7 @@ from feasibee.robot.language import (
     WHOLE,
     WORD,
     Signature,
+    Target,
     Type,
     Value,
     constant,
@@ -46,8 +46,9 @@ from feasibee.robot.language import (
 
 
 class Functions(Protocol):
-    """The functions that are translated, and the tuples that they return."""
+    """The functions that are translated, what for, and the tuples that they return."""
 
+    target: Target
     tuples: dict[str, tuple[str, ...]]
 
     def function(self, function: FunctionType, arguments: tuple[Type, ...]) -> Signature:
@@ -126,7 +127,7 @@ class Expressions:
                 self.fail(node, ast.unparse(node), "use a constant of the file, or of math")
             return found
         record = self.value(node.value)
-        fields = FIELDS.get(str(record.type), {})
+        fields = self.translation.target.fields.get(str(record.type), {})
         if node.attr not in fields:
             self.fail(node, ast.unparse(node), f"use one of {', '.join(fields) or 'the arguments'}")
         text, kind, needs = fields[node.attr]
@@ -219,7 +220,7 @@ class Expressions:
     def _half(self, left: ast.expr, sign: ast.cmpop, right: ast.expr) -> str:
         """Return the comparison of a quality with 1/2 in whole numbers, which needs no float."""
         is_quality = isinstance(left, ast.Attribute) and left.attr == "feasible_quality"
-        if not is_quality or self.value(right).known != 0.5:
+        if not (is_quality and self.translation.target.ratios) or self.value(right).known != 0.5:
             return ""
         mind = self.value(left.value)  # type: ignore[attr-defined]
         if mind.type != "mind":

@@ -151,7 +151,52 @@ FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
         "chance": _field("feasibee_chance({})", REAL),
     },
 }
-"""The fields of each record: in C, their type, and what it takes to have them."""
+"""The fields of each record on a robot: in C, their type, and what it takes to have them."""
+
+
+class Target(NamedTuple):
+    """A program for which functions are translated: how it holds records, and how their fields are read."""
+
+    records: Mapping[str, str]
+    """Types of records in C."""
+    fields: Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]
+    """Their fields, as in `FIELDS`."""
+    ratios: bool
+    """Whether a quality is a ratio of whole numbers, which is compared with 1/2 without floats."""
+
+    def text_of(self, kind: Type) -> str:
+        """Return a type as it is written in C."""
+        return self.records.get(str(kind)) or text_of(kind)
+
+
+ROBOT: Final = Target(RECORDS, FIELDS, True)
+ENGINE: Final = Target(
+    {"mind": "struct mind *", "inbox": "const struct inbox *", "setting": "const struct setting *"},
+    {
+        "setting": {
+            **{name: _field(f"{{}}->{name}", INT) for name in (*_WHOLE, *_CLASSES, "columns")},
+            **{name: _field(f"{{}}->{name}", REAL) for name in _REALS},
+            **{name: _field(f"{{}}->{name}", BOOL) for name in ("knows_count", "colluding", "walled")},
+            "plan": _field("feasibee_plan_of({})", PLAN),
+            "parameters": _field("feasibee_parameters_of({})", REALS),
+        },
+        "mind": {
+            **{name: _field(f"{{}}->{name}", INT) for name in ("opinion", "own_vote", "random_ties")},
+            **{name: _field(f"{{}}->{name}", REAL) for name in ("quality", "feasible_quality")},
+            "memory": _field("feasibee_memory_of({})", REALS),
+            "parameters": _field("feasibee_parameters_of({})", REALS),
+        },
+        "inbox": {
+            **{
+                name: _field(f"{{}}->{name}", INT)
+                for name in ("feasible_votes", "infeasible_votes", "heard_opinion")
+            },
+            **{name: _field(f"{{}}->{name}", REAL) for name in ("heard_value", "mean_value", "chance")},
+        },
+    },
+    False,
+)
+"""The engine's structs, those of ``engine/c/engine.h``."""
 METHODS: Final[Mapping[tuple[str, str], tuple[Type, tuple[Type, ...]]]] = {
     ("wire", "number"): (INT, (INT, INT)),
     ("wire", "flag"): (BOOL, (BOOL,)),

@@ -24,11 +24,13 @@ from feasibee.robot.language import (
     REAL,
     REALS,
     RESULTS,
+    ROBOT,
     ROW,
     SMALL,
     VOID,
     Needs,
     Signature,
+    Target,
     Type,
     Value,
     constant,
@@ -41,6 +43,8 @@ from feasibee.robot.language import (
 class Translation:
     """Functions in C, each once for each combination of types."""
 
+    target: Target = ROBOT
+    """The program that they are for."""
     texts: dict[str, tuple[str, str]] = field(default_factory=dict)
     """With what the functions of modules that aren't files begin in C, and the texts of these modules."""
     functions: list[str] = field(default_factory=list)
@@ -146,7 +150,7 @@ class _Body(Expressions):
         """Return the definition."""
         parameters = [each.arg for each in self.tree.args.args]
         written = [
-            f"{text_of(kind)} {c_name(each)}".replace("* ", "*")
+            f"{self.translation.target.text_of(kind)} {c_name(each)}".replace("* ", "*")
             for each, kind in zip(parameters, (self.types[each] for each in parameters), strict=True)
         ]
         said = (ast.get_docstring(self.tree) or "").split("\n")[0].replace("*/", "* /")
@@ -159,7 +163,7 @@ class _Body(Expressions):
             lines += [f"    return {_zero(signature.result)};"] if signature.result != VOID else []
             lines += ["#else"]
         lines += [
-            f"    {text_of(kind)} {c_name(each)} = {_zero(kind, begins=True)};"
+            f"    {self.translation.target.text_of(kind)} {c_name(each)} = {_zero(kind, begins=True)};"
             for each, kind in self.types.items()
             if each not in parameters and each not in self.loops
         ]
@@ -365,7 +369,7 @@ class _Body(Expressions):
         if value.known is not None:
             return value
         name = self.new()
-        self.put(depth, f"{text_of(value.type)} {name} = {value.text};")
+        self.put(depth, f"{self.translation.target.text_of(value.type)} {name} = {value.text};")
         return Value(name, value.type)
 
     def new(self) -> str:

@@ -1,0 +1,62 @@
+/* What functions translated from Python need in the engine: the names that feasibee.robot.translate writes. */
+
+#ifndef TRANSLATED_H
+#define TRANSLATED_H
+
+#include "engine.h"
+
+typedef int64_t feasibee_int;
+typedef double feasibee_real;
+#define FEASIBEE_REAL(number) (number)
+#define FEASIBEE_INFINITY __builtin_inf()
+
+/* Words of knowledge: none, in a strategy that passes on opinions only. */
+struct feasibee_row {
+    int32_t *words;
+    int64_t length;
+};
+
+struct feasibee_reals {
+    double *numbers;
+    int64_t length;
+};
+
+struct feasibee_plan {
+    const uint8_t *cells;
+    int64_t length;
+};
+
+static inline struct feasibee_reals feasibee_memory_of(struct mind *mind)
+{
+    return (struct feasibee_reals){mind->memory, mind->memory_count};
+}
+
+/* Parameters of a mind or of a setting, which strategies only read. */
+#define feasibee_parameters_of(record) \
+    ((struct feasibee_reals){(double *)(uintptr_t)(record)->parameters, (record)->parameter_count})
+
+static inline struct feasibee_plan feasibee_plan_of(const struct setting *setting)
+{
+    return (struct feasibee_plan){setting->plan, setting->plan_length};
+}
+
+static inline double *feasibee_real_at(struct feasibee_reals row, int64_t place)
+{
+    return &row.numbers[place];
+}
+
+/* Python's min and max: of equal numbers, the first. */
+#define FEASIBEE_ORDER(name, type)                               \
+    static inline type feasibee_min_##name(type one, type other) \
+    {                                                            \
+        return other < one ? other : one;                        \
+    }                                                            \
+    static inline type feasibee_max_##name(type one, type other) \
+    {                                                            \
+        return other > one ? other : one;                        \
+    }
+
+FEASIBEE_ORDER(int, int64_t)
+FEASIBEE_ORDER(real, double)
+
+#endif
