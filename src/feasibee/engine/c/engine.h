@@ -223,6 +223,12 @@ struct failure {
     double first, second; /* the values that it failed for */
 };
 
+/* End the run because a function of a strategy fails; never returns. The values are those it fails for. */
+void feasibee_fail(int32_t what, int32_t line, double first, double second);
+
+/* Of a user's library: store what it calls where its strategy fails. */
+void feasibee_bind(void (*fail)(int32_t what, int32_t line, double first, double second));
+
 /* --- Runs --- */
 
 /* Rows of the record of consecutive runs (feasibee.model.record). */
