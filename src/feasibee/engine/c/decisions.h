@@ -113,12 +113,12 @@ ALWAYS int64_t quorum_of(const struct params *params)
 
 ALWAYS bool is_cancelled(const struct control *control)
 {
-    return __atomic_load_n(&control->cancelled, __ATOMIC_RELAXED) != 0;
+    return __atomic_load_n(control->cancelled, __ATOMIC_RELAXED);
 }
 
 ALWAYS void count_steps(struct control *control, int64_t steps)
 {
-    __atomic_store_n(&control->steps_done, control->steps_done + steps, __ATOMIC_RELAXED);
+    __atomic_store_n(control->steps_done, *control->steps_done + steps, __ATOMIC_RELAXED);
 }
 
 #endif

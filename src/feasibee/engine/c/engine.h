@@ -244,8 +244,8 @@ struct outcome {
 
 /* What threads that simulate share with the one that waits for them. */
 struct control {
-    int64_t steps_done;
-    int32_t cancelled; /* set from outside: the run ends within 50 ms */
+    int64_t *steps_done;
+    const bool *cancelled; /* set from outside: the runs end within 50 ms */
     struct failure failure;
 };
 

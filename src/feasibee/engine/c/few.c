@@ -8,6 +8,7 @@
 #include <stdlib.h>
 
 #include "draws.h"
+#include "failures.h"
 #include "lists.h"
 
 #define WORDS (FEW / 32)
@@ -557,14 +558,28 @@ static struct swarm *new_swarm(const struct job *job)
     return swarm;
 }
 
+/* The runs of a call, of which so many are complete. */
+struct runs {
+    const struct job *job;
+    struct swarm *swarm;
+    int64_t first, complete;
+};
+
+static int64_t play_runs(void *given)
+{
+    struct runs *runs = given;
+    while (runs->complete < runs->job->outcome->runs &&
+           play_run(runs->job, runs->swarm, runs->first + runs->complete, runs->complete))
+        runs->complete++;
+    return 0;
+}
+
 int64_t few_play(const struct job *job, int64_t first_run)
 {
-    struct swarm *swarm = new_swarm(job);
-    int64_t row = 0;
-    if (!swarm)
+    struct runs runs = {job, new_swarm(job), first_run, 0};
+    if (!runs.swarm)
         return -1;
-    while (row < job->outcome->runs && play_run(job, swarm, first_run + row, row))
-        row++;
-    free(swarm);
-    return row;
+    attempt(play_runs, &runs, 0, &job->control->failure);
+    free(runs.swarm);
+    return runs.complete;
 }
