@@ -18,7 +18,7 @@ import pytest
 from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.engine import compile as compile_
-from feasibee.engine import runner
+from feasibee.engine import compiled
 from feasibee.engine.compile import cache_folder, careful, entry, export, on_compile
 from feasibee.files import cache
 from feasibee.files.cache import check_cache, own_folder, read_sealed, write_sealed
@@ -123,7 +123,9 @@ def test_numbas_own_folder_stays_the_users(folder, tmp_path, monkeypatch):
 
 def test_the_folder_is_named_by_every_module_that_the_engine_imports():
     """A change of any of them compiles the engine again; the text of a strategy names its own files."""
-    code = "import sys, feasibee.engine.runner; print(*(each for each in sys.modules if 'feasibee' in each))"
+    code = (
+        "import sys, feasibee.engine.compiled; print(*(each for each in sys.modules if 'feasibee' in each))"
+    )
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     files = {Path(find_spec(each).origin) for each in loaded.stdout.split()}
     faces = {each for each in files if each.name == "__init__.py" and each.parent.name != "engine"}
@@ -504,7 +506,7 @@ def test_code_that_a_process_has_loaded_is_not_kept_as_that_of_a_file_changed_si
         names = {}
         exec(compile(f"def quality(robots, tasks):\n    return {body}\n", file, "exec"), names)
         functions = {"functions": frozenset({"quality"}), "quality": names["quality"]}
-        return runner._text_of(dataclasses.replace(STRATEGIES["dmmd"], **functions))
+        return compiled._text_of(dataclasses.replace(STRATEGIES["dmmd"], **functions))
 
     assert text("robots / (robots + tasks)") == text("robots / (robots + tasks)")
     assert text("robots / (robots + tasks)") != text("tasks / (robots + tasks)")

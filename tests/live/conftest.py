@@ -14,7 +14,7 @@ import pytest
 from numba.core.compiler_lock import global_compiler_lock
 
 from feasibee import Scenario
-from feasibee.engine import runner
+from feasibee.engine import compiled
 from feasibee.engine.compile import on_compile
 from feasibee.live import server
 from feasibee.live.catalogue import Catalogue
@@ -29,19 +29,19 @@ PLAYER = Path(__file__).parent / "play.mjs"
 
 @pytest.fixture
 def slow_engine(monkeypatch):
-    """An engine for walls that isn't on disk: it compiles until the event is set."""
-    ready, done = runner.engine_functions, Event()
+    """An engine for more than 128 robots that isn't on disk: it compiles until the event is set."""
+    ready, done = compiled.engine_functions, Event()
 
-    def compile_slowly(strategy, fast, *form):
-        if not fast:
+    def compile_slowly(strategy, words, *form):
+        if words == 0:
             with global_compiler_lock:
                 on_compile.get()("advance_general")
                 assert done.wait(300)
-        return ready(strategy, fast, *form)
+        return ready(strategy, words, *form)
 
-    for boundary in ("torus", "walls"):
-        load_engine(Scenario(arena={"boundary": boundary}))
-    monkeypatch.setattr(runner, "engine_functions", compile_slowly)
+    for count in (20, 200):
+        load_engine(Scenario(robots={"count": count}), stepwise=True)
+    monkeypatch.setattr(compiled, "engine_functions", compile_slowly)
     monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[1]})
     yield done
     done.set()

@@ -156,18 +156,18 @@ def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port)
 @pytest.mark.slow
 def test_the_page_says_what_compiles_and_for_how_long(visit, port, slow_engine):
     page = visit(port)
-    control_of(page, "arena.boundary").select_option("walls")
+    change(page, "robots.count", "200")
     expect(page.locator("#veil")).to_have_text(
         re.compile(r"^Compiling the general engine, once for this machine … [01] s$")
     )
     expect(page.locator("#veil-time")).to_have_text(" … 2 s")
     expect(page.locator("#announcer")).to_have_text("Compiling the general engine, once for this machine")
-    late = visit(port, "#arena.boundary=walls", ready=False)
+    late = visit(port, "#robots.count=200", ready=False)
     expect(late.locator("#veil-time")).not_to_have_text("")
     assert int(re.findall(r"\d+", late.locator("#veil-time").inner_text())[0]) >= 2
     slow_engine.set()
     expect(page.locator("#veil")).to_be_hidden()
-    expect(page.locator("#toml")).to_contain_text('boundary = "walls"')
+    expect(page.locator("#toml")).to_contain_text("count = 200")
     page.wait_for_timeout(1200)  # longer than between two times
     expect(page.locator("#veil")).to_have_text("")  # the time has stopped
 

@@ -616,18 +616,18 @@ def test_malformed_requests_leave_a_line_in_the_terminal_at_most(capfd):
     assert "Unsupported" not in told
 
 
-WALLS = {"type": "open", "changes": {"arena.boundary": "walls"}}
+MORE = {"type": "open", "changes": {"robots.count": "200"}}
 
 
 def test_a_page_is_told_what_compiles_and_since_when_whichever_page_asked_first(port, slow_engine):
     with Page(port) as first, Page(port) as second:
-        first.say(**WALLS)
+        first.say(**MORE)
         told = first.receive()
         assert told.pop("seconds") < 60
         assert told == {"type": "compiling", "text": f"Compiling the {GENERAL}, once for this machine"}
         expect_another_page(port)  # whose engine is ready
         loading._current = loading._current._replace(since=loading._current.since - 100.0)
-        second.say(**WALLS)
+        second.say(**MORE)
         for page in (first, second):
             told = page.receive()
             assert told["type"] == "compiling"
@@ -635,13 +635,13 @@ def test_a_page_is_told_what_compiles_and_since_when_whichever_page_asked_first(
         slow_engine.set()
         for page in (first, second):
             assert [page.receive()["type"] for _ in range(3)] == ["opened", "tasks", "frame"]
-        first.say(**WALLS, run="1")
+        first.say(**MORE, run="1")
         assert first.receive()["type"] == "opened"  # nothing compiles any more
 
 
 def test_a_page_may_close_while_its_engine_compiles(port, slow_engine, caplog):
     with Page(port) as page:
-        page.say(**WALLS)
+        page.say(**MORE)
         assert page.receive()["type"] == "compiling"
     slow_engine.set()
     expect_another_page(port)

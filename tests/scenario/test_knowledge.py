@@ -10,7 +10,7 @@ import pytest
 from own_files import OPINIONS, SET, assert_same, copy_of, replaced, why_not
 
 from feasibee import Scenario, ScenarioError
-from feasibee.engine.runner import strategy_functions
+from feasibee.engine.compiled import strategy_functions
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES

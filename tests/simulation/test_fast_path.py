@@ -13,8 +13,8 @@ from feasibee.scenario import fields as sections
 from feasibee.scenario.fields import SECTIONS, Sensing, fields
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import FAST_PATH, FAST_PATH_LIMITS, takes_fast_path
-from feasibee.simulation.ensemble import load_engine, simulate_record
-from feasibee.simulation.lowering import lower, params_of
+from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.lowering import lower
 from feasibee.strategies import STRATEGIES
 from tests.other_values import NEEDS, OTHER_VALUES
 
@@ -22,6 +22,7 @@ GENERAL_ONLY = {
     "arena.side": [(20.0, 10.0)],
     "decision.listen": [{"last": 3}],
     "decision.strategy": [name for name, each in STRATEGIES.items() if each.knowledge],
+    "run.steps": [2**31 // 20],
 }
 """Values that need the general engine, of fields that the fast path implements."""
 
@@ -68,10 +69,8 @@ def test_a_field_on_the_list_takes_the_fast_path_with_the_same_outcome(path):
 
 def general_record(scenario, runs, seed):
     """Simulate a scenario in the general engine, even if the fast path takes it."""
-    load_engine(scenario.replace({"arena.boundary": "walls"}))
-    lowered, params = lower(scenario, seed), params_of(scenario, seed, fast=False)
     record = Record.empty(0, runs, scenario.run.steps + 1)
-    runner.simulate(lowered._replace(params=params, fast=False), record, threads=1)
+    runner.simulate(lower(scenario, seed, fast=False), record, threads=1)
     return record
 
 

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm
-from feasibee.engine import runner
+from feasibee.engine import compiled, runner
 from feasibee.engine.layout import POOLED, Lack, Room, first_room
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import COLUMNS
@@ -162,7 +162,7 @@ def test_a_swarm_tells_of_its_robots_in_the_order_of_their_numbers():
 
 @pytest.mark.parametrize("robots", [130, 1100])
 def test_a_run_without_room_for_its_inboxes_is_played_again(robots, monkeypatch):
-    scenario = scenario_of("dense", robots, 60).replace({"decision.strategy": "dc"})
+    scenario = scenario_of("dense", robots, 60).replace({"decision.strategy": "dc", "radio.loss": 0.1})
     expected = digest(simulate_record(scenario, Runs(2, 3), curves=True))
     lacked = []
 
@@ -170,9 +170,9 @@ def test_a_run_without_room_for_its_inboxes_is_played_again(robots, monkeypatch)
         lacked.append(Lack(state.clock[2]))
         return enlarge(room, state)
 
-    enlarge = runner.enlarged
-    monkeypatch.setattr(runner, "first_room", lambda params: Room(8, 1))
-    monkeypatch.setattr(runner, "enlarged", enlarged)
+    enlarge = compiled.enlarged
+    monkeypatch.setattr(compiled, "first_room", lambda params: Room(8, 1))
+    monkeypatch.setattr(compiled, "enlarged", enlarged)
     assert digest(simulate_record(scenario, Runs(2, 3), curves=True, threads=1)) == expected
     assert set(lacked) == {Lack.SLOTS, Lack.TABLES}
 

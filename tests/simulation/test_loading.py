@@ -14,10 +14,10 @@ from rich.console import Console
 
 from feasibee import Scenario, simulate
 from feasibee.cli.options import progress
-from feasibee.engine import runner
+from feasibee.engine import compiled
 from feasibee.engine.compile import on_compile
 from feasibee.simulation import loading
-from feasibee.simulation.loading import FAST, GENERAL, compilation, engine_of, load_engine, prepare_engines
+from feasibee.simulation.loading import GENERAL, NATIVE, compilation, engine_of, load_engine, prepare_engines
 from feasibee.strategies import STRATEGIES
 
 WALLS = Scenario(arena={"boundary": "walls"})
@@ -43,7 +43,7 @@ class Engine:
 def engine(monkeypatch):
     """An engine of which nothing is loaded or on disk."""
     made = Engine(["start_general", "advance_general", "decide"])
-    monkeypatch.setattr(runner, "engine_functions", made.functions)
+    monkeypatch.setattr(compiled, "engine_functions", made.functions)
     monkeypatch.setattr(loading, "_loaded", set())
     return made
 
@@ -59,19 +59,25 @@ def screen(monkeypatch):
 
 
 def test_there_are_two_engines():
-    assert engine_of(Scenario()) == FAST
+    assert engine_of(Scenario()) == NATIVE
     assert engine_of(WALLS) == GENERAL
 
 
-@pytest.mark.parametrize(("scenario", "name"), [(Scenario(), FAST), (WALLS, GENERAL)])
-def test_elsewhere_than_on_a_terminal_one_line_names_the_engine(engine, capsys, scenario, name):
-    assert not load_engine(scenario)
-    assert load_engine(scenario)
+@pytest.mark.parametrize(("scenario", "stepwise"), [(WALLS, False), (WALLS, True), (Scenario(), True)])
+def test_elsewhere_than_on_a_terminal_one_line_names_the_engine(engine, capsys, scenario, stepwise):
+    assert not load_engine(scenario, stepwise)
+    assert load_engine(scenario, stepwise)
     assert capsys.readouterr().err == (
-        f"feasibee: compiling the {name}, once for this machine; 5 to 20 s of CPU time ...\n"
+        f"feasibee: compiling the {GENERAL}, once for this machine; 5 to 20 s of CPU time ...\n"
     )
-    assert [each.engine for each in engine.seen] == [name] * 3
+    assert [each.engine for each in engine.seen] == [GENERAL] * 3
     assert compilation() is None
+
+
+def test_nothing_compiles_for_runs_of_the_paper_s_world(engine, capsys):
+    assert load_engine(Scenario())
+    assert engine.seen == []
+    assert capsys.readouterr() == ("", "")
 
 
 def test_what_is_on_disk_is_loaded_in_silence(engine, capsys):
@@ -92,14 +98,14 @@ def test_nothing_compiles_any_more_after_an_error(engine, capsys, monkeypatch):
         on_compile.get()("advance_general")
         raise MemoryError
 
-    monkeypatch.setattr(runner, "engine_functions", fail)
+    monkeypatch.setattr(compiled, "engine_functions", fail)
     with pytest.raises(MemoryError):
         load_engine(WALLS)
     assert compilation() is None
     on_compile.get()("advance_general")
     assert compilation() is None
     assert capsys.readouterr().err.count("\n") == 1
-    monkeypatch.setattr(runner, "engine_functions", engine.functions)
+    monkeypatch.setattr(compiled, "engine_functions", engine.functions)
     assert not load_engine(WALLS)
 
 
@@ -139,14 +145,14 @@ def test_a_worker_process_writes_a_line_since_its_parent_draws(engine, screen, c
     assert "compiling the general engine" in capsys.readouterr().err
 
 
-def test_both_engines_and_all_strategies_are_prepared(engine, capsys):
+def test_the_general_engine_and_all_strategies_are_prepared(engine, capsys):
     first, second = list(prepare_engines()), list(prepare_engines())
-    assert [each.name for each in first] == [FAST, GENERAL, f"{len(STRATEGIES)} built-in strategies"]
+    assert [each.name for each in first] == [GENERAL, f"{len(STRATEGIES)} built-in strategies"]
     assert not any(each.cached for each in first)
     assert all(each.cached for each in second)
-    loaded = {(strategy.name, fast, words) for strategy, fast, words, _ in loading._loaded}
-    assert loaded >= {("dmmd", fast, words) for fast in (True, False) for words in (0, 1, 2)}
-    assert len(loaded) == len(STRATEGIES) + 5
+    loaded = {(strategy.name, words) for strategy, words, _ in loading._loaded}
+    assert loaded >= {("dmmd", words) for words in (0, 1, 2)}
+    assert len(loaded) == len(STRATEGIES) + 2
 
 
 def test_simulating_afterwards_finds_what_was_prepared(capsys):

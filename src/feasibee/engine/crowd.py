@@ -38,7 +38,6 @@ from feasibee.engine.cells import (
     sum_up,
 )
 from feasibee.engine.compile import called, inlined
-from feasibee.engine.inbox import keep_label, keeps_labels_only, receive
 from feasibee.engine.intrinsics import (
     LANES,
     bit_if,
@@ -47,12 +46,10 @@ from feasibee.engine.intrinsics import (
     float_of,
     has_bit,
     lowest_member,
-    place_of,
     popcount,
     without_lowest,
 )
-from feasibee.engine.layout import HEARD_ROOM, LINE, TILE, WORD, Clock, Count, Heard, Point, Robot, Set, Share
-from feasibee.engine.params import ALWAYS
+from feasibee.engine.layout import LINE, TILE, WORD, Clock, Count, Heard, Point, Robot, Set, Share
 from feasibee.engine.queues import few_odd, few_others, many_odd, many_others, store_few, store_many
 from feasibee.engine.team import comes_last, first_word, let_go, wait_for_all
 
@@ -414,28 +411,6 @@ def place_arriving(params, state, part, first_cell, last_cell):
                 append(state.robot_cells, int64(cells[i]), xs[i], ys[i], numbered(state, i))
 
 
-@called
-def sense_crowd(params, state, part):
-    """Let exploring robots observe and listening robots receive, on the fast path."""
-    fill_robots(params, state, part)
-    speaking = queued = int64(0)
-    for w in range(part.first, part.last):
-        speaking += popcount(state.sets[Set.SPEAKING, w])
-        disseminating, working = state.sets[Set.DISSEMINATING, w], state.sets[Set.WORKING, w]
-        listening = working if params.decision.listens_for == ALWAYS else disseminating
-        exploring = uint32(working & ~disseminating)
-        left = uint32(listening | exploring)
-        while left:
-            i = uint64(lowest_member(w, left))
-            queued = look_and_listen(params, state, part, i, exploring, listening, queued)
-            if queued > HEARD_ROOM:
-                queued = receive_queued(params, state, part, queued)
-            left = without_lowest(left)
-    receive_queued(params, state, part, queued)
-    part.shared[part.thread, Share.BITS] = speaking * params.radio.message_bits
-    count_tasks(params, state, part)
-
-
 @inlined
 def look_and_listen(params, state, part, i, exploring, listening, queued):
     """Count the robots in sight of a robot and queue the messages that it hears, by its bits in two words."""
@@ -499,22 +474,6 @@ def queue_many(heard, numbers, first, chosen, i, queued):
     Even if none is chosen: a branch would often be mispredicted, which took a tenth of a step.
     """
     return queued + store_many(numbers, first, chosen, heard[Heard.SENDER], queued, i, heard[Heard.RECEIVER])
-
-
-@called
-def receive_queued(params, state, part, queued):
-    """Let robots receive the queued messages; return 0."""
-    receivers, senders = state.heard[part.thread, Heard.RECEIVER], state.heard[part.thread, Heard.SENDER]
-    labels, values = state.robots[Robot.LABEL], state.robots[Robot.SENT_VALUE]
-    if keeps_labels_only(params):  # so the loop need not ask
-        for k in range(queued):
-            i, other = uint64(receivers[k]), uint64(place_of(senders[k]))
-            keep_label(params, state, part, i, labels[other])
-    else:
-        for k in range(queued):
-            i, other = uint64(receivers[k]), uint64(place_of(senders[k]))
-            receive(params, state, part, i, labels[other], values[other])
-    return int64(0)
 
 
 @inlined

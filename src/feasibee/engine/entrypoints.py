@@ -85,7 +85,7 @@ def shared(part):
     return part
 
 
-one_step, of_thread = step.advance_few, alone
+one_step, of_thread = step.advance_general_few, alone
 """What stands for the step of a world in `advance`, and for a thread's part of it; see `world_functions`."""
 
 
@@ -140,18 +140,14 @@ def abandon():
 
 
 @cache
-def world_functions(fast, words):
-    """Compile the start and the steps of a run: on the fast path or not, for few robots or for more.
+def world_functions(words):
+    """Compile the start and the steps of a run, for few robots or for more.
 
     ``words`` is 1 or 2 for few robots, in one word or more, and 0 for more robots.
     """
     if words == 0:
         abandon()
-    few, crowd = (
-        (step.advance_few, step.advance_crowd)
-        if fast
-        else (step.advance_general_few, step.advance_general_crowd)
-    )
-    one, part = [(crowd, shared), (few, alone), (few, shared)][words]
+    few = step.advance_general_few
+    one, part = [(step.advance_general_crowd, shared), (few, alone), (few, shared)][words]
     together = rebound(advance, f"{one.__name__}_{words}", one_step=one, of_thread=part)
-    return entry(START)(step.start_fast if fast else step.start_general), entry(ADVANCE)(together)
+    return entry(START)(step.start_general), entry(ADVANCE)(together)

@@ -54,15 +54,13 @@ from feasibee.engine.layout import (
     Robot,
     Sense,
     Set,
-    Share,
 )
 from feasibee.engine.motion import move_freely
-from feasibee.engine.params import ALWAYS, Action, Moment
+from feasibee.engine.params import Action, Moment
 from feasibee.engine.place import drop_cut
 from feasibee.engine.queues import store_members
 from feasibee.engine.sensing import (
     count_all_false_sightings,
-    count_listed,
     find_listeners,
     observe_tasks,
     pack_place,
@@ -84,34 +82,6 @@ def sense_general_few(params, state, functions, part):
     find_listeners(params, state, part)
     hear_few(params, state, functions, part)
     update_pending(params, state, functions, Action.MERGE)
-
-
-@spliced
-def sense_together(params, state, part):
-    """Let exploring robots observe and listening robots receive, on the fast path."""
-    xs, ys = state.robots[Robot.X], state.robots[Robot.Y]
-    speaking, disseminating = state.sets[Set.SPEAKING], state.sets[Set.DISSEMINATING]
-    bits_sent = int64(0)
-    for w in range(part.first, part.last):
-        bits_sent += popcount(speaking[w]) * params.radio.message_bits
-    part.shared[part.thread, Share.BITS] = bits_sent
-    find_sight(params, state, params.sensing, part)
-    for w in range(part.first, part.last):
-        looking = uint32(first_bits(params.robots.count - WORD * w) & ~disseminating[w])
-        while looking:
-            i = lowest_member(w, looking)
-            state.counts[Count.TASKS_SEEN, i] += count_listed(params, state, xs[i], ys[i])
-            looking = without_lowest(looking)
-        count_in_sight(params, state, part, w, ~disseminating[w])
-    if params.radio.limit != params.sensing.limit:
-        find_sight(params, state, params.radio, part)
-    if params.decision.listens_for != ALWAYS:
-        for other in range(part.first, part.last):
-            for i in range(params.robots.count):
-                if not contains(disseminating, i):
-                    state.links[Link.SIGHT, other, i] = uint32(0)
-    for other in range(part.first, part.last):
-        receive_together(params, state, part, other, speaking[other], state.sets[Set.SAYS_FEASIBLE, other])
 
 
 @inlined
@@ -249,7 +219,7 @@ def count_sightings(params, state, functions, i, seen, first, classes):
 @inlined
 def tasks_near(params, state, w, x, y):
     """Return which of the tasks of a word are in sight of a place."""
-    places, low, width = state.task_lists.places, params.sensing.band.low, params.sensing.band.width
+    places, low, width = state.task_places, params.sensing.band.low, params.sensing.band.width
     place = pack_place(x, y, uint32(16))
     first, doubtful_first = within_roughly(places, WORD * w, place, low, width)
     second, doubtful_second = within_roughly(places, WORD * w + 16, place, low, width)

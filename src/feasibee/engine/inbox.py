@@ -69,13 +69,6 @@ def receive(params, state, part, i, message, value):
 
 
 @inlined
-def keeps_labels_only(params):
-    """Return whether inboxes keep the label of each sender and no more."""
-    decision = params.decision
-    return not decision.every_message and decision.inbox_size == 0 and params.strategy.value_scale == 0.0
-
-
-@inlined
 def keep_label(params, state, part, i, message):
     """Keep a sender's label in a robot's inbox; return its slot, or -1 if there is no room for it."""
     senders = state.inbox[Slot.SENDER]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
@@ -19,7 +20,8 @@ from numpy.typing import NDArray
 
 from feasibee.engine.params import Grid, Params, Struct, fields_of
 from feasibee.model.outcomes import ACCOUNT
-from feasibee.strategies.contract import Strategy
+from feasibee.model.record import Record
+from feasibee.strategies.contract import Setting, Strategy
 
 WORD = 32
 """Robots per word of a set."""
@@ -213,13 +215,6 @@ class Point(IntEnum):
     NUMBER = 2  # of the task; for a robot see `feasibee.engine.crowd.numbered`
 
 
-class Bound(IntEnum):
-    """Rows of `TaskLists.bounds`."""
-
-    FIRST = 0  # place of the list of a cell
-    LAST = 1  # place (excluded)
-
-
 class Clock(IntEnum):
     """Places in `State.clock`."""
 
@@ -306,13 +301,6 @@ class Cells(NamedTuple):
     start: Annotated[Int32s, "cell"]  # first place of each cell, and the place after the last
 
 
-class TaskLists(NamedTuple):
-    """The tasks in sight of each cell, see `feasibee.engine.sensing`; or all of them by number."""
-
-    places: Annotated[Words, "place"]
-    bounds: Annotated[Int64s, "Bound", "cell"]
-
-
 class Ground(NamedTuple):
     """The cells of a place, row by row (model.md 6.20); see `feasibee.engine.place`."""
 
@@ -370,7 +358,7 @@ class State(Struct):
     told: Annotated[Int32s, "step", "robot", "task"]  # versions in messages of this and the last steps
     ways: Annotated[Int32s, "task, then queue", "cell"]  # if robots act in a place: see `feasibee.engine.way`
     task_cells: Cells
-    task_lists: TaskLists
+    task_places: Annotated[Words, "task"]  # packed, if few robots look through them by number
     robot_cells: Cells
     tables: Tables
     clock: Annotated[Int64s, "Clock"]
@@ -415,21 +403,34 @@ class Control(Struct):
     cancelled: Annotated[NDArray[np.bool_], "one"]
 
 
+Player = Callable[[Record, Control], None]
+"""What plays a chunk of runs, and fills in its part of the record."""
+
+
+class RunError(Exception):
+    """A strategy has raised an error in a run: the number of that run, and the error."""
+
+    def __init__(self, run: int, error: Exception) -> None:
+        super().__init__(run, error)
+        self.run = run
+        self.error = error
+
+
 class Lowered(NamedTuple):
-    """A scenario and a seed in the form that the engine takes."""
+    """A scenario and a seed in the form that the engines take."""
 
     params: Params
     tables: Tables
     strategy: Strategy
-    fast: bool  # whether the fast path simulates it, else the general engine
+    setting: Setting
+    fast: bool  # whether the engine in C plays it, else the general one
 
     @property
-    def form(self) -> tuple[Strategy, bool, int, bool, bool]:
-        """What compiled code depends on; see `feasibee.engine.runner.engine_functions`."""
+    def form(self) -> tuple[Strategy, int, bool, bool]:
+        """What the code of the general engine depends on; see `feasibee.engine.compiled.engine_functions`."""
         params = self.params
         return (
             self.strategy,
-            self.fast,
             words_together(params.robots.count),
             params.changes,
             params.acting.acts,
@@ -476,7 +477,7 @@ def empty_state(params: Params, tables: Tables, room: Room, memory: int = 0, thr
         **_empty_news(params, padded),
         ways=np.zeros(_ways_shape(params), np.int32),
         task_cells=empty_cells(params.tasks.count, params.tasks.grid),
-        task_lists=empty_lists(params.tasks.count, params.tasks.lists.bits),
+        task_places=aligned((params.tasks.count + WORD,), np.uint32),
         robot_cells=empty_cells(0 if params.together else params.robots.count, params.robots.grid),
         tables=tables._replace(class_of=tables.class_of.copy()) if params.changes else tables,
         clock=np.where(np.arange(len(Clock)) == Clock.TABLE_SLOTS, room.slots, 0),
@@ -563,10 +564,3 @@ def aligned(shape: tuple[int, ...], kind: Any) -> Any:
     room = np.zeros(size + 64, np.uint8)
     start = -room.ctypes.data % 64
     return room[start : start + size].view(kind).reshape(shape)
-
-
-def empty_lists(tasks: int, bits: int) -> TaskLists:
-    """Allocate lists where every task may be in nine, each padded to 16 places; or one list of all."""
-    cells = 4**bits if bits else 0
-    room = 9 * tasks + 16 * cells + 1 if bits else tasks + WORD
-    return TaskLists(aligned((room,), np.uint32), aligned((len(Bound), cells), np.int64))

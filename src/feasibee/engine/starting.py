@@ -26,7 +26,7 @@ from feasibee.engine.layout import WORD, Clock, Heard, Point, Robot, Set
 from feasibee.engine.motion import head
 from feasibee.engine.opinions import set_opinion
 from feasibee.engine.params import Placement
-from feasibee.engine.sensing import clear_counts, fill_lists, label_of, pack_place
+from feasibee.engine.sensing import clear_counts, label_of, pack_place
 from feasibee.model import purposes
 from feasibee.model.codes import ATTEMPTS, NO_OPINION
 from feasibee.model.outcomes import FILLS
@@ -74,18 +74,6 @@ TASK = purposes.PLACE_TASK, purposes.CENTRE_TASK, purposes.CLUSTER_TASK, purpose
 def put(points, i, x, y):
     """Store the place of a robot or task; `Robot` and `Point` have their coordinates in the same rows."""
     points[Point.X, i], points[Point.Y, i] = int32(uint32(x)), int32(uint32(y))
-
-
-@called
-def scatter(params, state):
-    """Place robots and tasks uniformly, on the fast path."""
-    run = state.clock[Clock.RUN]
-    for i in range(params.tasks.count):
-        x, y = anywhere(params, params.tasks.placement, run, i, 0, purposes.PLACE_TASK)
-        put(state.tasks, i, x, y)
-    for i in range(params.robots.count):
-        x, y = anywhere(params, params.robots.placement, run, i, 0, purposes.PLACE_ROBOT)
-        put(state.robots, i, x, y)
 
 
 @called
@@ -340,19 +328,16 @@ def prepare_robots(params, state):
 @called
 def sort_tasks(params, state):
     """Sort the tasks in their places so that robots find those in sight."""
-    xs, ys, lists = state.tasks[Point.X], state.tasks[Point.Y], params.tasks.lists
+    xs, ys = state.tasks[Point.X], state.tasks[Point.Y]
     for task in range(params.tasks.count):
         state.tasks[Point.NUMBER, task] = task
     points = (xs, ys, state.tasks[Point.NUMBER])
     sort_into_cells(state.task_cells, params.tasks.grid, points, state.tasks_there, params.tasks.count)
-    if lists.bits > 0:
-        limit = params.sensing.limit
-        fill_lists(state.task_lists, lists.bits, lists.shift, limit, xs, ys, params.tasks.count)
     if params.sensing.merges:
         name_tasks(params, state)
     if params.tasks.numbered:
         for task in range(params.tasks.count):
-            state.task_lists.places[task] = pack_place(xs[task], ys[task], uint32(16))
+            state.task_places[task] = pack_place(xs[task], ys[task], uint32(16))
 
 
 @called

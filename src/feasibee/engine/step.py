@@ -8,14 +8,14 @@ from feasibee.engine import inbox
 from feasibee.engine.acting import start_acting
 from feasibee.engine.bodies import move_where_clear
 from feasibee.engine.compile import called, inlined, spliced
-from feasibee.engine.crowd import keep_order, sense_crowd
+from feasibee.engine.crowd import keep_order
 from feasibee.engine.draws import draw_phases, list_members, phase_duration, present_phase
 from feasibee.engine.dynamics import draw_dynamics
-from feasibee.engine.few import move_few, sense_general_few, sense_together
+from feasibee.engine.few import move_few, sense_general_few
 from feasibee.engine.intrinsics import contains, lowest_member, set_member, without_lowest
 from feasibee.engine.knowledge import defer, known_by, setting_of, take_own_messages, update_pending
 from feasibee.engine.layout import Clock, Count, Heard, Robot, Set
-from feasibee.engine.motion import head, move_freely, tick, turn
+from feasibee.engine.motion import head, tick, turn
 from feasibee.engine.opinions import adopt, count_opinions, opinion_of, set_declared
 from feasibee.engine.params import Action, Moment
 from feasibee.engine.sensing import fill_general, forget, sense_general_crowd
@@ -27,20 +27,12 @@ from feasibee.engine.starting import (
     place_robots,
     place_tasks,
     prepare_robots,
-    scatter,
     set_quorum,
     stop,
 )
 from feasibee.engine.team import wait_for_all
 from feasibee.model.codes import CERTAIN, NO_OPINION
 from feasibee.strategies.contract import Inbox, Mind
-
-
-def start_fast(params, state, run):
-    """Put the swarm of a run at step 0, on the fast path (model.md 1.2, 1.3, 4.1)."""
-    clear(params, state, run)
-    scatter(params, state)
-    prepare_robots(params, state)
 
 
 def start_general(params, state, run):
@@ -68,28 +60,6 @@ def let_act(params, state, functions, moment):
     """Let robots that act do what belongs to a moment of the step (model.md 6.25)."""
     if params.acting.acts:
         functions.act(params, state, int64(moment), int64(0), int64(0), uint32(0))
-
-
-@spliced
-def advance_few(params, state, functions, part):
-    """Do one step of few robots on the fast path (model.md 3.1 to 3.3)."""
-    move_freely(state, part)
-    tick(state, part)
-    sense_together(params, state, part)
-    rate_fast(params, state, functions.quality, part)
-    finish_few(params, state, functions, part)
-
-
-@spliced
-def advance_crowd(params, state, functions, part):
-    """Do one step of more robots on the fast path."""
-    move_freely(state, part)
-    keep_order(params, state, part)
-    tick(state, part)
-    sense_crowd(params, state, part)
-    wait_for_all(part)
-    rate_fast(params, state, functions.quality, part)
-    finish(params, state, functions, part)
 
 
 @spliced
@@ -264,16 +234,6 @@ def end_dissemination(params, state, functions, part, i, phase):
     set_member(state.sets, Set.DISSEMINATING, i, False)
     set_member(state.sets, Set.SPEAKING, i, False)
     enter_phase(state, i, phase_duration(params, state, i, length, params.decision.exploration))
-
-
-@spliced
-def rate_fast(params, state, quality, part):
-    """Rate the quality of *feasible* for robots whose exploration ends (model.md 4.3)."""
-    for w in range(part.first, part.last):
-        left = uint32(state.sets[Set.ENDING, w] & ~state.sets[Set.DISSEMINATING, w])
-        while left:
-            rate(params, state, lowest_member(w, left), quality)
-            left = without_lowest(left)
 
 
 @inlined

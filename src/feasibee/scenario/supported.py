@@ -32,6 +32,8 @@ IN_C: Final = COMMON | {
     *("arena.boundary", "sensing.miss", "radio.loss"),
 }
 """Fields that a world around the controller in C has."""
+TOGETHER: Final = 128
+"""Robots of the largest swarm that the engine plays with sets of robots in sight."""
 PAGE: Final = IN_C | {
     *("radio.id_bits", "robots.know_count", "units.metres", "units.seconds"),
     *("place.map", "place.walls", "place.keepout", "place.cell", "place.zones"),
@@ -48,8 +50,11 @@ FAST_PATH_LIMITS: Final[Mapping[str, Callable[[Scenario], bool]]] = {
     "arena.side": lambda scenario: scenario.arena.size[0] == scenario.arena.size[1],
     "decision.strategy": lambda scenario: not scenario.manifest.knowledge,
     "decision.listen": lambda scenario: scenario.decision.listen in ("always", "dissemination"),
+    "run.steps": lambda scenario: (
+        scenario.robots.count > TOGETHER or scenario.robots.count * scenario.run.steps < 2**31
+    ),
 }
-"""Conditions on the values of some fields of the fast path."""
+"""Conditions on the values of some fields of the fast path; counts of few robots have 32 bits."""
 
 
 def takes_fast_path(scenario: Scenario) -> bool:

@@ -107,6 +107,7 @@ def simulate_record(
         return reference.simulate(scenario, runs, curves)
     load_engine(scenario)
     from feasibee.engine import runner
+    from feasibee.engine.layout import RunError
     from feasibee.simulation.lowering import lower
 
     length = scenario.run.steps + 1
@@ -114,7 +115,7 @@ def simulate_record(
     record = Record.empty(runs.first, runs.count, *lengths)
     try:
         runner.simulate(lower(scenario, runs.seed), record, threads, chunk, progress)
-    except runner.RunError as failure:
+    except RunError as failure:
         raise failure_of(scenario, Runs(1, runs.seed, failure.run), failure.error) from None
     return record
 
@@ -139,8 +140,8 @@ def check_size(scenario: Scenario, runs: Runs, curves: bool) -> None:
 def failure_of(scenario: Scenario, run: Runs, error: Exception) -> Exception:
     """Return the error to raise when a strategy failed in one run.
 
-    The engine knows only the error of a user's strategy. The reference simulates the run again, if that takes
-    seconds, and names line, arguments and value.
+    The reference simulates the run again, if that takes seconds, and names line, arguments and value. The engine
+    in C has told the line and the values; the general engine knows only the error.
     """
     strategy = scenario.strategy
     if not strategy.source:
@@ -154,6 +155,8 @@ def failure_of(scenario: Scenario, run: Runs, error: Exception) -> Exception:
             reference.simulate(scenario, run)
         except FeasibeeError as explained:
             return FeasibeeError(f"{explained} ({which})")
+    if isinstance(error, FeasibeeError):
+        return FeasibeeError(f"{error} ({which})")
     return FeasibeeError(
         f"{strategy.name}: fails {which}: {error}; to see the line, call "
         f'simulate(scenario, 1, {run.seed}, first_run={run.first}, backend="reference")'

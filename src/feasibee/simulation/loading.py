@@ -1,7 +1,7 @@
-"""Load the compiled engine of a scenario, and show that it compiles where it isn't on disk yet.
+"""Load the engine of a scenario, and show that the general one compiles where it isn't on disk yet.
 
-There are two engines: the fast path, for worlds like the paper's, and the general engine, for all others.
-Each compiles once on a machine, when a scenario first needs it.
+There are two engines: the one in C, for worlds like the paper's, and the general one, for all others and for
+swarms that are looked at step by step. That one compiles once on a machine, when a scenario first needs it.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ from feasibee.strategies.contract import Strategy
 if TYPE_CHECKING:
     from rich.console import Console
 
-FAST: Final = "fast-path engine"
+NATIVE: Final = "engine in C"
 GENERAL: Final = "general engine"
 DURATION: Final = "5 to 20 s of CPU time"
-"""Time to compile an engine, measured in docs/decisions/02-two-compiled-steps.md."""
+"""Time to compile the general engine, measured in docs/decisions/02-two-compiled-steps.md."""
 ENTRIES: Final = ("play", "start", "advance")
 """How names of the engine's functions start; those of a strategy compile in about 1 s, without a message."""
 PASSED: Final = "{task.description} … {task.elapsed:.0f} s"
@@ -40,7 +40,7 @@ class Compilation(NamedTuple):
     """An engine that this process compiles at the moment."""
 
     engine: str
-    """`FAST` or `GENERAL`."""
+    """`GENERAL`."""
     since: float
     """When it began, by `time.monotonic`."""
 
@@ -56,13 +56,13 @@ class Prepared(NamedTuple):
 
 
 _loading = threading.Lock()  # a second thread finds what the first has compiled
-_loaded: set[tuple[Strategy, bool, int, bool]] = set()
+_loaded: set[tuple[Strategy, int, bool]] = set()
 _current: Compilation | None = None
 
 
 def engine_of(scenario: Scenario) -> str:
-    """Return which engine simulates a scenario: `FAST` or `GENERAL`."""
-    return FAST if takes_fast_path(scenario) else GENERAL
+    """Return which engine simulates runs of a scenario: `NATIVE` or `GENERAL`."""
+    return NATIVE if takes_fast_path(scenario) else GENERAL
 
 
 def compilation() -> Compilation | None:
@@ -70,21 +70,27 @@ def compilation() -> Compilation | None:
     return _current
 
 
-def load_engine(scenario: Scenario) -> bool:
+def load_engine(scenario: Scenario, stepwise: bool = False) -> bool:
     """Load the engine and the strategy of a scenario, compiling what isn't on disk.
+
+    ``stepwise`` says that the swarm is to be looked at step by step.
 
     Returns
     -------
     bool
         Whether everything was on disk or in memory already.
     """
-    engine, words = engine_of(scenario), words_together(scenario.most.robots)
-    form = (scenario.strategy, engine == FAST, words, scenario.in_motion)
+    if not stepwise and engine_of(scenario) == NATIVE:
+        from feasibee.engine.native import rules_of
+
+        rules_of(scenario.strategy)
+        return True
+    form = (scenario.strategy, words_together(scenario.most.robots), scenario.in_motion)
     if form in _loaded:
         return True  # without the lock: another thread may hold it while it compiles
     own_folder(cache_root())  # an error of it needs no engine
-    with _loading, _showing(engine) as compiled:
-        from feasibee.engine.runner import engine_functions
+    with _loading, _showing(GENERAL) as compiled:
+        from feasibee.engine.compiled import engine_functions
 
         engine_functions(*form)
     _loaded.add(form)
@@ -94,13 +100,12 @@ def load_engine(scenario: Scenario) -> bool:
 def prepare_engines(files: Sequence[Path] = ()) -> Iterator[Prepared]:
     """Load what files of scenarios and strategies (``.py``) need; yield each part when it is ready.
 
-    By default, both engines and all built-in strategies are loaded.
+    By default, that is the general engine and all built-in strategies.
     """
     if files:
         parts = {str(file): [_scenario_of(file)] for file in files}
     else:
         parts = {
-            FAST: [Scenario(robots={"count": count}) for count in (WORD, FEW, FEW + 1)],
             GENERAL: [
                 Scenario(arena={"boundary": "walls"}, robots={"count": count})
                 for count in (WORD, FEW, FEW + 1)
@@ -109,7 +114,7 @@ def prepare_engines(files: Sequence[Path] = ()) -> Iterator[Prepared]:
         }
     for name, scenarios in parts.items():
         start = time.monotonic()
-        cached = [load_engine(scenario) for scenario in scenarios]
+        cached = [load_engine(each, stepwise) for each in scenarios for stepwise in (False, True)]
         yield Prepared(name, time.monotonic() - start, all(cached))
 
 

@@ -31,12 +31,15 @@ NUMBERED = 128
 """Tasks that a few robots look through by number; among more, cells find those in sight sooner."""
 
 
-def lower(scenario: Scenario, seed: int) -> Lowered:
-    """Return a scenario and a seed as the engine takes them."""
+def lower(scenario: Scenario, seed: int, fast: bool | None = None) -> Lowered:
+    """Return a scenario and a seed as an engine takes them.
+
+    ``fast`` says whether that is the engine in C; by default it is where that has the scenario's world.
+    """
     assert scenario.flooding is not None or not scenario.waits_for_names, "call flooded first"
-    fast = takes_fast_path(scenario)
+    fast = takes_fast_path(scenario) if fast is None else fast
     params = params_of(scenario, seed, fast)
-    return Lowered(params, tables_of(scenario, params), scenario.strategy, fast)
+    return Lowered(params, tables_of(scenario, params), scenario.strategy, scenario.setting, fast)
 
 
 def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
@@ -310,14 +313,16 @@ def _grid(points: int, reach: int, arena: numbers.ArenaParams) -> numbers.Grid:
 
 
 def _lists(tasks: int, limit: int) -> numbers.ListParams:
-    """Return the finest grid whose cells are longer than the range, and not more cells than tasks.
+    """Return the grid of the lists of tasks in sight: 4, 8 or 16 cells a side, so that one vector has most.
 
-    It has no lists if it would have less than four cells a side: places in a list span four.
+    A place in a list has 16 bits an axis, so these span twice the range and a cell. Where that is too much, or
+    where cells around a task would come up twice, one list has all tasks.
     """
-    by_range = (TURN // (math.isqrt(limit) + 1)).bit_length() - 1
-    bits = min(by_range, tasks.bit_length() // 2)
-    bits = bits if bits >= 2 else 0
-    shift = 18 - bits
+    bits = 4 if tasks >= 64 else 3 if tasks >= 16 else 2
+    reach, side = math.isqrt(limit) + 1, TURN >> bits
+    shift = max(0, (2 * (reach + side) + 7).bit_length() - 16)
+    if not tasks or reach >= (2 ** (bits - 1) - 1) * side or shift > 16:
+        bits, shift = 0, 16
     return numbers.ListParams(bits, np.uint32(shift), band_of(limit, shift))
 
 

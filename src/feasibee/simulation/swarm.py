@@ -72,19 +72,19 @@ class Swarm:
         self._which = Runs.single(seed, run)
         self.scenario = flooded(check_scenario(scenario))
         room = None if room is None else check_integer("room", room, 0, 2**63)
-        load_engine(self.scenario)
-        from feasibee.engine import layout, params, runner, team
+        load_engine(self.scenario, stepwise=True)
+        from feasibee.engine import compiled, layout, params, team
         from feasibee.simulation import lowering
 
         self._room = room
         self._layout = layout
-        lowered = lowering.lower(self.scenario, self._which.seed)
+        lowered = lowering.lower(self.scenario, self._which.seed, fast=False)
         self._tables = lowered.tables
         stops = dict.fromkeys(("stop_at_decision", "stop_at_declarations", "stop_when_taken"), False)
         endless = lowered.params.run._replace(**stops)
         self._params = lowered.params._replace(run=endless)
         self._packed = params.packed(self._params)
-        engine = runner.engine_functions(*lowered.form)
+        engine = compiled.engine_functions(*lowered.form)
         self._start, self._advance, self._functions = engine
         self._part = team.parts_of(self._params)
         self._unit = lowering.unit_of(self.scenario)
@@ -109,17 +109,17 @@ class Swarm:
 
     def advance(self, steps: int = 1) -> None:
         """Simulate a number of steps."""
-        from feasibee.engine import runner
+        from feasibee.engine.compiled import enlarged
 
         until = self.step + check_integer("steps", steps, 0, STEPS_LIMIT)
         self._make_room_for(until)
         while self.step < until:
             self._play(self.step + 1 if self._must_count else until)
             if self._state.clock[self._layout.Clock.FULL]:
-                self._begin(runner.enlarged(self._inboxes, self._state))  # repeat the run with more room
+                self._begin(enlarged(self._inboxes, self._state))  # repeat the run with more room
 
     def _play(self, until: int) -> None:
-        from feasibee.engine.runner import FAILURES, outcome_of
+        from feasibee.engine.compiled import FAILURES, outcome_of
 
         unwatched = self._layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_))
         try:
