@@ -13,26 +13,35 @@ from cffi import FFI
 
 import feasibee.engine
 from feasibee.engine.generate import RULES
-from feasibee.strategies.contract import Inbox, Mind, Setting
+from feasibee.engine.own import Failure, setting_in_c
+from feasibee.strategies.contract import ARGUMENTS, Inbox, Mind, Setting
 
 C = Path(feasibee.engine.__file__).parent / "c"
+CALLS = Path(__file__).with_name("calls.c")
 FLAGS = ("-std=gnu11", "-O2", "-ffp-contract=off", "-fPIC", "-shared", "-Wall", "-Wextra", "-Werror")
+EDGES = (62, 63, 64, 65, -63, 2**31, -(2**31), 2**32 - 1, 3_037_000_500)
+"""Where a shift, a power or a product leaves 64 bits."""
 SANITIZED = ("-fsanitize=undefined", "-fno-sanitize-recover=all")
 
 
 def declarations() -> FFI:
-    """Return what engine.h declares."""
+    """Return what engine.h declares, and what calls.c does."""
     ffi = FFI()
     lines = (C / "engine.h").read_text(encoding="utf-8").splitlines()
     ffi.cdef("\n".join(line for line in lines if not line.startswith("#")))
+    calls = CALLS.read_text(encoding="utf-8")
+    ffi.cdef(calls[calls.index("struct call {") : calls.index("static int64_t work")])
+    ffi.cdef("int64_t call_once(struct call *call, struct failure *failure);")
     return ffi
 
 
-def library(folder: Path, text: str, *flags: str) -> Path:
-    """Compile a text in C to a library."""
-    source, made = folder / "strategies.c", folder / "strategies.so"
-    source.write_text(text, encoding="utf-8")
-    command = [shutil.which("cc") or "gcc", *FLAGS, *flags, f"-I{C}", str(source), "-o", str(made)]
+def library(folder: Path, name: str, source: Path | str, *flags: str) -> Path:
+    """Compile a file or a text in C to a library."""
+    made, file = folder / f"{name}.so", source
+    if isinstance(source, str):
+        file = folder / f"{name}.c"
+        file.write_text(source, encoding="utf-8")
+    command = [shutil.which("cc") or "gcc", *FLAGS, *flags, f"-I{C}", str(file), "-o", str(made), "-lm"]
     subprocess.run(command, check=True)
     return made
 
@@ -40,40 +49,40 @@ def library(folder: Path, text: str, *flags: str) -> Path:
 class Rules:
     """The rules of a strategy in a library."""
 
-    def __init__(self, ffi: FFI, loaded: Any, name: str) -> None:
-        self.ffi, self.rules = ffi, loaded.feasibee_rules(name.encode())
+    def __init__(self, ffi: FFI, calls: Any, rules: Any) -> None:
+        self.ffi, self.calls, self.rules = ffi, calls, rules
 
     def __contains__(self, rule: str) -> bool:
         return bool(getattr(self.rules, rule))
 
     def __call__(self, rule: str, arguments: tuple[Any, ...]) -> Any:
-        """Call a rule, whose mind's memory it may change."""
-        given, kept, mind = [], [], None
-        for each in arguments:
-            if isinstance(each, Mind):
-                mind = made = self._struct("struct mind", each, kept)
-            elif isinstance(each, Inbox | Setting):
-                made = self._struct(f"struct {type(each).__name__.lower()}", each, kept)
-            else:
-                made = each
-            given.append(made)
-        if rule == "probability":
-            del given[1]  # what is known
-        result = getattr(self.rules, rule)(*given)
-        if mind is not None:
-            arguments[0].memory[:] = list(mind.memory[0 : mind.memory_count])
-        return result
+        """Call a rule; return its result or its failure, and write its mind's memory."""
+        kept: list[Any] = []
+        call, failure = self.ffi.new("struct call *"), self.ffi.new("struct failure *")
+        call.rules, call.rule = self.rules, RULES.index(rule)
+        for name, each in zip(ARGUMENTS[rule], arguments, strict=True):
+            field = {"robots_seen": "robots", "tasks_seen": "tasks"}.get(name, name)
+            if isinstance(each, Mind | Inbox):
+                each = self._struct(f"struct {name}", each, kept)  # noqa: PLW2901
+            elif isinstance(each, Setting):
+                each, arrays = setting_in_c(self.ffi, each)  # noqa: PLW2901
+                kept += [each, arrays]
+            if name != "known":
+                setattr(call, field, each)
+        if self.calls.call_once(call, failure) != 0:
+            return Failure(failure.what, failure.line, failure.first, failure.second)
+        if call.mind:
+            arguments[0].memory[:] = list(call.mind.memory[0 : call.mind.memory_count])
+        return call.whole if rule in ("decide", "say") else call.real
 
     def _struct(self, kind: str, record: Any, kept: list[Any]) -> Any:
         made = self.ffi.new(f"{kind} *")
+        kept.append(made)
         for name, value in record._asdict().items():
             if name in ("memory", "parameters"):
                 kept.append(self.ffi.new("double[]", [*map(float, value), 0.0]))
                 setattr(made, name, kept[-1])
                 setattr(made, f"{name.removesuffix('s')}_count", len(value))
-            elif name == "plan":
-                kept.append(self.ffi.new("uint8_t[]", [*value, 0]))
-                made.plan, made.plan_length = kept[-1], len(value)
             else:
                 setattr(made, name, value)
         return made
@@ -98,6 +107,20 @@ class Draws:
     def count(self) -> int:
         """Return a number of things."""
         return self.random.choice([0, 1, 2, 3, self.random.randint(0, 30), self.random.randint(0, 3000)])
+
+    def wide(self) -> tuple[float, float]:
+        """Return the upper and the lower half of a whole number, often a small one or one at a limit."""
+        draw = self.random
+        low = draw.choice([draw.randint(-4, 12), draw.randint(-(10**5), 10**5), draw.choice(EDGES)])
+        high = draw.choice([0, 0, 0, -(2**31), 2**31 - 1, draw.randint(-(2**31), 2**31 - 1)])
+        return float(high), float(low)
+
+    def real(self) -> float:
+        """Return a real number, often one at a limit."""
+        draw = self.random
+        few = draw.choice([0.0, -0.0, 1.0, -1.0, 0.5, 2.0, -2.5, 3.5, 700.0, 5e-324, 1e18, 9.3e18, -1e19])
+        sizes = [draw.uniform(-1, 1), draw.uniform(-10, 10), 1e300 * draw.random(), 1e-300 * draw.random()]
+        return draw.choice([few, draw.choice(sizes), float(draw.randint(-(2**63), 2**63)), 2.0**53 + 2])
 
     def mind(self, memory: int, parameters: list[float]) -> Mind:
         """Return the mind of a robot."""

@@ -6,18 +6,40 @@ Standard library only, since pip builds the package without the packages that it
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Iterable
 from typing import Final
 
-from feasibee.robot.language import ENGINE, Signature
+from feasibee.engine.checked import RESULT, CheckedTranslation, enumeration
+from feasibee.errors import FeasibeeError
+from feasibee.model.codes import LONGEST
+from feasibee.robot.definitions import Text
+from feasibee.robot.language import ARGUMENTS, ENGINE, INT, LONG, NUMBERS, Signature
 from feasibee.robot.translate import Translation
-from feasibee.strategies import STRATEGIES
+from feasibee.strategies import STRATEGIES, contract
 from feasibee.strategies.contract import Strategy
 
 RULES: Final = ("quality", "dissemination", "decide", "say", "value", "lasting", "probability")
 """The functions of ``struct rules``, in their order."""
 ALWAYS: Final = RULES[:3]
 """Those that the engine always calls: without one in the file, the contract's."""
+TYPES: Final = {rule: tuple(INT if each == LONG else each for each in ARGUMENTS[rule]) for rule in RULES}
+"""Types of the arguments of a user's functions: whole numbers all have 64 bits."""
+LARGEST: Final = math.nextafter(1e300, 0.0)
+"""What is larger overflows sooner or later."""
+LIMITS: Final = {
+    **dict.fromkeys(("quality", "probability"), (0.0, 1.0)),
+    **dict.fromkeys(("dissemination", "lasting"), (0.0, float(LONGEST))),
+    "value": (-LARGEST, LARGEST),
+}
+"""Least and largest results of the functions that return a real number."""
+MUST: Final = {
+    **dict.fromkeys(("quality", "probability"), "must be a number from 0 to 1"),
+    **dict.fromkeys(("dissemination", "lasting"), f"must be a number of steps from 0 to {LONGEST}"),
+    **dict.fromkeys(("decide", "say"), "must be 1, 0, or -1 for none"),
+    "value": "must be a number",
+}
+"""What each function must return, in words."""
 _QUIETLY: Final = """#pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -51,6 +73,87 @@ def built_in_strategies() -> str:
             *tables.values(),
             *_found_by_name(tables),
             _LOUDLY,
+        ]
+    )
+
+
+def own_strategy(file: str, source: str) -> str:
+    """Return the library of a user's strategy that passes on opinions only, in C with Python's checks.
+
+    Parameters
+    ----------
+    file : str
+        What errors call the file.
+    source : str
+        Its text, which isn't run.
+
+    Raises
+    ------
+    FeasibeeError
+        If it has what the language of strategies doesn't have: line, what was met, what to write.
+    """
+    names, translation = Text(file, source), CheckedTranslation()
+    translation.texts[file] = "own", source
+    found = {
+        rule: translation.function(names.get(rule, getattr(contract, rule, None)), TYPES[rule])
+        for rule in RULES
+        if rule in names or rule in ALWAYS
+    }
+    lines = {rule: names[rule].tree.lineno for rule in found if rule in names}
+    checks = [_checked(file, rule, found[rule], line) for rule, line in lines.items()]
+    table = {rule: f"{rule}_of_rules" if rule in lines else found[rule].name for rule in found}
+    return "\n".join(
+        [
+            "/* A user's strategy, translated from Python by feasibee.engine.generate. */\n",
+            enumeration(),
+            '#include "checked.h"\n',
+            *translation.structs(),
+            *translation.functions,
+            *checks,
+            "static const struct rules own_rules = {",
+            *(f"    .{rule} = {name}," for rule, name in table.items()),
+            "};\n",
+            "const struct rules *feasibee_rules(const char *name)",
+            "{",
+            "    (void)name;",
+            "    return &own_rules;",
+            "}",
+            "",
+        ]
+    )
+
+
+_DECLARED: Final = {
+    "quality": ("double", "int64_t robots_seen, int64_t tasks_seen", "robots_seen, tasks_seen"),
+    "dissemination": ("double", "double quality, double gain", "quality, gain"),
+    "decide": ("int64_t", "struct mind *mind, const struct inbox *inbox", "mind, inbox"),
+    "say": ("int64_t", "struct mind *mind", "mind"),
+    "value": ("double", "struct mind *mind", "mind"),
+    "lasting": ("double", "struct mind *mind, double gain", "mind, gain"),
+    "probability": (
+        "double",
+        "struct mind *mind, const struct setting *setting",
+        "mind, (struct feasibee_row){0}, setting",
+    ),
+}
+"""By function: its result in ``struct rules``, its arguments, and those that its translation is given."""
+
+
+def _checked(file: str, rule: str, signature: Signature, line: int) -> str:
+    """Return a function of ``struct rules`` that calls a user's, and checks what it returns."""
+    result, arguments, given = _DECLARED[rule]
+    if signature.result not in NUMBERS:
+        raise FeasibeeError(f"{file}, line {line}: {rule} returns no number; {MUST[rule]}")
+    called = f"{line}, {RESULT + RULES.index(rule)}, (double){signature.name}({given})"
+    limits = f", {LIMITS[rule][0]}, {LIMITS[rule][1]}" if result == "double" else ""
+    check = "feasibee_result" if result == "double" else "feasibee_opinion"
+    return "\n".join(
+        [
+            f"static {result} {rule}_of_rules({arguments})",
+            "{",
+            f"    return {check}({called}{limits});",
+            "}",
+            "",
         ]
     )
 

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import ctypes
-import shutil
-import subprocess
-import sys
 from collections.abc import Callable, Iterable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.model.purposes import FIRST_OPINION, PHASE
 from feasibee.reference.mind import STUBBORN, Draw, Mind, Settings
 from feasibee.robot import firmware
+from feasibee.robot.compiler import run_compiler
 from feasibee.robot.given import LARGEST, numbers_of
 from feasibee.robot.wire import WireError, name_of
 from feasibee.strategies.contract import Setting, Strategy, Thing
@@ -34,19 +30,6 @@ FRAME: Final = 65_535
 """Most bytes of a frame."""
 
 
-def compiler() -> list[str]:
-    """Return the command of a C compiler.
-
-    Raise a FeasibeeError if there is none.
-    """
-    found = next((each for each in ("cc", "gcc", "clang") if shutil.which(each)), None)
-    if found:
-        return [found]
-    if find_spec("ziglang"):
-        return [sys.executable, "-m", "ziglang", "cc"]
-    raise FeasibeeError(f"C: there is no compiler here; install gcc or clang, or {how_to_install('c')}")
-
-
 def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
     """Compile the program of the robots of a scenario; return the library in the folder.
 
@@ -57,10 +40,7 @@ def compiled(strategy: Strategy, setting: Setting, folder: Path) -> Path:
     library = folder / "brain.so"
     includes = (f"-I{folder}", f"-I{firmware.FOLDER}", str(SOURCE))
     defined = [f"-D{name}={value}" for name, value in _macros(strategy, setting).items()]
-    command = [*compiler(), *FLAGS, *defined, *includes, "-o", str(library), "-lm"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise FeasibeeError(f"C: {command[0]} fails: {done.stderr.strip().splitlines()[0]}")
+    run_compiler(*FLAGS, *defined, *includes, "-o", str(library), "-lm")
     return library
 
 

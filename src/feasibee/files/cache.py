@@ -92,11 +92,44 @@ def read_sealed(path: Path) -> bytes | None:
 
 def write_sealed(path: Path, data: bytes, mode: int = 0o600, setting: str = SETTING) -> None:
     """Write a file with its checksum; concurrent readers get the complete old or the complete new content."""
+    _write(path, hashlib.sha256(data).digest() + data, mode, setting)
+
+
+def read_library(folder: Path, key: str) -> Path | None:
+    """Return the library that `write_library` wrote; None if it is missing or damaged.
+
+    The system loads it, so its checksum is its name, which a sealed file holds. Raise a FeasibeeError if
+    another user may have written either.
+    """
+    name = read_sealed(folder / f"{key}.name")
+    if name is None:
+        return None
+    path = folder / name.decode()
+    try:
+        with path.open("rb") as file:
+            _check_owner(path, os.fstat(file.fileno()))
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return None
+    return path if digest == path.stem else None
+
+
+def write_library(folder: Path, key: str, made: Path) -> Path:
+    """Copy a library that was made into the cache, under a key; return where it is."""
+    data = made.read_bytes()
+    path = folder / f"{hashlib.sha256(data).hexdigest()}{made.suffix}"
+    _write(path, data, 0o700, SETTING)
+    write_sealed(folder / f"{key}.name", path.name.encode())
+    return path
+
+
+def _write(path: Path, data: bytes, mode: int, setting: str) -> None:
+    """Write a file at once."""
     try:
         handle, temporary = tempfile.mkstemp(prefix=".", dir=path.parent)
         try:
             with os.fdopen(handle, "wb") as file:
-                file.write(hashlib.sha256(data).digest() + data)
+                file.write(data)
             Path(temporary).chmod(mode)
             # Windows can't replace a file while another process reads it. That file has the same content, or
             # is damaged and will be detected again.

@@ -5,12 +5,12 @@ from __future__ import annotations
 import ast
 import inspect
 import math
-import operator
 from collections.abc import Callable, Mapping
 from types import FunctionType, ModuleType
 from typing import Any, Final, NoReturn, Protocol
 
 from feasibee.errors import FeasibeeError
+from feasibee.robot.definitions import UNARY, Definition, computed, is_of_math
 from feasibee.robot.language import (
     BITS_OF,
     BOOL,
@@ -51,7 +51,11 @@ class Functions(Protocol):
     target: Target
     tuples: dict[str, tuple[str, ...]]
 
-    def function(self, function: FunctionType, arguments: tuple[Type, ...]) -> Signature:
+    def definition(self, function: FunctionType | Definition) -> Definition:
+        """Return a function with its syntax tree."""
+        ...
+
+    def function(self, function: FunctionType | Definition, arguments: tuple[Type, ...]) -> Signature:
         """Translate a function for arguments of these types; return it as it is in C."""
         ...
 
@@ -59,16 +63,19 @@ class Functions(Protocol):
 class Expressions:
     """The expressions of one function."""
 
-    def __init__(self, translation: Functions, function: FunctionType) -> None:
+    def __init__(self, translation: Functions, function: Definition) -> None:
         self.translation, self.function = translation, function
-        self.names: Mapping[str, Any] = function.__globals__
+        self.names: Mapping[str, Any] = function.names
         self.types: dict[str, Type] = {}
         self.position = self.floating = False
 
     def fail(self, node: ast.AST, met: str, remedy: str) -> NoReturn:
         """Raise an error that says where, what was met, and what to write instead."""
-        file = self.function.__code__.co_filename.replace("\\", "/").rpartition("/")[2]
-        raise FeasibeeError(f"{file}, line {getattr(node, 'lineno', 1)}: {met}; {remedy}")
+        raise FeasibeeError(f"{self.function.file}, line {getattr(node, 'lineno', 1)}: {met}; {remedy}")
+
+    def constant(self, value: Any) -> Value | None:
+        """Return a number of Python in C, None if it isn't one."""
+        return constant(value)
 
     def value(self, node: ast.expr) -> Value:
         """Translate an expression."""
@@ -106,7 +113,7 @@ class Expressions:
     def _v_constant(self, node: ast.Constant) -> Value:
         if isinstance(node.value, str):
             return Value("", TEXT)
-        found = constant(node.value)
+        found = self.constant(node.value)
         if found is None:
             self.fail(node, repr(node.value), "write a number")
         return found
@@ -114,7 +121,7 @@ class Expressions:
     def _v_name(self, node: ast.Name) -> Value:
         if node.id in self.types:
             return Value(c_name(node.id), self.types[node.id])
-        found = constant(self.names.get(node.id))
+        found = self.constant(self.names.get(node.id))
         if found is None:
             self.fail(node, f"the name {node.id}", "use arguments, own variables, and constants of the file")
         return found
@@ -122,7 +129,9 @@ class Expressions:
     def _v_attribute(self, node: ast.Attribute) -> Value:
         if isinstance(node.value, ast.Name) and node.value.id not in self.types:
             module = self.names.get(node.value.id)
-            found = constant(getattr(module, node.attr, None)) if isinstance(module, ModuleType) else None
+            found = (
+                self.constant(getattr(module, node.attr, None)) if isinstance(module, ModuleType) else None
+            )
             if found is None:
                 self.fail(node, ast.unparse(node), "use a constant of the file, or of math")
             return found
@@ -169,12 +178,12 @@ class Expressions:
             return Value(f"!({self.truth(node.operand)})", BOOL)
         value = self.number(node.operand)
         if value.known is not None:
-            known = _UNARY[type(node.op)][1](value.known)
-            return constant(known) or value
+            known = UNARY[type(node.op)](value.known)
+            return self.constant(known) or value
         if isinstance(node.op, ast.Invert) and value.type == REAL:
             self.fail(node, ast.unparse(node), "use a whole number")
         kind = LONG if value.type == WORD else promoted(value.type)
-        return Value(f"({_UNARY[type(node.op)][0]}{_of(value, str(kind))})", kind)
+        return Value(f"({_UNARY[type(node.op)]}{_of(value, str(kind))})", kind)
 
     def _v_boolop(self, node: ast.BoolOp) -> Value:
         sign = " && " if isinstance(node.op, ast.And) else " || "
@@ -249,7 +258,7 @@ class Expressions:
         if isinstance(node.op, ast.Div | ast.FloorDiv) and not _is_power(other):
             one = self.wide(node.left)
         if one.known is not None and other.known is not None:
-            found = constant(_folded(node.op, one.known, other.known))
+            found = self.constant(folded(node.op, one.known, other.known))
             if found is not None:
                 return found
         wrapped = self._wrapped(node, one, other)
@@ -295,15 +304,21 @@ class Expressions:
 
     def _own(self, node: ast.Call, function: Any, name: str) -> Value:
         """Call a function of this file or of another strategy."""
+        if is_of_math(function):
+            return self._of_math(node, function.__name__)
         function = inspect.unwrap(function) if callable(function) else function
-        if not isinstance(function, FunctionType):
+        if not isinstance(function, FunctionType | Definition):
             remedy = REMEDIES.get(
                 name, "call functions of the file, of math, min, max, abs, int, float or len"
             )
             self.fail(node, f"{name}(...)", remedy)
         values = [self.value(each) for each in node.args]
         arguments = tuple(promoted(each.type) for each in values)
-        if len(arguments) != function.__code__.co_argcount or TEXT in arguments or VOID in arguments:
+        if (
+            len(arguments) != self.translation.definition(function).count
+            or TEXT in arguments
+            or VOID in arguments
+        ):
             self.fail(node, ast.unparse(node), f"give the arguments of {name}, all of them")
         signature = self.translation.function(function, arguments)
         self.position |= signature.needs.position
@@ -319,7 +334,7 @@ class Expressions:
         record = self.value(method.value)
         if record.type in WHOLE and method.attr in ("bit_length", "bit_count"):
             if record.known is not None:
-                return constant(getattr(record.known, method.attr)()) or record
+                return self.constant(getattr(record.known, method.attr)()) or record
             kind = SHORT[str(promoted(record.type))]
             size = bare(record.text) if kind == "word" else f"feasibee_size_{kind}({bare(record.text)})"
             return Value(f"feasibee_{method.attr}_{kind}({size})", INT)
@@ -380,7 +395,7 @@ class Expressions:
     def _call_float(self, node: ast.Call) -> Value:
         (value,) = [self.number(each) for each in node.args]
         if value.known is not None:
-            return constant(float(value.known)) or value
+            return self.constant(float(value.known)) or value
         return Value(f"(feasibee_real)({value.text})", REAL)
 
     def _call_bool(self, node: ast.Call) -> Value:
@@ -413,25 +428,7 @@ class Expressions:
         return Value(text, kind)
 
 
-_UNARY: Final[Mapping[type, tuple[str, Callable[[Any], Any]]]] = {
-    ast.USub: ("-", lambda value: -value),
-    ast.UAdd: ("+", lambda value: +value),
-    ast.Invert: ("~", lambda value: ~value),
-}
-_FOLDED: Final[Mapping[type, Callable[[Any, Any], Any]]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: operator.pow,
-    ast.LShift: operator.lshift,
-    ast.RShift: operator.rshift,
-    ast.BitAnd: operator.and_,
-    ast.BitOr: operator.or_,
-    ast.BitXor: operator.xor,
-}
+_UNARY: Final[Mapping[type, str]] = {ast.USub: "-", ast.UAdd: "+", ast.Invert: "~"}
 _AT: Final = {
     ROW: "feasibee_at",
     REALS: "feasibee_real_at",
@@ -444,20 +441,19 @@ _COMPARISONS: Final[Mapping[type, str]] = {
 
 
 def c_name(name: str) -> str:
-    """Return a variable's name in C."""
-    if not name.isascii():
-        raise FeasibeeError(f"{name}: has letters that C doesn't know; use a to z")
+    """Return a name in C, in letters that all compilers know."""
+    name = "".join(each if each.isascii() else f"u{ord(each):x}_" for each in name)
     return "unused_" if name == "_" else f"{name}_" if name in KEYWORDS or name.endswith("_end") else name
 
 
 def bare(text: str) -> str:
-    """Return an expression without parentheses around all of it."""
+    """Return an expression without parentheses around all of it; statements keep theirs."""
     depth = 0
     for place, letter in enumerate(text):
         depth += (letter == "(") - (letter == ")")
         if depth == 0 and place < len(text) - 1:
             return text
-    return text[1:-1] if text.startswith("(") else text
+    return text[1:-1] if text.startswith("(") and not text.startswith("({") else text
 
 
 def _is_word(value: Value) -> bool:
@@ -478,13 +474,11 @@ def _wide(value: Value) -> str:
     return f"(feasibee_int){value.text}" if value.type in (BOOL, SMALL) else value.text
 
 
-def _folded(sign: ast.operator, one: Any, other: Any) -> Any:
+def folded(sign: ast.operator, one: Any, other: Any) -> Any:
     """Return what Python computes of two numbers, None if nothing or too much."""
-    if isinstance(sign, ast.LShift | ast.Pow) and abs(other) > 64:
-        return None
     try:
-        return _FOLDED[type(sign)](one, other)
-    except (ArithmeticError, TypeError):
+        return computed(sign, one, other)
+    except (ArithmeticError, TypeError, ValueError):
         return None
 
 

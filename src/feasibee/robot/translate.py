@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from types import FunctionType
 
-from feasibee.errors import FeasibeeError
+from feasibee.robot.definitions import Definition, definition_of
 from feasibee.robot.expressions import Expressions, c_name
 from feasibee.robot.language import (
     ARGUMENTS,
@@ -55,6 +55,11 @@ class Translation:
     _under_way: list[tuple[str, int, tuple[Type, ...]]] = field(default_factory=list)
     _trees: dict[str, ast.Module] = field(default_factory=dict)
 
+    @property
+    def body(self) -> type[Body]:
+        """Return what translates the body of one function."""
+        return Body
+
     def entry(self, name: str, function: FunctionType, prefix: str = "", source: str = "") -> Signature:
         """Translate a function of the contract; its module's text is needed if that isn't a file."""
         if source:
@@ -62,22 +67,23 @@ class Translation:
         return self.function(function, ARGUMENTS[name], RESULTS.get(name, INT))
 
     def function(
-        self, function: FunctionType, arguments: tuple[Type, ...], result: Type | None = None
+        self, function: FunctionType | Definition, arguments: tuple[Type, ...], result: Type | None = None
     ) -> Signature:
         """Translate a function for arguments of these types; return it as it is in C.
 
         Raise a FeasibeeError if it has what the language of strategies doesn't have.
         """
-        key = (function.__module__, function.__code__.co_firstlineno, arguments)
+        definition = self.definition(function)
+        key = (*definition.key, arguments)
         done = self._done.get(key)
         if done is not None and result in (None, done.result):
             return done
-        body = _Body(self, function, self._definition(function))
+        body = self.body(self, definition)
         if key in self._under_way:
-            body.fail(body.tree, f"{function.__name__} calls itself", "write a loop")
+            body.fail(body.tree, f"{definition.name} calls itself", "write a loop")
         self._under_way.append(key)
         try:
-            signature = body.translate(self._name(function), arguments, result)
+            signature = body.translate(self._name(definition), arguments, result)
         finally:
             self._under_way.pop()
         self._done[key] = signature
@@ -102,33 +108,30 @@ class Translation:
             for name, kinds in self.tuples.items()
         ]
 
-    def _name(self, function: FunctionType) -> str:
-        module = function.__module__
+    def _name(self, function: Definition) -> str:
+        module = function.module
         prefix, _ = self.texts.get(module, (f"feasibee_{module.rpartition('.')[2]}", ""))
-        base = f"{prefix}_{function.__name__}"
+        base = f"{prefix}_{c_name(function.name)}"
         taken = {signature.name for signature in self._done.values()}
         return next(each for each in (base, *(f"{base}_{n}" for n in range(2, 100))) if each not in taken)
 
-    def _definition(self, function: FunctionType) -> ast.FunctionDef:
-        """Return the syntax tree of a function."""
+    def definition(self, function: FunctionType | Definition) -> Definition:
+        """Return a function with its syntax tree."""
+        if isinstance(function, Definition):
+            return function
         name = function.__module__
         if name not in self._trees:
             text = self.texts[name][1] if name in self.texts else inspect.getsource(sys.modules[name])
             self._trees[name] = ast.parse(text)
-        for node in ast.walk(self._trees[name]):
-            if isinstance(node, ast.FunctionDef) and node.lineno == function.__code__.co_firstlineno:
-                return node
-        raise FeasibeeError(
-            f"{function.__name__}: isn't a plain function; write def {function.__name__}(...)"
-        )
+        return definition_of(function, self._trees[name])
 
 
-class _Body(Expressions):
+class Body(Expressions):
     """The body of one function, in C."""
 
-    def __init__(self, translation: Translation, function: FunctionType, tree: ast.FunctionDef) -> None:
+    def __init__(self, translation: Translation, function: Definition) -> None:
         super().__init__(translation, function)
-        self.tree = tree
+        self.tree = function.tree
         self.loops: set[str] = set()
         self.result: Type | None = None
         self.lines: list[str] = []
@@ -136,7 +139,7 @@ class _Body(Expressions):
 
     def translate(self, name: str, arguments: tuple[Type, ...], result: Type | None) -> Signature:
         """Translate until no type changes: a variable may be whole at first, and real later on."""
-        parameters = [each.arg for each in self.tree.args.args]
+        parameters = self.function.arguments
         self.types, self.result, self.wanted = dict(zip(parameters, arguments, strict=True)), result, result
         self.own_loops = self._variables_of_loops()
         while True:
@@ -148,7 +151,7 @@ class _Body(Expressions):
 
     def text(self, signature: Signature) -> str:
         """Return the definition."""
-        parameters = [each.arg for each in self.tree.args.args]
+        parameters = self.function.arguments
         written = [
             f"{self.translation.target.text_of(kind)} {c_name(each)}".replace("* ", "*")
             for each, kind in zip(parameters, (self.types[each] for each in parameters), strict=True)
@@ -310,7 +313,9 @@ class _Body(Expressions):
             self.assign(statement.target, statement.value, depth)
 
     def _augassign(self, statement: ast.AugAssign, depth: int) -> None:
-        old = ast.copy_location(_loaded(statement.target), statement)
+        old = _loaded(statement.target)
+        for each in ast.walk(old):
+            ast.copy_location(each, statement)
         new = ast.BinOp(left=old, op=statement.op, right=statement.value)
         self.assign(statement.target, ast.copy_location(new, statement), depth)
 

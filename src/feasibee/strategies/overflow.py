@@ -46,6 +46,7 @@ def _is_int(number: Any) -> bool:
 
 
 _PREFIX: Final = "__feasibee_"
+_PLACE: Final = f"{_PREFIX}place"
 OPERATIONS: Final[Mapping[type[ast.AST] | str, Checked]] = {
     ast.Add: Checked(operator.add, "{} + {}"),
     ast.Sub: Checked(operator.sub, "{} - {}"),
@@ -93,12 +94,23 @@ class _Checking(ast.NodeTransformer):
         return self._called(node, name, node.args[0]) if one else node
 
     def visit_AugAssign(self, node: ast.AugAssign) -> Any:
-        """Replace a change of a variable, or of a number in a row, by an assignment."""
+        """Replace a change of a variable, or of a number in a row, by an assignment.
+
+        Where a function says the place of the number, it is called once.
+        """
+        target, before = node.target, []
+        if isinstance(target, ast.Subscript) and any(
+            isinstance(each, ast.Call) for each in ast.walk(target.slice)
+        ):
+            before = [
+                self.visit(ast.copy_location(ast.Assign([ast.Name(_PLACE, ast.Store())], target.slice), node))
+            ]
+            target.slice = ast.copy_location(ast.Name(_PLACE, ast.Load()), target.slice)
         old = ast.parse(ast.unparse(node.target), mode="eval").body
         for each in ast.walk(old):
             ast.copy_location(each, node.target)
         new = ast.copy_location(ast.BinOp(old, node.op, node.value), node)
-        return self.visit(ast.copy_location(ast.Assign([node.target], new), node))
+        return [*before, self.visit(ast.copy_location(ast.Assign([node.target], new), node))]
 
     def _called(self, node: ast.expr, kind: Any, *numbers: ast.expr) -> ast.expr:
         operation = OPERATIONS.get(kind)
