@@ -51,6 +51,12 @@ def test_a_file_runs_and_is_equal_in_engine_and_reference(write):
     assert Swarm(scenario).opinions.size == 20
 
 
+def test_a_constant_says_that_broadcasts_are_modulated(write):
+    dissemination = "def dissemination(quality, gain):\n    return gain * quality"
+    same = scenario_of(write(replaced(MINE, dissemination, "MODULATES = True")))
+    assert_same(scenario_of(write(MINE, "function.py")), same)
+
+
 def test_what_a_robot_knows_may_set_for_how_long_it_broadcasts(write):
     lasting = "def lasting(mind, gain):\n    return gain * mind.parameters[0] * mind.feasible_quality\n"
     scenario = scenario_of(write(f"{MINE}\n\n{lasting}"))

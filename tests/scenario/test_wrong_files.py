@@ -70,6 +70,13 @@ WRITTEN = {
         ("", "MEMORY = 2.0", "MEMORY = 2.0 must be a whole number"),
         ("", "VALUE_BITS = 17", "VALUE_BITS = 17 must be a whole number from 0 to 16"),
         ("", "FORGETS = 1", "FORGETS = 1 must be True or False"),
+        ("", "MODULATES = 1", "MODULATES = 1 must be True or False"),
+        ("", "MODULATES = True", "both MODULATES = True and dissemination, which say for how long robots"),
+        (
+            "def dissemination(quality",
+            "MODULATES = True\ndef lasting(mind",
+            "both MODULATES = True and lasting",
+        ),
         ("", "STARTS_NEUTRAL = 'no'", "STARTS_NEUTRAL = 'no' must be True or False"),
         ("", "ONE_CLASS = 1", "ONE_CLASS = 1 must be True or False"),
         ("", "MEMORY = 1 + 1", "MEMORY = 1 + 1 must be a whole number from 0 to 64, written out"),

@@ -76,8 +76,8 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     "PARAMETERS": ("a dict of names and numbers", lambda value: _is_parameters(value)),  # noqa: PLW0108
     "MEMORY": ("a whole number from 0 to 64", lambda value: is_whole(value, 64)),
     "VALUE_BITS": ("a whole number from 0 to 16", lambda value: is_whole(value, 16)),
-    **dict.fromkeys(("FORGETS", "STARTS_NEUTRAL", "BY_NAME", "NEEDS_COUNT", "NEEDS_NAMES"), FLAG),
-    **dict.fromkeys(("SENDS_POSITIONS", "ALL_ROUND", "READS_PLAN", "ONE_CLASS"), FLAG),
+    **dict.fromkeys(("FORGETS", "STARTS_NEUTRAL", "MODULATES", "BY_NAME", "NEEDS_COUNT"), FLAG),
+    **dict.fromkeys(("NEEDS_NAMES", "SENDS_POSITIONS", "ALL_ROUND", "READS_PLAN", "ONE_CLASS"), FLAG),
     "NEEDS_IDS": NEED,
 }
 
@@ -250,6 +250,7 @@ def _parsed(name: str, source: str) -> Manifest:
         if constant in bound
     }
     _check_needs(constants, file)
+    _check_modulation(constants, functions, file)
     return Manifest(name=name, source=source, functions=functions, **constants)
 
 
@@ -259,6 +260,14 @@ def _check_needs(constants: Mapping[str, Any], file: str) -> None:
     if isinstance(need, str) and need not in parameters:
         known = ", ".join(parameters) or "none"
         raise FeasibeeError(f"{file}: NEEDS_IDS = {need!r} must be {NEED[0]}; it has {known}")
+
+
+def _check_modulation(constants: Mapping[str, Any], functions: frozenset[str], file: str) -> None:
+    """Raise an error if both a constant and a function say for how long robots broadcast."""
+    for name in ("dissemination", "lasting"):
+        if constants.get("modulates") and name in functions:
+            rule = f"has both MODULATES = True and {name}, which say for how long robots broadcast"
+            raise FeasibeeError(f"{file}: {rule}; remove MODULATES or def {name}")
 
 
 _SHALLOWER: Final = "write long expressions in several statements"

@@ -210,6 +210,11 @@ def dissemination(quality: float, gain: float) -> float:
     return gain
 
 
+def modulated(quality: float, gain: float) -> float:
+    """Return the mean duration of broadcasting, in steps, in proportion to the quality: g rho."""
+    return gain * quality
+
+
 def say(mind: Mind) -> int:
     """Return the opinion to broadcast: the robot's own."""
     return mind.opinion
@@ -246,6 +251,10 @@ class Manifest:
     """``FORGETS``: whether each exploration counts afresh."""
     starts_neutral: bool = False
     """``STARTS_NEUTRAL``: whether robots start without an opinion."""
+    modulates: bool = False
+    """``MODULATES``: whether robots broadcast in proportion to the quality of their opinion: for the gain
+    times the quality, on average, instead of for the gain. Not in addition to ``dissemination`` or
+    ``lasting``."""
     by_name: bool = False
     """``BY_NAME``: whether knowledge is about things by id or hash, so that false sightings mean nothing."""
     needs_count: bool = False
@@ -327,7 +336,7 @@ class Strategy(Manifest):
     robots."""
     dissemination: Callable[[float, float], float] = dissemination
     """``dissemination(quality, gain)``: for how long to broadcast an opinion of this quality, on average,
-    in steps; by default ``gain``."""
+    in steps; by default ``gain``, or ``gain * quality`` with ``MODULATES``."""
     decide: Callable[[Mind, Inbox], int]
     """``decide(mind, inbox)``: the next opinion, 1 or 0, or -1 for none."""
     say: Callable[[Mind], int] = say
@@ -379,6 +388,11 @@ class Strategy(Manifest):
     unpack: Callable[[Any, Any, Setting], int] | None = None
     """``pack(writer, message, sender, setting)``: write a message as the bits that ``bits`` counts.
     ``unpack(message, reader, setting)``: read it; return the sender's id, -1 if it isn't sent."""
+
+    def __post_init__(self) -> None:
+        """Let a strategy that modulates broadcast in proportion to quality."""
+        if self.modulates and self.dissemination is dissemination:
+            object.__setattr__(self, "dissemination", modulated)
 
     def row_lengths(self, setting: Setting) -> tuple[int, int]:
         """Return the numbers of words of a robot's knowledge and of its message, if robots pass on any."""

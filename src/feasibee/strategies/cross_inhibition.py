@@ -11,7 +11,7 @@ References
 Reina, Valentini, Fernandez-Oto, Dorigo, Trianni, "A design pattern for decentralised decision making", 2015.
 """
 
-from feasibee.strategies.dmmd import dissemination
+MODULATES = True
 
 
 def decide(mind, inbox):

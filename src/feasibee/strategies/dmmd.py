@@ -11,10 +11,7 @@ Valentini, Ferrante, Hamann, Dorigo, "Collective decision with 100 Kilobots", 20
 Fuady, Tarapore, Ehsan, Soorati, "Collective Decision-Making on Task Allocation Feasibility", 2024.
 """
 
-
-def dissemination(quality, gain):
-    """Return the mean duration, in steps, of broadcasting an opinion of this quality: g rho."""
-    return gain * quality
+MODULATES = True
 
 
 def decide(mind, inbox):

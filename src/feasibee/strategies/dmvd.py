@@ -10,7 +10,7 @@ References
 Valentini, Hamann, Dorigo, "Self-organized collective decision making: the weighted voter model", 2014.
 """
 
-from feasibee.strategies.dmmd import dissemination
+MODULATES = True
 
 
 def decide(mind, inbox):

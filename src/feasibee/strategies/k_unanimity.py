@@ -12,8 +12,7 @@ Scheidler, Brutschy, Ferrante, Dorigo, "The k-unanimity rule for self-organized 
 robots", 2016.
 """
 
-from feasibee.strategies.dmmd import dissemination
-
+MODULATES = True
 PARAMETERS = {"k": 3.0}
 
 
