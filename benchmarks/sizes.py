@@ -62,9 +62,9 @@ FRAMED = ("dmmd", "dc")
 
 
 def setting_of(strategy: str) -> Setting | None:
-    """Return the setting of a strategy with knowledge in the swarm of the table, None for others."""
+    """Return the setting of a strategy with knowledge or parameters in the swarm of the table, else None."""
     built_in = STRATEGIES[strategy]
-    if not built_in.knowledge:
+    if not (built_in.knowledge or built_in.parameters):
         return None
     parameters = built_in.parameters | ({"quiet": QUIET} if "quiet" in built_in.parameters else {})
     return setting_from(SWARM, (0, 0), False, None, parameters.values(), knows_count=built_in.needs_count)

@@ -11,6 +11,7 @@
 #include "feasibee.h"     /* feasibee header > feasibee.h */
 
 struct mind {
+    struct feasibee_setting setting;
     struct feasibee_settings settings;
     struct feasibee_robot robot;
     struct feasibee_wire wire;
@@ -57,6 +58,20 @@ static struct feasibee_choice choice(void *context)
     return drawn;
 }
 
+/* The parameters of a strategy, in the order of its file in Python. */
+static struct feasibee_setting setting_of(const struct mind_settings *given,
+                                          const struct feasibee_strategy *strategy)
+{
+    struct feasibee_setting setting = {0};
+    if (strategy == &feasibee_k_unanimity) {
+        setting.parameters[0] = given->k;
+    } else if (strategy == &feasibee_bayes) {
+        setting.parameters[0] = given->credence;
+        setting.parameters[1] = given->positive_feedback;
+    }
+    return setting;
+}
+
 static struct feasibee_settings settings_of(const struct mind_settings *given,
                                             const struct feasibee_strategy *strategy)
 {
@@ -75,9 +90,6 @@ static struct feasibee_settings settings_of(const struct mind_settings *given,
     settings.declare.heard = (uint16_t)given->declare_heard;
     settings.declare.quorum = (uint16_t)lround(given->declare_quorum * 10000);
     settings.declare.quorum_of = 10000;
-    settings.parameters.k = (uint16_t)given->k;
-    settings.parameters.credence = given->credence;
-    settings.parameters.positive_feedback = given->positive_feedback;
     settings.draw_duration = duration;
     settings.draw_choice = choice;
     return settings;
@@ -95,7 +107,9 @@ struct mind *mind_new(const struct mind_settings *given, uint16_t id, double (*u
         return NULL;
     mind->uniform = uniform;
     mind->context = context;
+    mind->setting = setting_of(given, strategy);
     mind->settings = settings_of(given, strategy);
+    mind->settings.setting = &mind->setting;
     mind->wire = feasibee_wire_of(&mind->settings, given->strategy, (uint8_t)given->id_bits);
     struct feasibee_me me = {0};
     me.context = mind;

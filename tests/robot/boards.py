@@ -84,17 +84,20 @@ def cases_of(strategy):
     return [case for case in CASES if not (case.get("every_message") and STRATEGIES[strategy].value_bits)]
 
 
-def in_c(cases):
-    """Return the function that writes settings in C."""
+def in_c(cases, strategy):
+    """Return the function that writes settings in C, and the strategy's parameters, if it has any."""
     lines = [
         f"    if (each == {number})\n        settings->{name} = {written(name, value)};"
         for number, case in enumerate(cases)
         for name, value in case.items()
     ]
     begin = "static void settings_of(int each, struct feasibee_settings *settings)\n{"
-    return "\n".join(
-        [f"#define CASES {len(cases)}", begin, *lines, "    (void)each, (void)settings;", "}", ""]
-    )
+    lines = [f"#define CASES {len(cases)}", begin, *lines, "    (void)each, (void)settings;"]
+    if STRATEGIES[strategy].parameters:
+        parameters = f"{{.parameters = {constant(strategy)}_parameters}}"
+        lines += [f"    static struct feasibee_setting setting = {parameters};"]
+        lines += ["    settings->setting = &setting;"]
+    return "\n".join([*lines, "}", ""])
 
 
 def written(name, value):
@@ -108,7 +111,7 @@ def written(name, value):
 
 def build(board, strategy, folder, steps, *flags):
     """Compile the program of ``steps.c`` for a board and a strategy."""
-    (folder / "cases.h").write_text(in_c(cases_of(strategy)))
+    (folder / "cases.h").write_text(in_c(cases_of(strategy), strategy))
     header = firmware.header(strategy=strategy, inbox=32)
     flags = (f"-DSTRATEGY={constant(strategy)}", f"-DSTEPS={steps}", *flags)
     return compiled(board, folder, header, SOURCES / "steps.c", *flags)

@@ -71,6 +71,16 @@ static struct feasibee_choice draw_choice(void *context)
     return choice;
 }
 
+/* Read the strategy's parameters, in the order of its file. */
+static const struct feasibee_setting *read_setting(void)
+{
+    static struct feasibee_setting setting;
+    uint32_t parameters = read_number(1);
+    for (uint32_t k = 0; k < parameters; k++)
+        setting.parameters[k] = FEASIBEE_REAL(read_double());
+    return &setting;
+}
+
 static void read_settings(struct feasibee_settings *settings, struct draws *draws)
 {
     settings->exploration = (feasibee_steps)(read_double() * FEASIBEE_STEP);
@@ -88,29 +98,11 @@ static void read_settings(struct feasibee_settings *settings, struct draws *draw
     settings->declare.heard = (uint16_t)read_number(2);
     settings->declare.quorum = (uint16_t)read_number(2);
     settings->declare.quorum_of = (uint16_t)read_number(2);
-    settings->parameters.k = (uint16_t)read_number(2);
-    settings->parameters.credence = read_double();
-    settings->parameters.positive_feedback = read_number(1);
+    settings->setting = read_setting();
     draws->word = read_number(4);
     settings->draw_duration = draw_duration;
     settings->draw_choice = draw_choice;
 }
-
-#ifdef TRANSLATED
-
-/* Parameters of each strategy, in the order of its file: k, credence, positive feedback. */
-static const int parameters[][3] = {TRANSLATED};
-
-static const struct feasibee_setting *setting_of(const struct feasibee_parameters *own, int strategy)
-{
-    static struct feasibee_setting setting;
-    const double given[] = {own->k, own->credence, own->positive_feedback};
-    for (int k = 0; k < FEASIBEE_PARAMETERS; k++)
-        setting.parameters[k] = given[parameters[strategy][k]];
-    return &setting;
-}
-
-#endif
 
 static void step(struct feasibee_robot *robot)
 {
@@ -150,9 +142,6 @@ int main(void)
         struct feasibee_robot robot;
         int8_t opinion = (int8_t)read_number(1);
         read_settings(&settings, &draws);
-#ifdef TRANSLATED
-        settings.setting = setting_of(&settings.parameters, (int)strategy);
-#endif
         feasibee_begin(&robot, &settings, &me, opinion);
         while (steps-- > 0)
             step(&robot);

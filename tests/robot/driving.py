@@ -164,7 +164,8 @@ class Episode:
 
     def stream(self):
         """Return what drive.c reads."""
-        own, settings, rule = self.own, self.settings, self.rule or (0, 3, 9, 10)
+        settings, rule = self.settings, self.rule or (0, 3, 9, 10)
+        parameters = settings.parameters
         numbers = [settings.exploration, settings.gain, settings.dissemination_floor, settings.quality_floor]
         listens_for = 0 if settings.listens_for is None else settings.listens_for + 1
         votes = settings.own_vote, settings.random_ties
@@ -173,7 +174,7 @@ class Episode:
             struct.pack("<IBB", self.steps, NAMES.index(self.strategy), self.opinion),
             struct.pack("<ddHHHH", *numbers, listens_for, settings.inbox_size or INBOX),
             struct.pack("<BBBBBHHHH", *flags, *rule),
-            struct.pack("<HdB", int(own["k"]), own["credence"], int(own["positive_feedback"])),
+            struct.pack(f"<B{len(parameters)}d", len(parameters), *parameters),
             struct.pack("<I", self.word),
         ]
         for sight, messages in zip(self.sights, self.messages, strict=True):
@@ -185,7 +186,9 @@ class Episode:
         """Return what the controller in Python does, as drive.c writes it."""
         draws = Draws(self.word, whole_numbers)
         robot = Controller(
-            exact_dc() if whole_numbers and self.strategy == "dc" else STRATEGIES[self.strategy],
+            dc_in_single_precision()
+            if whole_numbers and self.strategy == "dc"
+            else STRATEGIES[self.strategy],
             self.opinion,
             draws.duration,
             draws.choice,
@@ -254,16 +257,15 @@ def state(robot, draws, sight, messages):
     return STATE.pack(robot.opinion + 1, flags, told, value, robot.phase_left, draws.mean)
 
 
-def exact_dc():
-    """Return dc with exact fractions: in double, equal qualities may differ in the last bit."""
+def dc_in_single_precision():
+    """Return dc as C computes it in whole numbers: it compares floats of 32 bits; values are exact."""
 
     def decide(mind, inbox):
-        own = Fraction(mind.feasible_quality).limit_denominator(10**6)
-        heard = Fraction(round(inbox.heard_value * 65_535), 65_535)
+        own, heard = single(mind.feasible_quality), single(inbox.heard_value)
         if inbox.heard_opinion == 0:
-            heard = 1 - heard
+            heard = single(1.0 - heard)
         if mind.opinion == 0:
-            own = 1 - own
+            own = single(1.0 - own)
         return inbox.heard_opinion if inbox.heard_opinion >= 0 and heard > own else mind.opinion
 
     def value(mind):
@@ -271,6 +273,11 @@ def exact_dc():
         return math.floor(exact * 65_535 + Fraction(1, 2)) / 65_535
 
     return dataclasses.replace(STRATEGIES["dc"], decide=decide, value=value)
+
+
+def single(number):
+    """Return a number rounded to 32 bits."""
+    return struct.unpack("f", struct.pack("f", number))[0]
 
 
 def answers(command, stream):

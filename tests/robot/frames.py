@@ -30,7 +30,7 @@ def in_c(strategy, setting, longest, names):
             f"#define STRATEGY {constant(strategy)}",
             *([f"#define NAMES {', '.join(map(str, names))}"] if names else []),
             "#ifdef FEASIBEE_H",
-            setting_in_c(setting if knowledge else setting._replace(parameters=())),
+            setting_in_c(setting),
             "#endif",
             "",
         ]

@@ -79,9 +79,10 @@ static void write_state(uint8_t number, uint32_t words)
     uint16_t length = (uint16_t)lengths[number];
     uint32_t frame = feasibee_crc(frames[number], length);
     uint32_t known = feasibee_crc((const uint8_t *)robot->known, words * sizeof robot->known[0]);
-    uint32_t remembered = feasibee_crc((const uint8_t *)&robot->memory, memory * sizeof(double));
+    uint32_t remembered = 0; /* the checksum of nothing */
     uint16_t quality = 0;
 #ifdef FEASIBEE_DOUBLE
+    remembered = feasibee_crc((const uint8_t *)robot->memory, memory * sizeof robot->memory[0]);
     quality = (uint16_t)(feasibee_double(robot->feasible_quality) * 4096.0);
 #endif
     give(bytes, 3);

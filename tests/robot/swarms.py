@@ -65,11 +65,7 @@ FIRST_STEPS = [0, 0, 3, 4_000, 100_000]
 def extras_in_c():
     """Return the functions of each strategy in C."""
     translation = Translation()  # names depend on what was translated before, as in the whole header
-    return {
-        name: firmware.functions(strategy, translation)
-        for name, strategy in STRATEGIES.items()
-        if strategy.knowledge
-    }
+    return {name: firmware.functions(strategy, translation) for name, strategy in STRATEGIES.items()}
 
 
 def has_extra(name, extra, whole_numbers):

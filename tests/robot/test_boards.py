@@ -14,12 +14,22 @@ ARM = [("Cortex-M0", ()), ("Cortex-M4", ()), ("Cortex-M4", (DOUBLE,))]
 OPINIONS = names_in_c(knowledge=False)
 SMALL = ["dmmd", "dc", *(name for name, kind in KINDS.items() if kind.knowledge and not needs_double(kind))]
 """Strategies whose frames are tried on 8 bits, where ``int`` has 16; doubles have 32 bits there."""
+WHOLE = [name for name in OPINIONS if not needs_double(KINDS[name])]
+BUILDS = [
+    *((*build, name) for build in ARM for name in (OPINIONS if build[1] else WHOLE)),
+    *(
+        (board, (DOUBLE,), name)
+        for board in ("ATmega328P", "Cortex-M0")
+        for name in OPINIONS
+        if name not in WHOLE
+    ),
+    *(("ATmega328P", (), name) for name in WHOLE),
+]
 STRATEGIES = [
     *((*build, name, 300) for build in ARM for name in ("dmmd", "dc")),
-    *(pytest.param(*build, name, 3000, marks=pytest.mark.slow) for build in ARM for name in OPINIONS),
     *(
-        pytest.param("ATmega328P", (), name, 2000 if name == "bayes" else 5000, marks=pytest.mark.slow)
-        for name in OPINIONS
+        pytest.param(*build, 2000 if build[2] == "bayes" else 4000, marks=pytest.mark.slow)
+        for build in BUILDS
     ),
 ]
 FRAMES = [

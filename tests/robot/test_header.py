@@ -9,7 +9,9 @@ import pytest
 
 import feasibee.robot.firmware
 from feasibee.errors import FeasibeeError
-from feasibee.robot.firmware import acting_header, header
+from feasibee.robot.firmware import acting_header, header, needs_double
+from feasibee.robot.sizes import PROCESSORS, SOURCE
+from feasibee.scenario.plugins import load
 from feasibee.strategies import STRATEGIES
 from tests.commands import invoke, refused_in_a_line
 from tests.robot.driving import built
@@ -49,6 +51,31 @@ def test_a_trimmed_header_has_its_strategy_and_compiles(name, tmp_path):
 def test_the_header_compiles_without_warnings(compiler, options, tmp_path):
     options = [*options, "-fsyntax-only", "-Wno-shadow"]  # C++ calls a function of a struct's name a shadow
     built(tmp_path, PROGRAM, header(), *options, command=compiler, packages="g++")
+
+
+IN_WHOLE_NUMBERS = ("dmmd", "dmvd", "voter", "majority", "cross-inhibition")
+
+
+@pytest.mark.parametrize(
+    "name", [*IN_WHOLE_NUMBERS, pytest.param("dc", marks=pytest.mark.xfail(strict=True))]
+)
+def test_strategies_in_whole_numbers_use_no_register_for_floats(name, tmp_path):
+    """And memory, setting and parameters neither; `dc` shows that the compiler finds floats."""
+    if not PROCESSORS["x86-64"].found:
+        pytest.skip("needs gcc on x86-64")
+    text = header(name, inbox=32)
+    options = ["-Os", "-S", "-mgeneral-regs-only", f"-DSTRATEGY=feasibee_{name.replace('-', '_')}"]
+    built(
+        tmp_path, SOURCE.read_text(), text, *options, "-Wno-conversion", "-Wno-sign-conversion", "-Wno-undef"
+    )
+
+
+def test_a_constant_modulates_without_double(tmp_path):
+    text = "MODULATES = True\n\n\ndef decide(mind, inbox):\n    return mind.opinion\n"
+    (tmp_path / "mine.py").write_text(text)
+    mine = load(str(tmp_path / "mine.py"))
+    assert not needs_double(mine)
+    assert "feasibee_strategy feasibee_mine = {\n    true, false, 0, true,\n" in header(mine)
 
 
 def test_each_part_is_in_the_header_once():

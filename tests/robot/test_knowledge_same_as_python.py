@@ -9,7 +9,7 @@ from feasibee.strategies import STRATEGIES
 from tests.robot.driving import SANITIZED, in_node, program, zig
 from tests.robot.swarms import IN_DOUBLE, KNOWLEDGE, NAMES, assert_same, extras
 
-NEED_DOUBLE = {name for name in KNOWLEDGE if needs_double(STRATEGIES[name])}
+NEED_DOUBLE = {name for name in NAMES if needs_double(STRATEGIES[name])}
 IN_WHOLE_NUMBERS = sorted(set(KNOWLEDGE) - NEED_DOUBLE)
 MANY = pytest.param(10_000, marks=pytest.mark.slow)
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import dataclasses
-import inspect
 import subprocess
-import sys
 from typing import NamedTuple
 
 import pytest
@@ -14,12 +11,9 @@ from feasibee.errors import FeasibeeError
 from feasibee.robot.firmware import header
 from feasibee.robot.language import BOOL, INT, LONG, REAL, ROW, WORD
 from feasibee.robot.translate import Translation
-from feasibee.strategies import STRATEGIES
-from tests.robot.driving import NAMES, SANITIZED, Episode, answers, program
+from tests.robot.driving import SANITIZED
 
 DOUBLE = "-DFEASIBEE_DOUBLE"
-OWN = ["k", "credence", "positive_feedback"]
-"""Parameters in the order of drive.c."""
 
 
 # --- Numbers ---
@@ -289,31 +283,3 @@ def test_what_cannot_be_translated_is_an_error_that_says_where_and_what_to_write
     with pytest.raises(FeasibeeError) as caught:
         Translation(texts={"mine": ("", text)}).function(names["f"], (ROW, "me"))
     assert str(caught.value).startswith(f"mine.py, line {line}: {error}")
-
-
-# --- The eleven rules that are written by hand ---
-
-
-@pytest.fixture(scope="module")
-def both(tmp_path_factory):
-    """Return two programs: of the rules written by hand, and of their translations."""
-    folder = tmp_path_factory.mktemp("rules")
-    modules = {name: sys.modules[STRATEGIES[name].decide.__module__] for name in NAMES}
-    translated = [
-        dataclasses.replace(STRATEGIES[name], source=inspect.getsource(modules[name])) for name in NAMES
-    ]
-    places = [[OWN.index(own) for own in each.parameters] or [0] for each in translated]
-    table = "-DTRANSLATED=" + ", ".join(f"{{{', '.join(map(str, each))}}}" for each in places)
-    options = DOUBLE, *SANITIZED
-    text = header(translated)
-    return program(folder, "drive.c", NAMES, *options), program(
-        folder, "drive.c", NAMES, *options, table, text=text
-    )
-
-
-@pytest.mark.parametrize("steps", [20_000, pytest.param(400_000, marks=pytest.mark.slow)])
-@pytest.mark.parametrize("name", NAMES)
-def test_rules_written_by_hand_do_what_their_translation_does(name, steps, both):
-    by_hand, translated = both
-    stream = b"".join(Episode(name, seed, 500).stream() for seed in range(1000, 1000 + steps // 500))
-    assert answers([translated], stream) == answers([by_hand], stream)

@@ -66,15 +66,10 @@ def header(
     chosen = list(dict.fromkeys(_strategy(each) for each in given))
     if inbox is not None and not 1 <= inbox <= MOST_SENDERS:
         raise FeasibeeError(f"inbox = {inbox}: must be from 1 to {MOST_SENDERS} senders; use 32")
-    by_hand = [each for each in chosen if _by_hand(each)]
     translation = Translation()
-    constants = [_translated(each, translation) for each in chosen if not _by_hand(each)]
-    parts = list(
-        _parts([*map(_part, by_hand), *(["rules.h", "words.h"] if constants else []), "phases.h", "wire.h"])
-    )
-    made = [*translation.structs(), *translation.functions, *constants]
-    made = [_QUIETLY, *made, _LOUDLY] if made else []
-    text = "".join([_beginning(chosen, inbox), *parts, *(f"\n{each}" for each in made), "\n#endif\n"])
+    constants = [_translated(each, translation) for each in chosen]
+    made = [_QUIETLY, *translation.structs(), *translation.functions, *constants, _LOUDLY]
+    text = "".join([_beginning(chosen, inbox), *_parts(), *(f"\n{each}" for each in made), "\n#endif\n"])
     _check_names(chosen, text)
     return text
 
@@ -115,25 +110,13 @@ def _strategy(given: str | Strategy) -> Strategy:
     return STRATEGIES[given]
 
 
-def _part(strategy: Strategy) -> str:
-    """Return the file that holds a strategy written by hand."""
-    return f"{strategy.name.replace('-', '_')}.h"
-
-
-def _by_hand(strategy: Strategy) -> bool:
-    """Whether a strategy is written by hand: those that pass on opinions only, for processors of 8 bits."""
-    return not strategy.source and (FOLDER / _part(strategy)).exists()
-
-
 def _beginning(strategies: Sequence[Strategy], inbox: int | None) -> str:
     """Return the comment at the top, and the macros that the chosen strategies need."""
     macros = {} if inbox is None else {"FEASIBEE_INBOX": inbox}
     if not any(each.value_bits for each in strategies):
         macros["FEASIBEE_VALUES"] = 0
-    made = [each for each in strategies if not _by_hand(each)]
-    if made:
-        macros["FEASIBEE_MEMORY"] = max(1, *(each.memory for each in made))
-        macros["FEASIBEE_PARAMETERS"] = max(1, *(len(each.parameters) for each in made))
+    macros["FEASIBEE_MEMORY"] = max(1, *(each.memory for each in strategies))
+    macros["FEASIBEE_PARAMETERS"] = max(1, *(len(each.parameters) for each in strategies))
     names = ", ".join(Path(each.name).name for each in strategies)
     lines = [
         f"/* feasibee {version('feasibee')}: the controller of one robot of a swarm, in C99. Apache-2.0.",
@@ -148,8 +131,8 @@ def _beginning(strategies: Sequence[Strategy], inbox: int | None) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _parts(names: Iterable[str]) -> Iterable[str]:
-    """Yield each part once, after the parts that it includes."""
+def _parts() -> Iterable[str]:
+    """Yield each part of the controller once, after the parts that it includes."""
     done: set[str] = set()
 
     def with_included(name: str) -> Iterable[str]:
@@ -161,7 +144,7 @@ def _parts(names: Iterable[str]) -> Iterable[str]:
             yield from with_included(included)
         yield "\n" + _LOCAL_INCLUDE.sub("", text)
 
-    for name in ("controller.h", *names):
+    for name in ("controller.h", "phases.h", "wire.h"):
         yield from with_included(name)
 
 
@@ -170,7 +153,7 @@ def _parts(names: Iterable[str]) -> Iterable[str]:
 
 def needs_double(strategy: Strategy) -> bool:
     """Whether a strategy exists in C with ``FEASIBEE_DOUBLE`` only."""
-    return not _by_hand(strategy) and _needs_double(functions(strategy, Translation()))
+    return _needs_double(functions(strategy, Translation()))
 
 
 def functions(strategy: Strategy, translation: Translation) -> dict[str, Signature]:
@@ -200,10 +183,11 @@ def _translated(strategy: Strategy, translation: Translation) -> str:
     glue = [*_ratings(strategy, found), *_knowledge(strategy, found)]
     glue += [
         f"static const struct feasibee_strategy {name} = {{",
-        f"    {_flag(strategy.forgets)}, {_flag(strategy.starts_neutral)}, {strategy.value_bits}, false,",
+        f"    {_flag(strategy.forgets)}, {_flag(strategy.starts_neutral)}, {strategy.value_bits}, "
+        f"{_flag(strategy.modulates)},",
         f"    {f'{name}_rated' if 'quality' in found else 'feasibee_share_of_robots'},",
         f"    {f'{name}_says' if 'say' in found else 'NULL'},",
-        f"    {f'{name}_sends' if strategy.value_bits else 'NULL'},",
+        f"    {f'{name}_sends' if _sends(strategy, found) else 'NULL'},",
         f"    {f'{name}_lasts' if _lasts(found) else 'NULL'}, {name}_decides,",
         f"    {f'&{name}_knowledge' if strategy.knowledge else 'NULL'},",
         "};",
@@ -214,15 +198,17 @@ def _translated(strategy: Strategy, translation: Translation) -> str:
     ]
     if conditions:
         glue = [f"#if {' && '.join(conditions)}", "", *glue, "", "#endif"]
-    return "\n".join([*_said(strategy), *(_own(strategy, name) if strategy.source else []), *glue, ""])
+    return "\n".join([*_said(strategy), *_own(strategy, name), *glue, ""])
 
 
 def _own(strategy: Strategy, name: str) -> Iterable[str]:
-    """Yield what a program can't know of a user's file: its name in frames, and its parameters."""
+    """Yield macros: the name of a user's strategy in frames, and a strategy's parameters by default."""
     parameters = ", ".join(f"FEASIBEE_REAL({value!r})" for value in strategy.parameters.values())
-    yield f'#define {name}_name "{name_of(strategy)}" /* for feasibee_wire_of */'
-    yield f"#define {name}_parameters {{{parameters or 0}}} /* for struct feasibee_setting */"
-    yield ""
+    if strategy.source:
+        yield f'#define {name}_name "{name_of(strategy)}" /* for feasibee_wire_of */'
+    if strategy.source or parameters:
+        yield f"#define {name}_parameters {{{parameters or 0}}} /* for struct feasibee_setting */"
+        yield ""
 
 
 def _said(strategy: Strategy) -> Iterable[str]:
@@ -246,6 +232,11 @@ def _lasts(found: dict[str, Signature]) -> str:
     return ""
 
 
+def _sends(strategy: Strategy, found: dict[str, Signature]) -> bool:
+    """Whether a strategy has a rule of its own for the value in its messages."""
+    return strategy.value_bits > 0 and "value" in found
+
+
 def _ratings(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]:
     """Yield the functions that rate, broadcast and choose opinions, as the controller calls them."""
     name, robot = constant(strategy), "struct feasibee_robot *robot"
@@ -260,13 +251,9 @@ def _ratings(strategy: Strategy, found: dict[str, Signature]) -> Iterable[str]:
         )
     if "say" in found:
         yield from function("int8_t", "says", robot, f"feasibee_opinion({found['say'].name}(robot))")
-    if strategy.value_bits:
-        value = (
-            f"{found['value'].name}(robot)"
-            if "value" in found
-            else "feasibee_real_of(robot->feasible_quality)"
-        )
-        yield from function("uint16_t", "sends", robot, f"feasibee_sent({value}, {strategy.value_bits})")
+    if _sends(strategy, found):
+        value = f"feasibee_sent({found['value'].name}(robot), {strategy.value_bits})"
+        yield from function("uint16_t", "sends", robot, value)
     if _lasts(found):
         lasts = f"(feasibee_steps)(({_lasts(found)}) * FEASIBEE_REAL(FEASIBEE_STEP))"
         yield from function("feasibee_steps", "lasts", robot, lasts)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Final
 
 from feasibee.robot.controller import Settings
@@ -24,8 +23,6 @@ def numbers_of(strategy: Strategy, settings: Settings, setting: Setting, inbox: 
     ``inbox`` is the most senders whose message the program can keep.
     """
     rule, listens = settings.declare, settings.listens_for
-    given = {"k": 3.0, "credence": 0.95, "positive_feedback": 1.0}
-    given |= dict(zip(strategy.parameters, setting.parameters, strict=True))
     return {
         "exploration": settings.exploration,
         "gain": settings.gain,
@@ -41,9 +38,6 @@ def numbers_of(strategy: Strategy, settings: Settings, setting: Setting, inbox: 
         "heard": rule.heard if rule else 0,
         "quorum": rule.quorum.numerator if rule else 1,
         "quorum_of": rule.quorum.denominator if rule else 1,
-        "k": min(max(1, math.ceil(given["k"])), LARGEST),
-        "credence": given["credence"],
-        "positive_feedback": float(given["positive_feedback"] > 0),
         **{name: float(getattr(setting, name)) for name in OF_SETTING},
         **{f"parameter_{k}": value for k, value in enumerate(setting.parameters)},
     }

@@ -65,7 +65,7 @@ def size_of(
 ) -> tuple[int, int]:
     """Return the bytes in flash and in RAM of the controller of a robot.
 
-    ``setting`` has the numbers on which its knowledge depends, if it passes on any. ``frames`` says whether
+    ``setting`` has its parameters, and the numbers on which its knowledge depends. ``frames`` says whether
     messages are encoded as bytes and decoded. A `FeasibeeError` says if a program is too large.
     """
     (flash, ram), (no_flash, no_ram) = _linked(processor, strategy, setting, frames), _linked(processor)
@@ -94,8 +94,10 @@ def _flags_of(strategy: Strategy, setting: Setting | None, frames: bool, folder:
     yield from (f"-I{folder}", f"-DSTRATEGY={firmware.constant(strategy)}")
     if frames:
         yield from ("-DFRAMES", f'-DNAME="{name_of(strategy)}"')
-    if strategy.knowledge and setting is not None:
+    if setting is not None and (strategy.knowledge or strategy.parameters):
         Path(folder, "swarm.h").write_text(setting_in_c(setting), encoding="utf-8")
+        yield "-DSETTING"
+    if setting is not None and strategy.knowledge:
         known, sent = strategy.row_lengths(setting)
         yield from ("-DKNOWLEDGE", f"-DFEASIBEE_WORDS={known}", f"-DFEASIBEE_MESSAGE_WORDS={sent}")
     if firmware.needs_double(strategy):

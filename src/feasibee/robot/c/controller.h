@@ -172,13 +172,6 @@ struct feasibee_declare {
     uint16_t quorum_of;
 };
 
-/* The values that strategies have of their own. */
-struct feasibee_parameters {
-    uint16_t k;             /* k-unanimity: messages drawn, at least 1 */
-    double credence;        /* bayes */
-    bool positive_feedback; /* bayes */
-};
-
 #ifdef FEASIBEE_CLASSES
 /* A set of skills: what a robot and a task of each class add to its two sides (model.md 6.7). */
 struct feasibee_set {
@@ -202,11 +195,10 @@ struct feasibee_settings {
     bool first_sight;             /* whether its first exploration gives its opinion; not with starts_neutral */
     bool stubborn;                /* it never changes its opinion (a fault) */
     struct feasibee_declare declare;
-    struct feasibee_parameters parameters;
     uint32_t (*draw_duration)(void *context, const struct feasibee_mean *mean); /* steps, 1 to 2^30 */
     struct feasibee_choice (*draw_choice)(void *context);
     int32_t (*task_of)(uint32_t name);  /* the id of a task by its name in messages; NULL: they are equal */
-    const struct feasibee_setting *setting; /* for translated strategies; otherwise NULL */
+    const struct feasibee_setting *setting; /* for strategies with parameters or knowledge; otherwise NULL */
 #ifdef FEASIBEE_CLASSES
     const struct feasibee_set *sets;
     uint16_t set_count;
@@ -236,17 +228,6 @@ struct feasibee_thing {
 #endif
 };
 
-/* What strategies keep for life, 0 at the start. */
-union feasibee_memory {
-    struct {
-        uint32_t feasible;
-        uint32_t infeasible;
-    } bayes;
-#ifdef FEASIBEE_DOUBLE
-    double numbers[FEASIBEE_MEMORY]; /* translated strategies */
-#endif
-};
-
 /* One robot. Read opinion, disseminating, declared, phase_left; the rest is the controller's. */
 struct feasibee_robot {
     const struct feasibee_settings *settings;
@@ -265,7 +246,9 @@ struct feasibee_robot {
     int8_t said; /* what it broadcasts in this dissemination; -1: it is silent */
     uint16_t value;
     uint16_t agreed; /* successive decisions that agreed */
-    union feasibee_memory memory;
+#ifdef FEASIBEE_DOUBLE
+    double memory[FEASIBEE_MEMORY]; /* what the strategy keeps for life, 0 at the start */
+#endif
     uint16_t heard_feasible; /* messages, if every message is a vote */
     uint16_t heard_infeasible;
     uint16_t heard; /* senders in the inbox, the oldest message first */

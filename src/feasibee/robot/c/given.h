@@ -5,7 +5,7 @@
 enum feasibee_given {
     GIVEN_EXPLORATION, GIVEN_GAIN, GIVEN_DISSEMINATION_FLOOR, GIVEN_QUALITY_FLOOR, GIVEN_LISTENS_FOR,
     GIVEN_INBOX_SIZE, GIVEN_OWN_VOTE, GIVEN_RANDOM_TIES, GIVEN_FIRST_SIGHT, GIVEN_EVERY_MESSAGE, GIVEN_ROUNDS,
-    GIVEN_HEARD, GIVEN_QUORUM, GIVEN_QUORUM_OF, GIVEN_K, GIVEN_CREDENCE, GIVEN_POSITIVE_FEEDBACK,
+    GIVEN_HEARD, GIVEN_QUORUM, GIVEN_QUORUM_OF,
     GIVEN_ROBOTS, GIVEN_COUNT, GIVEN_TASKS, GIVEN_ROBOT_IDS, GIVEN_TASK_IDS, GIVEN_ROBOT_CLASSES, GIVEN_TASK_CLASSES,
     GIVEN_ID_BITS, GIVEN_KNOWS_COUNT, GIVEN_WALLED, GIVEN_WIDTH, GIVEN_HEIGHT, GIVEN_SIGHT, GIVEN_RADIO,
     GIVEN_SPEED, GIVEN_DISSEMINATION, GIVEN_MEAN_RUN, GIVEN_FLOODING, GIVEN_DELAY, GIVEN_COLUMNS, GIVEN_WORK,
@@ -54,9 +54,6 @@ static struct feasibee_settings feasibee_settings_given(const double *numbers,
     settings.declare.heard = (uint16_t)numbers[GIVEN_HEARD];
     settings.declare.quorum = (uint16_t)numbers[GIVEN_QUORUM];
     settings.declare.quorum_of = (uint16_t)numbers[GIVEN_QUORUM_OF];
-    settings.parameters.k = (uint16_t)numbers[GIVEN_K];
-    settings.parameters.credence = numbers[GIVEN_CREDENCE];
-    settings.parameters.positive_feedback = numbers[GIVEN_POSITIVE_FEEDBACK] != 0.0;
     settings.setting = setting;
     return settings;
 }

@@ -1,7 +1,7 @@
 /* The least program that uses the whole controller; with NOTHING, one that does nothing.
  *
- * With FRAMES, messages come and go as bytes in the radio's memory. With KNOWLEDGE, they hold knowledge:
- * robot/sizes.py makes swarm.h, which has the setting.
+ * With FRAMES, messages come and go as bytes in the radio's memory. With KNOWLEDGE, they hold knowledge. With
+ * SETTING, the strategy has parameters or knowledge: robot/sizes.py makes swarm.h, which has them.
  */
 
 #ifdef NOTHING
@@ -14,7 +14,7 @@ int run(void)
 #else
 
 #include "feasibee.h"
-#ifdef KNOWLEDGE
+#ifdef SETTING
 #include "swarm.h"
 #endif
 
@@ -102,9 +102,10 @@ static void begin(void)
     settings = feasibee_defaults(&STRATEGY);
     settings.draw_duration = draw_duration;
     settings.draw_choice = draw_choice;
-#ifdef KNOWLEDGE
+#ifdef SETTING
     settings.setting = &setting;
-#else
+#endif
+#ifndef KNOWLEDGE
     settings.declare.rounds = 3;
 #endif
 #ifdef FRAMES

@@ -7,6 +7,13 @@
 #define FEASIBEE_LOG log
 #endif
 
+/* Return the quality of feasible: n_obs / (n_obs + m_obs), or 1/2 with nothing seen (eq. 1). */
+static inline struct feasibee_ratio feasibee_share_of_robots(feasibee_amount robots, feasibee_amount tasks)
+{
+    struct feasibee_ratio half = {1, 2}, share = {robots, robots + tasks};
+    return share.whole == 0 ? half : share;
+}
+
 /* Return the upper half of a product: a * b / 2^32. */
 static inline uint32_t feasibee_times(uint32_t a, uint32_t b)
 {
@@ -88,12 +95,13 @@ static inline uint32_t feasibee_exponential(const struct feasibee_mean *mean, ui
 
 #endif
 
-/* Return a share as a value of 16 bits, to the nearest. */
-static inline uint16_t feasibee_value_of(struct feasibee_ratio ratio)
+/* Return a share as a value of so many bits, to the nearest. */
+static inline uint16_t feasibee_value_of(struct feasibee_ratio ratio, uint8_t bits)
 {
+    uint32_t one = (UINT32_C(1) << bits) - 1;
 #ifdef FEASIBEE_DOUBLE
-    return (uint16_t)(feasibee_double(ratio) * 65535.0 + 0.5);
+    return (uint16_t)(feasibee_double(ratio) * (double)one + 0.5);
 #else
-    return (uint16_t)(((uint64_t)ratio.part * 131070 + ratio.whole) / ((uint64_t)ratio.whole * 2));
+    return (uint16_t)(((uint64_t)ratio.part * (2 * one) + ratio.whole) / ((uint64_t)ratio.whole * 2));
 #endif
 }

@@ -24,9 +24,6 @@ static inline struct feasibee_settings feasibee_defaults(const struct feasibee_s
     settings.declare.heard = 3;
     settings.declare.quorum = 9;
     settings.declare.quorum_of = 10;
-    settings.parameters.k = 3;
-    settings.parameters.credence = 0.95;
-    settings.parameters.positive_feedback = true;
     settings.draw_duration = NULL;
     settings.draw_choice = NULL;
     settings.task_of = NULL;
@@ -194,7 +191,8 @@ static inline void feasibee_disseminate(struct feasibee_robot *robot)
     robot->said = strategy->say ? strategy->say(robot) : robot->opinion;
 #if FEASIBEE_VALUES
     if (strategy->value_bits > 0)
-        robot->value = strategy->value ? strategy->value(robot) : feasibee_value_of(robot->feasible_quality);
+        robot->value = strategy->value ? strategy->value(robot)
+                                       : feasibee_value_of(robot->feasible_quality, strategy->value_bits);
 #endif
     struct feasibee_mean mean = feasibee_dissemination(robot);
     if (strategy->lasting)

@@ -125,7 +125,7 @@ static inline feasibee_real feasibee_chance(const struct feasibee_votes *votes)
 
 static inline struct feasibee_reals feasibee_memory_of(struct feasibee_robot *robot)
 {
-    struct feasibee_reals row = {robot->memory.numbers, FEASIBEE_MEMORY};
+    struct feasibee_reals row = {robot->memory, FEASIBEE_MEMORY};
     return row;
 }
 

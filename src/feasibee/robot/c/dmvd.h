@@ -1,9 +1,0 @@
-/* DMVD: broadcasts in proportion to quality, then one of the opinions heard at random. */
-
-#include "rules.h"
-
-static const struct feasibee_strategy feasibee_dmvd = {
-    /* forgets */ true, /* starts_neutral */ false, /* value_bits */ 0, /* modulates */ true,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
-    feasibee_one_vote, /* knowledge */ NULL,
-};

@@ -1,9 +1,0 @@
-/* Majority: broadcasts whatever the quality, then the majority of the opinions heard. */
-
-#include "rules.h"
-
-static const struct feasibee_strategy feasibee_majority = {
-    /* forgets */ true, /* starts_neutral */ false, /* value_bits */ 0, /* modulates */ false,
-    feasibee_share_of_robots, /* say */ NULL, /* value */ NULL, /* lasting */ NULL,
-    feasibee_majority_of, /* knowledge */ NULL,
-};
