@@ -258,4 +258,19 @@ const struct rules *feasibee_rules(const char *name);
 int64_t feasibee_play(const struct params *params, const struct rules *rules, const struct setting *setting,
                       int64_t memory, int64_t first_run, const struct outcome *outcome, struct control *control);
 
+/* A swarm of more than 128 robots that threads simulate together; each of them calls feasibee_crowd_run. */
+struct crowd;
+
+/* Allocate a swarm for a number of threads; return NULL without memory. Rules and setting must stay. */
+struct crowd *feasibee_crowd_new(const struct params *params, const struct rules *rules, const struct setting *setting,
+                                 int64_t memory, int64_t threads);
+
+/* Simulate a thread's part of a run, recorded in a row of the outcome; return once all threads are done.
+ *
+ * Return 1 if the run is complete, 0 if it was cancelled or the strategy failed, -1 without memory. */
+int64_t feasibee_crowd_run(struct crowd *crowd, int64_t run, int64_t row, const struct outcome *outcome,
+                           struct control *control, int64_t thread);
+
+void feasibee_crowd_free(struct crowd *crowd);
+
 #endif
