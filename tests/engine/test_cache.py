@@ -18,7 +18,7 @@ import pytest
 from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.engine import compile as compile_
-from feasibee.engine import compiled
+from feasibee.engine import compiled as general
 from feasibee.engine.compile import cache_folder, careful, entry, export, on_compile
 from feasibee.files import cache
 from feasibee.files.cache import check_cache, own_folder, read_sealed, write_sealed
@@ -506,7 +506,7 @@ def test_code_that_a_process_has_loaded_is_not_kept_as_that_of_a_file_changed_si
         names = {}
         exec(compile(f"def quality(robots, tasks):\n    return {body}\n", file, "exec"), names)
         functions = {"functions": frozenset({"quality"}), "quality": names["quality"]}
-        return compiled._text_of(dataclasses.replace(STRATEGIES["dmmd"], **functions))
+        return general._text_of(dataclasses.replace(STRATEGIES["dmmd"], **functions))
 
     assert text("robots / (robots + tasks)") == text("robots / (robots + tasks)")
     assert text("robots / (robots + tasks)") != text("tasks / (robots + tasks)")

@@ -1,4 +1,4 @@
-"""Runs of the general engine, which numba compiles: its functions, those of a strategy, and who calls them."""
+"""Runs of the general engine: numba compiles its functions and those of a strategy."""
 
 from __future__ import annotations
 

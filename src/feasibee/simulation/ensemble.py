@@ -140,8 +140,8 @@ def check_size(scenario: Scenario, runs: Runs, curves: bool) -> None:
 def failure_of(scenario: Scenario, run: Runs, error: Exception) -> Exception:
     """Return the error to raise when a strategy failed in one run.
 
-    The reference simulates the run again, if that takes seconds, and names line, arguments and value. The engine
-    in C has told the line and the values; the general engine knows only the error.
+    The reference simulates the run again, if that takes seconds, and names line, arguments and value. The
+    engine in C has told line and values; the general engine knows only the error.
     """
     strategy = scenario.strategy
     if not strategy.source:

@@ -315,8 +315,8 @@ def _grid(points: int, reach: int, arena: numbers.ArenaParams) -> numbers.Grid:
 def _lists(tasks: int, limit: int) -> numbers.ListParams:
     """Return the grid of the lists of tasks in sight: 4, 8 or 16 cells a side, so that one vector has most.
 
-    A place in a list has 16 bits an axis, so these span twice the range and a cell. Where that is too much, or
-    where cells around a task would come up twice, one list has all tasks.
+    A place in a list has 16 bits an axis, which span twice the range and a cell. Where that is too much, or
+    cells around a task would come up twice, one list has all tasks.
     """
     bits = 4 if tasks >= 64 else 3 if tasks >= 16 else 2
     reach, side = math.isqrt(limit) + 1, TURN >> bits
