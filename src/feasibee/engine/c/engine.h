@@ -223,6 +223,8 @@ struct failure {
     double first, second; /* the values that it failed for */
 };
 
+#pragma GCC visibility push(default) /* what a library exports */
+
 /* End the run because a function of a strategy fails; never returns. The values are those it fails for. */
 void feasibee_fail(int32_t what, int32_t line, double first, double second);
 
@@ -249,6 +251,9 @@ struct control {
     struct failure failure;
 };
 
+/* Return the number of the highest level (feasibee.engine.build) that the processor has, from 0 on; -1: none. */
+int32_t feasibee_level(void);
+
 /* Return the rules of a built-in strategy, or those of a user's library; NULL if there are none. */
 const struct rules *feasibee_rules(const char *name);
 
@@ -272,5 +277,7 @@ int64_t feasibee_crowd_run(struct crowd *crowd, int64_t run, int64_t row, const 
                            struct control *control, int64_t thread);
 
 void feasibee_crowd_free(struct crowd *crowd);
+
+#pragma GCC visibility pop
 
 #endif
