@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 from feasibee.engine.layout import Control, Lowered, Player, RunError
@@ -57,8 +58,8 @@ class Given:
             with ThreadPoolExecutor(team) as pool:
                 for row in range(record.runs):
                     run = crowd, record.first_run + row, row, outcome, shared
-                    each = [pool.submit(self.engine.feasibee_crowd_run, *run, k) for k in range(team)]
-                    self._check(shared, min(future.result() for future in each), record, row)
+                    part = partial(self.engine.feasibee_crowd_run, *run)
+                    self._check(shared, min(pool.map(part, range(team))), record, row)
                     if control.cancelled[0]:
                         return
         finally:
