@@ -13,7 +13,8 @@ from cffi import FFI
 
 import feasibee.engine
 from feasibee.engine.generate import RULES
-from feasibee.engine.own import Failure, setting_in_c
+from feasibee.engine.native import struct_of
+from feasibee.engine.own import Failure
 from feasibee.strategies.contract import ARGUMENTS, Inbox, Mind, Setting
 
 C = Path(feasibee.engine.__file__).parent / "c"
@@ -65,7 +66,7 @@ class Rules:
             if isinstance(each, Mind | Inbox):
                 each = self._struct(f"struct {name}", each, kept)  # noqa: PLW2901
             elif isinstance(each, Setting):
-                each, arrays = setting_in_c(self.ffi, each)  # noqa: PLW2901
+                each, arrays = struct_of(self.ffi, each)  # noqa: PLW2901
                 kept += [each, arrays]
             if name != "known":
                 setattr(call, field, each)

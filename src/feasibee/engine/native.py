@@ -8,11 +8,10 @@ from typing import Any
 
 from feasibee.engine.layout import Control, Lowered, Player, RunError
 from feasibee.engine.library import library, pointer
-from feasibee.engine.own import Failure, explained, load, setting_in_c
 from feasibee.engine.params import packed
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
-from feasibee.strategies.contract import Strategy
+from feasibee.strategies.contract import Setting, Strategy
 
 NO_MEMORY = "the runs need more memory than there is; simulate fewer robots, or fewer runs at a time"
 
@@ -21,6 +20,8 @@ def rules_of(strategy: Strategy) -> Any:
     """Return a pointer to a strategy's ``struct rules``; a user's is translated and compiled first."""
     ffi, engine = library()
     if strategy.source:
+        from feasibee.engine.own import load  # what translates and compiles takes a while to import
+
         return load(strategy, ffi, engine).rules
     return engine.feasibee_rules(strategy.name.encode())
 
@@ -38,7 +39,7 @@ class Given:
         self.ffi, self.engine = library()
         self.strategy = lowered.strategy
         self._packed = packed(lowered.params).tobytes()
-        setting, self._arrays = setting_in_c(self.ffi, lowered.setting)
+        setting, self._arrays = struct_of(self.ffi, lowered.setting)
         params = self.ffi.from_buffer("struct params *", self._packed)
         self.job = params, rules_of(lowered.strategy), setting, lowered.strategy.memory
 
@@ -71,6 +72,8 @@ class Given:
             raise MemoryError(NO_MEMORY)
         found = shared.failure
         if found.what:
+            from feasibee.engine.own import Failure, explained
+
             failure = Failure(found.what, found.line, found.first, found.second)
             raise RunError(record.first_run + complete, FeasibeeError(explained(self.strategy, failure)))
 
@@ -94,3 +97,13 @@ class Given:
             "columns": record.account.shape[1],
         }
         return self.ffi.new("struct outcome *", numbers)
+
+
+def struct_of(ffi: Any, setting: Setting) -> tuple[Any, list[Any]]:
+    """Return a ``struct setting``, and the arrays that must live as long as it is used."""
+    numbers = setting._asdict()
+    plan, parameters = bytes(numbers.pop("plan")), list(numbers.pop("parameters"))
+    arrays = [ffi.new("uint8_t[]", plan or b"\0"), ffi.new("double[]", parameters or 1)]
+    lengths = {"plan_length": len(plan), "parameter_count": len(parameters)}
+    pointers = dict(zip(("plan", "parameters"), arrays, strict=True))
+    return ffi.new("struct setting *", numbers | lengths | pointers), arrays

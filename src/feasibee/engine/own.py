@@ -20,7 +20,7 @@ from feasibee.engine.checked import DOMAIN, OF_MATH, RANGE, RESULT, Failing
 from feasibee.engine.generate import MUST, RULES, own_strategy
 from feasibee.files.cache import cache_root, own_folder, read_library, write_library
 from feasibee.robot.compiler import compiler, run_compiler
-from feasibee.strategies.contract import Manifest, Setting
+from feasibee.strategies.contract import Manifest
 
 HEADERS: Final = Path(__file__).parent / "c"
 INCLUDED: Final = ("engine.h", "translated.h", "checked.h")
@@ -97,16 +97,6 @@ def _made(text: str, folder: Path, key: str) -> Path:
         source.write_text(text, encoding="utf-8")
         run_compiler(*FLAGS, f"-I{HEADERS}", str(source), "-o", str(made), "-lm")
         return write_library(folder, key, made)
-
-
-def setting_in_c(ffi: Any, setting: Setting) -> tuple[Any, list[Any]]:
-    """Return a ``struct setting``, and the arrays that must live as long as it is used."""
-    numbers = setting._asdict()
-    plan, parameters = bytes(numbers.pop("plan")), list(numbers.pop("parameters"))
-    arrays = [ffi.new("uint8_t[]", plan or b"\0"), ffi.new("double[]", parameters or 1)]
-    lengths = {"plan_length": len(plan), "parameter_count": len(parameters)}
-    pointers = dict(zip(("plan", "parameters"), arrays, strict=True))
-    return ffi.new("struct setting *", numbers | lengths | pointers), arrays
 
 
 # --- Why it failed ---
