@@ -14,7 +14,7 @@ from typing import Final, NamedTuple
 
 LIBRARIES: Final = Path(__file__).parent / "lib"
 """Where the libraries are, in a checkout and where the package is installed."""
-BINDING: Final = "binding.py"
+BINDING: Final = "engine.cffi"
 """What engine.h declares, as cffi reads it in 6 ms; parsing the header takes it 120 ms."""
 
 
