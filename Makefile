@@ -7,7 +7,7 @@ LOWEST_PYTHON ?= python3.11
 ROS ?= .venv-ros
 ROS_PYTHON ?= python3.11
 
-.PHONY: help paper test test-all test-lowest test-ros coverage lint lint-js format-js wasm bench sizes docs claims claims-short clean
+.PHONY: help paper test test-all test-lowest test-ros coverage lint lint-js format-js engine wheels wasm bench sizes docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/, as docs/paper.md has them: 2,000 swarms at each ratio, seed 1"
 	@echo "make test    the tests that take minutes together"
@@ -18,6 +18,8 @@ help:
 	@echo "make coverage   make test, and which lines of the package it runs; compiled functions aren't counted"
 	@echo "make lint    style, types, layers, workflows, citation, and whether the house has grown (tests/size.py)"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
+	@echo "make engine  the engine, compiled from C into src/feasibee/engine/lib, unless it is there; make test does it, too"
+	@echo "make wheels  the package for Linux, macOS and Windows, and its sources, in dist/; all from this machine"
 	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/live/world/world.wasm"
 	@echo "make bench   speed, threads, start-up and memory, as ratios to other programs, and the live arena; QUICK=1 takes a"
 	@echo "             minute, SAVE=1 keeps the figures for docs/speed.md, AGAINST=../other/src compares two versions"
@@ -66,6 +68,15 @@ lint-js: node_modules/installed
 
 format-js: node_modules/installed
 	npm run --silent format
+
+engine: $(VENV)/installed
+	$(BIN)/python -m feasibee.engine.build
+
+wheels: $(VENV)/with-wheels
+	for platform in $$($(BIN)/python -c "from feasibee.engine.platforms import PLATFORMS; print(*PLATFORMS)"); do \
+		FEASIBEE_PLATFORM=$$platform $(BIN)/python -m hatchling build --target wheel || exit; \
+	done
+	$(BIN)/python -m hatchling build --target sdist
 
 wasm: $(VENV)/with-wasm
 	$(BIN)/python -m feasibee.live.world.build

@@ -12,6 +12,8 @@ from collections import defaultdict
 import pytest
 from hypothesis import HealthCheck, settings
 
+from feasibee.engine.build import build
+
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 COMPILE = """
 import sys
@@ -73,7 +75,12 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_sessionstart(session):
-    """Compile the engines once, in two processes: workers would all compile the same at the same time."""
+    """Compile the engines once, in two processes: workers would all compile the same at the same time.
+
+    The one in C is compiled again if its files have changed.
+    """
+    if "PYTEST_XDIST_WORKER" not in os.environ:
+        build()
     if getattr(session.config.option, "numprocesses", None):  # not in a worker, nor without workers
         for half in [subprocess.Popen([sys.executable, "-c", COMPILE, half]) for half in "01"]:
             assert half.wait() == 0
