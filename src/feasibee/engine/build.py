@@ -155,7 +155,7 @@ def compile_library(out: Path, target: Platform, level: str, by: Compiler, *more
         # Zig compiles system libraries for each level that it links for: so it links for one of them.
         lowest = by.options(target, next(iter(target.levels)))
         objects = [f"{each.stem}.o" for each in files]
-        _run(by, level, Path(name), *lowest, *by.linking(target), *more, "-o", out.name, *objects, "-lm")
+        _run(by, level, Path(name), *lowest, *more, "-o", out.name, *objects, *by.linking(target))
         Path(name, out.name).replace(out)  # programs that run the old one keep it
 
 

@@ -47,11 +47,12 @@ class Compiler(NamedTuple):
     def linking(self, target: Platform) -> list[str]:
         """Return the options that make a library of object files."""
         if target is WEBASSEMBLY:
-            return ["-nostdlib", "-Wl,--no-entry", "-Wl,--export-dynamic", "-s"]
+            alone = ["-target", "wasm32-freestanding", "-nostdlib"]  # pages.c has what the engine takes of C's
+            return [*alone, "-Wl,--no-entry", "-Wl,--export-dynamic", "-s"]
         if not self.crosses:
-            return ["-shared"]
+            return ["-shared", "-lm"]
         # Zig would compile parts of the C library and of its own, which takes 12 s, and the engine uses none.
-        without = ["-nostdlib", "-lc"] if target.suffix != ".dll" else []
+        without = ["-nostdlib", "-lc", "-lm"] if target.suffix != ".dll" else []
         return ["-shared", "-s", *without, *(["-Wl,-z,defs"] if target.suffix == ".so" else [])]
 
 

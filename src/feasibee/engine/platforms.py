@@ -46,7 +46,7 @@ PLATFORMS: Final = {
     "windows-x86-64": Platform("win_amd64", "x86_64-windows-gnu", ".dll", X86_64),
 }
 """Those of which `make wheels` makes wheels on any machine."""
-WEBASSEMBLY: Final = Platform("wasm32", "wasm32-wasi", ".wasm", {"simd128": "generic+simd128"})
+WEBASSEMBLY: Final = Platform("wasm32", "wasm32-wasi", ".wasm", {"simd128": "generic+simd128+bulk_memory"})
 
 
 def native() -> Platform:
