@@ -13,6 +13,8 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from feasibee.engine.build import build
+from feasibee.engine.compilers import zig
+from feasibee.engine.platforms import WEBASSEMBLY
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 COMPILE = """
@@ -81,6 +83,8 @@ def pytest_sessionstart(session):
     """
     if "PYTEST_XDIST_WORKER" not in os.environ:
         build()
+        if zig():
+            build(WEBASSEMBLY)
     if getattr(session.config.option, "numprocesses", None):  # not in a worker, nor without workers
         for half in [subprocess.Popen([sys.executable, "-c", COMPILE, half]) for half in "01"]:
             assert half.wait() == 0
