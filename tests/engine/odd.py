@@ -180,6 +180,7 @@ paired(a)
 unset(a)
 unset_late(a)
 nothing(a)
+never(a)
 asserted(a)
 shadowed(a)
 augmented(mind, a)
@@ -319,6 +320,10 @@ def unset_late(a):
 def nothing(a):
     if a % 2 == 0:
         return a
+
+
+def never(a):
+    return None if a % 2 == 0 else a
 
 
 def asserted(a):

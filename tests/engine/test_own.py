@@ -241,6 +241,7 @@ def test_what_has_no_c_is_told_with_what_to_write(statement):
     with pytest.raises(FeasibeeError, match=r"^mine\.py, line [56]: ") as caught:
         own_strategy("mine.py", text)
     assert REFUSED[statement] in str(caught.value)
+    assert ": decide doesn't compile: " in str(caught.value)
 
 
 def test_the_text_is_not_run():

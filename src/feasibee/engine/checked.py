@@ -537,12 +537,15 @@ class Checked(Body):
         self.put(depth + 1, f"feasibee_failed({statement.lineno}, {Failing.ASSERTION:d}, 0, 0);")
 
     def _return(self, statement: ast.Return, depth: int) -> None:
-        if statement.value is None or (
-            isinstance(statement.value, ast.Constant) and statement.value.value is None
-        ):
+        value = statement.value
+        if value is None or _is_none(value):
             self.put(depth, self._nothing(statement.lineno))
             return
-        self._plain(statement.value, self.value(statement.value))
+        if isinstance(value, ast.IfExp) and (_is_none(value.body) or _is_none(value.orelse)):
+            one, other = (ast.copy_location(ast.Return(each), value) for each in (value.body, value.orelse))
+            self.block([ast.copy_location(ast.If(value.test, [one], [other]), statement)], depth)
+            return
+        self._plain(value, self.value(value))
         super()._return(statement, depth)
 
     def _nothing(self, line: int) -> str:
@@ -693,6 +696,10 @@ _OPERATIONS: Final[Mapping[tuple[type, bool], tuple[str, Type]]] = {
 
 def _promoted(kind: Type) -> Type:
     return INT if kind == BOOL else kind
+
+
+def _is_none(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and node.value is None
 
 
 def _flag(name: str) -> str:

@@ -94,11 +94,7 @@ def own_strategy(file: str, source: str) -> str:
     """
     names, translation = Text(file, source), CheckedTranslation()
     translation.texts[file] = "own", source
-    found = {
-        rule: translation.function(names.get(rule, getattr(contract, rule, None)), TYPES[rule])
-        for rule in RULES
-        if rule in names or rule in ALWAYS
-    }
+    found = {rule: _own(rule, names, translation) for rule in RULES if rule in names or rule in ALWAYS}
     lines = {rule: names[rule].tree.lineno for rule in found if rule in names}
     checks = [_checked(file, rule, found[rule], line) for rule, line in lines.items()]
     table = {rule: f"{rule}_of_rules" if rule in lines else found[rule].name for rule in found}
@@ -123,6 +119,15 @@ def own_strategy(file: str, source: str) -> str:
     )
 
 
+def _own(rule: str, names: Text, translation: CheckedTranslation) -> Signature:
+    """Translate a function of a user's file, or the contract's."""
+    try:
+        return translation.function(names.get(rule) or getattr(contract, rule), TYPES[rule])
+    except FeasibeeError as error:
+        where, _, what = str(error).partition(": ")
+        raise FeasibeeError(f"{where}: {rule} doesn't compile: {what}") from None
+
+
 _DECLARED: Final = {
     "quality": ("double", "int64_t robots_seen, int64_t tasks_seen", "robots_seen, tasks_seen"),
     "dissemination": ("double", "double quality, double gain", "quality, gain"),
@@ -143,7 +148,9 @@ def _checked(file: str, rule: str, signature: Signature, line: int) -> str:
     """Return a function of ``struct rules`` that calls a user's, and checks what it returns."""
     result, arguments, given = _DECLARED[rule]
     if signature.result not in NUMBERS:
-        raise FeasibeeError(f"{file}, line {line}: {rule} returns no number; {MUST[rule]}")
+        raise FeasibeeError(
+            f"{file}, line {line}: {rule} doesn't compile: it returns no number; {MUST[rule]}"
+        )
     called = f"{line}, {RESULT + RULES.index(rule)}, (double){signature.name}({given})"
     limits = f", {LIMITS[rule][0]}, {LIMITS[rule][1]}" if result == "double" else ""
     check = "feasibee_result" if result == "double" else "feasibee_opinion"
