@@ -41,6 +41,8 @@ class Given:
         self._packed = packed(lowered.params).tobytes()
         setting, self._arrays = struct_of(self.ffi, lowered.setting)
         params = self.ffi.from_buffer("struct params *", self._packed)
+        if not self.engine.feasibee_has(params):
+            raise ValueError("the engine in C doesn't have this world; report it, with the scenario")
         self.job = params, rules_of(lowered.strategy), setting, lowered.strategy.memory
 
     def play(self, record: Record, control: Control) -> None:

@@ -826,7 +826,7 @@ static int64_t advance(void *given)
     for (bool goes_on = end_step(job, s, own, part->row, 0); goes_on; goes_on = end_step(job, s, own, part->row, 1))
         step(job, s, own, (uint32_t)s->now + 1);
     own->in_step = false;
-    if (s->params.strategy.gives_probability)
+    if (are_asked(job))
         for (uint32_t i = own->first; i < own->last && !own->ends; i++) {
             struct mind mind = mind_in(job, s, s->rows.labels[i]);
             own->said += said_by(job, &mind);
@@ -848,7 +848,7 @@ static void end_run(const struct job *job, struct crowd *s, int64_t row)
         }
         record_end(job, &s->verdict, row, s->now, s->feasible, s->count - s->feasible - s->neutral,
                    s->spoken * s->params.radio.message_bits);
-        if (s->params.strategy.gives_probability)
+        if (are_asked(job))
             job->outcome->account[row * job->outcome->columns + SAID_AT_END] = said;
         let_go(&s->team);
     }

@@ -70,6 +70,12 @@ ALWAYS struct broadcast broadcast_of(const struct job *job, struct mind *mind)
 /* Return a number below `count`, uniformly. */
 ALWAYS int64_t choose(uint32_t word, int64_t count) { return (int64_t)((uint64_t)word * (uint64_t)count >> 32); }
 
+/* Return whether robots are asked at the end how probable feasible is. */
+ALWAYS bool are_asked(const struct job *job)
+{
+    return job->params->strategy.gives_probability && job->rules->probability;
+}
+
 /* Return what a robot says how probable feasible is, in units of 1 / CERTAIN (model.md 6.15.9). */
 ALWAYS int64_t said_by(const struct job *job, struct mind *mind)
 {

@@ -257,6 +257,9 @@ int32_t feasibee_level(void);
 /* Return the rules of a built-in strategy, or those of a user's library; NULL if there are none. */
 const struct rules *feasibee_rules(const char *name);
 
+/* Return whether the engine has a world: with other numbers it would read and write where nothing is. */
+bool feasibee_has(const struct params *params);
+
 /* Simulate the runs from `first_run` on, one for each row of the outcome; `memory` is that of the strategy.
  *
  * Return how many are complete: fewer if they were cancelled or the strategy failed; -1 without memory. */

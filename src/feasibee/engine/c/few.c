@@ -484,7 +484,7 @@ ALWAYS bool play(const struct job *job, struct swarm *s, int64_t row, const int 
     }
     count_steps(job->control, now % POLLED);
     record_end(job, &verdict, row, now, feasible, infeasible, messages * params->radio.message_bits);
-    if (params->strategy.gives_probability)
+    if (are_asked(job))
         job->outcome->account[row * job->outcome->columns + SAID_AT_END] = sum_probabilities(job, s);
     return true;
 }
