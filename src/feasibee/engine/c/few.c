@@ -6,6 +6,9 @@
 #include "few.h"
 
 #include <stdlib.h>
+#ifdef _WIN32
+#include <malloc.h>
+#endif
 
 #include "draws.h"
 #include "failures.h"
@@ -517,6 +520,13 @@ static bool play_run(const struct job *job, struct swarm *s, int64_t run, int64_
     }
 }
 
+#ifdef _WIN32 /* whose C library has no aligned_alloc */
+#define new_aligned(alignment, size) _aligned_malloc(size, alignment)
+#define free_aligned _aligned_free
+#else
+#define new_aligned aligned_alloc
+#define free_aligned free
+#endif
 #define ALIGNED(size) (((size_t)(size) + 63) & ~(size_t)63)
 
 /* Allocate a swarm with all that its size depends on, in one piece; free it by its address. */
@@ -539,7 +549,7 @@ static struct swarm *new_swarm(const struct job *job)
     char *part[sizeof sizes / sizeof *sizes];
     for (size_t k = 0; k < parts; k++)
         total += ALIGNED(sizes[k]);
-    char *at = aligned_alloc(64, total);
+    char *at = new_aligned(64, total);
     if (!at)
         return NULL;
     for (size_t k = 0; k < parts; k++) {
@@ -580,6 +590,6 @@ int64_t few_play(const struct job *job, int64_t first_run)
     if (!runs.swarm)
         return -1;
     attempt(play_runs, &runs, 0, &job->control->failure);
-    free(runs.swarm);
+    free_aligned(runs.swarm);
     return runs.complete;
 }
