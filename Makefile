@@ -100,7 +100,7 @@ claims-short: $(VENV)/installed
 	$(BIN)/python -m claims --check --short $(PAGE)
 
 clean:
-	rm -rf $(VENV) $(LOWEST) $(ROS) paper docs/_build docs/gallery docs/made .claims
+	rm -rf $(VENV) $(LOWEST) $(ROS) build dist src/feasibee/engine/lib paper docs/_build docs/gallery docs/made .claims
 
 node_modules/installed: package-lock.json
 	npm ci --silent --no-audit --no-fund

@@ -21,7 +21,7 @@ PLATFORM = "FEASIBEE_PLATFORM"
 
 
 class Engine(BuildHookInterface[Any]):
-    """Put the engine's libraries into a wheel, or beside their source if it is editable."""
+    """Put the engine's libraries into a wheel, or into the source folder if it is editable."""
 
     def dependencies(self) -> list[str]:
         """Return the compiler where the registry has it. Elsewhere, the system's has to do."""

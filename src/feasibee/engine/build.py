@@ -127,7 +127,7 @@ def tag_of(target: Platform, folder: Path) -> str:
 
 
 def compile_library(out: Path, target: Platform, level: str, by: Compiler, *more: str) -> None:
-    """Compile all C, with the strategies that `build` wrote beside the library, into one library.
+    """Compile all C, with the strategies that `build` wrote into its folder, into one library.
 
     Parameters
     ----------
