@@ -150,11 +150,11 @@ def compile_library(out: Path, target: Platform, level: str, by: Compiler, *more
     files = [*sorted(SOURCES.glob("*.c")), *out.parent.glob("strategies.c")]
     with tempfile.TemporaryDirectory(dir=out.parent) as name:
         compiling = [*by.options(target, level), *FLAGS, *more, "-c", "-I", str(SOURCES)]
-        for each in files:
-            _run(by, level, Path(name), *compiling, str(each))
+        objects = [f"{each.stem}.o" for each in files]
+        for each, made in zip(files, objects, strict=True):
+            _run(by, level, Path(name), *compiling, str(each), "-o", made)
         # Zig compiles system libraries for each level that it links for: so it links for one of them.
         lowest = by.options(target, next(iter(target.levels)))
-        objects = [f"{each.stem}.o" for each in files]
         _run(by, level, Path(name), *lowest, *more, "-o", out.name, *objects, *by.linking(target))
         Path(name, out.name).replace(out)  # programs that run the old one keep it
 
