@@ -22,7 +22,7 @@ struct cells {
     int32_t *start;             /* first point of each cell, and the point after the last */
     const uint32_t *x, *y;      /* of the points by their numbers, with all bits */
     uint32_t side, half;        /* cells along an axis, and the length of half a cell */
-    uint32_t after_last;        /* the row after the last one */
+    int32_t after_last;         /* from a cell of the last row to that of the row after it, in the order of the cells */
     int shift;                  /* bits of a coordinate below those of a place */
 };
 
@@ -46,7 +46,8 @@ static inline size_t starts_of(const struct cells *cells) { return ((size_t)cell
 static inline struct cells empty_cells(const struct grid *grid)
 {
     const uint32_t side = (uint32_t)grid->columns;
-    struct cells cells = {.side = side, .half = (uint32_t)grid->half_width, .after_last = side == 1};
+    const int32_t line = (int32_t)side + 1, rows = side == 1 ? 1 : 1 - (int32_t)side;
+    struct cells cells = {.side = side, .half = (uint32_t)grid->half_width, .after_last = rows * line};
     while (cells.shift < 16 && (UINT64_C(1) << (15 + cells.shift)) < (UINT64_C(3) << 31) / side + 2)
         cells.shift++; /* a point is up to one and a half cells away */
     return cells;
@@ -145,12 +146,30 @@ ALWAYS void repeat_columns(struct cells *cells, uint32_t low, uint32_t high, int
 
 /* --- Looking --- */
 
-ALWAYS struct block block_at(const struct cells *cells, uint32_t x, uint32_t y)
+/* Where the stretches of the blocks of several points begin, in the order of the cells; and the points' places. */
+#define BATCH 512
+
+struct blocks {
+    uint32_t one[BATCH], other[BATCH], places[BATCH];
+};
+
+ALWAYS void find_blocks(const struct cells *cells, struct blocks *restrict blocks, const uint32_t *restrict x,
+                        const uint32_t *restrict y, uint32_t count)
 {
-    const uint32_t column = column_of(cells, x - cells->half), row = column_of(cells, y - cells->half);
-    const uint32_t next = row + 1 == cells->side ? cells->after_last : row + 1;
-    const int32_t *one = cells->start + row * (cells->side + 1) + column;
-    const int32_t *other = cells->start + next * (cells->side + 1) + column;
+    const uint32_t side = cells->side, half = cells->half, line = side + 1, back = (uint32_t)cells->after_last;
+    const int shift = cells->shift;
+    for (uint32_t k = 0; k < count; k++) {
+        const uint32_t column = (uint32_t)((uint64_t)(x[k] - half) * side >> 32);
+        const uint32_t row = (uint32_t)((uint64_t)(y[k] - half) * side >> 32), one = row * line + column;
+        blocks->one[k] = one;
+        blocks->other[k] = one + (row + 1 == side ? back : line);
+        blocks->places[k] = (x[k] >> shift & 0xFFFF) | y[k] >> shift << 16;
+    }
+}
+
+ALWAYS struct block block_of(const struct cells *cells, const struct blocks *blocks, uint32_t k)
+{
+    const int32_t *one = cells->start + blocks->one[k], *other = cells->start + blocks->other[k];
     return (struct block){{one[0], one[2]}, {other[0], other[2]}};
 }
 
@@ -164,6 +183,20 @@ ALWAYS u32 vector_at(const uint32_t *from)
     u32 lanes;
     memcpy(&lanes, from, sizeof lanes);
     return lanes;
+}
+
+/* Return as many bits as there are points, at most GROUP. */
+ALWAYS uint32_t bits_up_to(int32_t points) { return (UINT32_C(1) << points) - 1; }
+
+/* Return the signs of a vector of a group. Clang would pack the vectors of a group first, in three times as many
+ * instructions. */
+ALWAYS uint32_t signs_apart(u32 lanes)
+{
+    uint32_t word = signs(lanes);
+#if defined AVX2
+    __asm__("" : "+r"(word));
+#endif
+    return word;
 }
 
 ALWAYS int32_t length_of(struct stretch stretch) { return stretch.last - stretch.first; }
@@ -210,13 +243,24 @@ APART uint32_t count_near_many(const struct cells *cells, struct reach reach, st
 }
 
 /* Return the number of points in range of a place. */
-ALWAYS uint32_t count_near(const struct cells *cells, struct reach reach, uint32_t x, uint32_t y)
+ALWAYS uint32_t count_near(const struct cells *cells, struct reach reach, struct block block, uint32_t place,
+                           uint32_t x, uint32_t y)
 {
-    const struct block block = block_at(cells, x, y);
+    const u32 here = spread(place), width = spread(reach.band.width);
+    uint32_t found = 0;
+    u32 doubtful = {0};
     if (RARELY(is_long(block.one) || is_long(block.other)))
         return count_near_many(cells, reach, block, x, y);
-    const uint32_t one = near(cells, reach, block.one.first, block.one.last, x, y);
-    return (uint32_t)members(one | near(cells, reach, block.other.first, block.other.last, x, y) << GROUP);
+    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
+        const int32_t first = k < VECTORS ? block.one.first + k * LANES : block.other.first + (k - VECTORS) * LANES;
+        const u32 beyond = squared(subtract_halves(vector_at(cells->places + first), here)) - reach.band.low;
+        found |= signs_apart(beyond) << k * LANES;
+        doubtful |= (u32)(beyond < width);
+    }
+    if (RARELY(signs(doubtful) != 0))
+        return count_near_many(cells, reach, block, x, y);
+    found &= bits_up_to(length_of(block.one)) | bits_up_to(length_of(block.other)) << GROUP;
+    return (uint32_t)members(found);
 }
 
 #endif

@@ -19,7 +19,7 @@
 #include "team.h"
 
 #define INTERVAL 8  /* steps between two sorts */
-#define CHUNK 512   /* robots for which a thread does a whole step, while what is stored of them is in its cache */
+#define CHUNK BATCH /* robots for which a thread does a whole step, while what is stored of them is in its cache */
 #define QUEUE 1024  /* messages that wait until they are received */
 #define PADDING 64  /* numbers that vectors may read, or write, behind the last one */
 #define ENOUGH 0x80000000u /* what a count of 32 bits reaches before it is carried to one of 64 */
@@ -38,10 +38,10 @@ struct counts {
     int64_t robots, tasks, votes, feasible_votes;
 };
 
-/* What is stored by the number of a robot, since it is seldom needed. */
+/* What a robot needs where a phase ends only. */
 struct own {
-    double quality;         /* of feasible, by the last exploration */
-    uint32_t phases, value; /* phases drawn, and the value in its messages */
+    double quality;  /* of feasible, by the last exploration */
+    uint32_t phases; /* phases drawn */
 };
 
 /* Rows of 32 bits by place: what is sorted in space. */
@@ -66,7 +66,8 @@ struct worker {
     bool in_step; /* whether the others wait for it at the end of a step */
     struct source walk, phase;
     uint32_t queued, receivers[QUEUE + PADDING], messages[QUEUE + PADDING];
-    uint32_t looking[CHUNK + 1], turning[CHUNK + 1], ending[CHUNK + 1];
+    uint32_t turning[CHUNK], exploring[CHUNK], deciding[CHUNK]; /* robots of a chunk whose heading or phase ends */
+    struct blocks blocks; /* of its present chunk of robots */
     char apart[CACHE_LINE];
 };
 
@@ -80,9 +81,10 @@ struct crowd {
     union line *lines;
     uint32_t *values; /* in lines, as their messages; NULL if messages have none */
     struct tally *tallies;
-    struct own *own;
-    struct counts *carried; /* what tallies have no room for, by number; NULL if that can't be */
-    double *memory;
+    struct own *own;        /* after all tallies, in one piece with them */
+    uint32_t *sent;         /* values in messages, by the number of a robot: that of a sender is read at its messages */
+    double *memory;         /* of the strategy, by number as well, since it may have any length */
+    struct counts *carried; /* by number: what tallies have no room for; NULL if that can't be */
     uint32_t *spare, *order, *task_x, *task_y;
     struct cells robots, tasks;
     struct reach sight, radio, tasks_in_sight;
@@ -135,7 +137,7 @@ ALWAYS struct phases draw_phases(struct crowd *s, const struct worker *own, cons
     u64 counter = {0}, number = {0};
     for (uint32_t q = 0; q < count; q++) {
         number[q] = s->rows.labels[listed[q]] >> NUMBER_BITS;
-        counter[q] = s->own[number[q]].phases++;
+        counter[q] = s->own[listed[q]].phases++;
     }
     const struct many drawn = philox_many(own->phase, counter, number);
     return (struct phases){exponentials(drawn.word[0]), drawn.word[0], drawn.word[1], drawn.word[2]};
@@ -227,24 +229,33 @@ static void begin(const struct job *job, struct crowd *s, struct worker *own, in
 
 /* --- Cells --- */
 
+ALWAYS void move_rows(const struct rows *rows, const struct cells *cells, uint32_t *restrict cell_of,
+                      uint32_t *restrict place_of, uint32_t first, uint32_t last)
+{
+    uint32_t *restrict xs = rows->x, *restrict ys = rows->y;
+    const uint32_t *restrict steps_x = rows->step_x, *restrict steps_y = rows->step_y;
+    for (uint32_t i = first; i < last; i++) {
+        const uint32_t x = xs[i] + steps_x[i], y = ys[i] + steps_y[i];
+        xs[i] = x;
+        ys[i] = y;
+        cell_of[i] = cell_at(cells, x, y);
+        place_of[i] = place_at(cells, x, y);
+    }
+}
+
 /* Move a thread's robots (model.md 3.1), and find their cells; count those in its rows, and list the others. */
 static void move(struct crowd *s, struct worker *own)
 {
     const struct rows rows = s->rows;
     struct cells cells = s->robots;
-    uint32_t *cell_of = s->spare, *leaving = s->spare + s->room;
+    uint32_t *cell_of = s->spare, *leaving = s->spare + s->room, *place_of = s->spare + 2 * s->room;
     own->last_row = own + 1 < s->workers + s->team.threads ? own[1].row : cells.side;
     const uint32_t first_cell = own->row * (cells.side + 1), cells_of_rows = (own->last_row - own->row) * (cells.side + 1);
     uint32_t left = own->first;
     clear_rows(&cells, own->row, own->last_row);
     for (uint32_t chunk = own->first; chunk < own->last; chunk += CHUNK) {
         const uint32_t end = own->last - chunk < CHUNK ? own->last : chunk + CHUNK;
-        for (uint32_t i = chunk; i < end; i++) {
-            const uint32_t x = rows.x[i] + rows.step_x[i], y = rows.y[i] + rows.step_y[i];
-            rows.x[i] = x;
-            rows.y[i] = y;
-            cell_of[i] = cell_at(&cells, x, y);
-        }
+        move_rows(&rows, &cells, cell_of, place_of, chunk, end);
         for (uint32_t i = chunk; i < end; i++)
             if (LIKELY(cell_of[i] - first_cell < cells_of_rows))
                 count_point(&cells, cell_of[i]);
@@ -278,16 +289,17 @@ static uint32_t count_arriving(struct crowd *s, struct worker *own, uint32_t fir
     return before;
 }
 
-ALWAYS void place_robot(struct cells *cells, const struct rows *rows, uint32_t cell, uint32_t i)
+ALWAYS void place_robot(struct cells *cells, const struct rows *rows, uint32_t cell, uint32_t place, uint32_t i)
 {
-    const int32_t at = append(cells, cell, place_at(cells, rows->x[i], rows->y[i]), i);
+    const int32_t at = append(cells, cell, place, i);
     cells->labels[at] = rows->labels[i];
 }
 
 /* Sort the robots in a thread's rows into their cells. */
 static void fill_cells(struct crowd *s, struct worker *own)
 {
-    const uint32_t *cell_of = s->spare, *leaving = s->spare + s->room, line = s->robots.side + 1;
+    const uint32_t *cell_of = s->spare, *leaving = s->spare + s->room, *place_of = s->spare + 2 * s->room;
+    const uint32_t line = s->robots.side + 1;
     const uint32_t first_cell = own->row * line, last_cell = own->last_row * line;
     const struct rows rows = s->rows;
     struct cells cells = s->robots;
@@ -297,12 +309,12 @@ static void fill_cells(struct crowd *s, struct worker *own)
     sum_up(&cells, own->row, own->last_row, (int32_t)begin);
     for (uint32_t i = own->first; i < own->last; i++)
         if (LIKELY(cell_of[i] - first_cell < last_cell - first_cell))
-            place_robot(&cells, &rows, cell_of[i], i);
+            place_robot(&cells, &rows, cell_of[i], place_of[i], i);
     for (int64_t thread = 0; thread < s->team.threads; thread++) {
         const struct worker *other = &s->workers[thread];
         for (uint32_t k = other->first; k < other->first + other->leaving; k++)
             if (cell_of[leaving[k]] - first_cell < last_cell - first_cell)
-                place_robot(&cells, &rows, cell_of[leaving[k]], leaving[k]);
+                place_robot(&cells, &rows, cell_of[leaving[k]], place_of[leaving[k]], leaving[k]);
     }
     repeat_columns(&cells, own->row, own->last_row, (int32_t)begin);
 }
@@ -365,6 +377,23 @@ static void gather_rows(struct crowd *s, const struct worker *own)
     }
 }
 
+static struct own *own_behind(struct tally *tallies, size_t room) { return (struct own *)(void *)(tallies + room); }
+
+/* Gather what robots have counted and know of themselves; return all bits of what they have counted. */
+static uint32_t gather_counts(struct crowd *s, const struct worker *own)
+{
+    struct tally *tallies = (struct tally *)(void *)s->spare;
+    struct own *others = own_behind(tallies, s->room);
+    uint32_t bits = 0;
+    for (uint32_t i = own->first; i < own->last; i++) {
+        const struct tally tally = s->tallies[s->order[i]];
+        bits |= tally.robots | tally.tasks | tally.votes | tally.feasible_votes;
+        tallies[i] = tally;
+        others[i] = s->own[s->order[i]];
+    }
+    return bits;
+}
+
 /* Let what has been gathered take the place of what it was gathered from, which is then the spare room. */
 static uint32_t *swap_spare(struct crowd *s, void *old)
 {
@@ -411,50 +440,107 @@ static void sort_in_space(struct crowd *s, struct worker *own)
         s->robots.y = s->rows.y;
         let_go(&s->team);
     }
-    struct tally *gathered = (struct tally *)(void *)s->spare;
-    uint32_t most = 0;
-    for (uint32_t i = own->first; i < own->last; i++) {
-        gathered[i] = s->tallies[s->order[i]];
-        most |= gathered[i].robots | gathered[i].tasks | gathered[i].votes | gathered[i].feasible_votes;
-    }
+    const uint32_t most = gather_counts(s, own);
     own->row = own == s->workers ? 0 : column_of(&s->robots, s->rows.y[own->first]);
-    wait_for_all(&s->team);
-    memcpy(s->tallies + own->first, gathered + own->first, sizeof *gathered * (own->last - own->first));
+    if (comes_last(&s->team)) {
+        s->tallies = (struct tally *)(void *)swap_spare(s, s->tallies);
+        s->own = own_behind(s->tallies, s->room);
+        let_go(&s->team);
+    }
     if (RARELY(most >= ENOUGH) && s->carried)
         carry(s, own);
 }
 
 /* --- Sight and radio (model.md 4.2, 4.5) --- */
 
-/* The points of a group that a robot sees, whose messages it hears, and those of them for feasible. */
+/* What a thread looks for, and where: copies, which no store can change. */
+struct lens {
+    struct cells cells;
+    struct rows rows;
+    struct reach sight, radio;
+};
+
+/* Points that a robot sees, those whose messages it hears, and those of them that are for feasible. */
 struct found {
     uint32_t seen, heard, said;
 };
 
-ALWAYS struct found find(const struct crowd *s, const struct cells *cells, int32_t first, int32_t last, uint32_t i,
-                         const bool as_sight)
+/* What a vector of points is for a robot, whether or not they belong to its block. */
+struct looked {
+    uint32_t seen, close, loud, said;
+    u32 doubtful;
+};
+
+ALWAYS struct lens lens_of(const struct crowd *s) { return (struct lens){s->robots, s->rows, s->sight, s->radio}; }
+
+ALWAYS struct looked look_at(const struct lens *lens, int32_t first, u32 here, u32 itself, const bool as_sight,
+                             const bool every)
 {
-    const uint32_t x = s->rows.x[i], y = s->rows.y[i], valid = first_bits(last - first);
-    const u32 here = spread(place_at(cells, x, y)), itself = spread(s->rows.labels[i]);
+    const u32 square = squared(subtract_halves(vector_at(lens->cells.places + first), here));
+    const u32 labels = vector_at(lens->cells.labels + first), beyond = square - lens->sight.band.low;
+    struct looked looked = {.seen = signs_apart(beyond), .doubtful = (u32)(beyond < lens->sight.band.width)};
+    looked.close = looked.seen;
+    if (!as_sight) {
+        const u32 far = square - lens->radio.band.low;
+        looked.close = signs_apart(far);
+        looked.doubtful |= (u32)(far < lens->radio.band.width);
+    }
+    looked.loud = signs_apart(labels << 31 & ~(u32)(labels == itself));
+    looked.said = every ? signs_apart(labels << (31 - MESSAGE_BITS)) : 0;
+    return looked;
+}
+
+/* Find the points of a group from `first` on, exactly where places leave them in doubt. */
+ALWAYS struct found find(const struct lens *lens, int32_t first, int32_t last, uint32_t i, const bool as_sight,
+                         const bool every)
+{
+    const uint32_t x = lens->rows.x[i], y = lens->rows.y[i], valid = first_bits(last - first);
+    const u32 here = spread(place_at(&lens->cells, x, y)), itself = spread(lens->rows.labels[i]);
     uint32_t seen = 0, close = 0, loud = 0, said = 0, doubtful = 0;
     UNROLL for (int k = 0; k < VECTORS; k++) {
-        const u32 square = squared(subtract_halves(vector_at(cells->places + first + k * LANES), here));
-        const u32 labels = vector_at(cells->labels + first + k * LANES);
-        const u32 beyond = square - s->sight.band.low, far = square - s->radio.band.low;
-        seen |= signs(beyond) << k * LANES;
-        doubtful |= below(beyond, spread(s->sight.band.width)) << k * LANES;
-        if (!as_sight) {
-            close |= signs(far) << k * LANES;
-            doubtful |= below(far, spread(s->radio.band.width)) << k * LANES;
-        }
-        loud |= signs(labels << 31 & (u32)(labels != itself)) << k * LANES;
-        said |= signs(labels << (31 - MESSAGE_BITS)) << k * LANES;
+        const struct looked looked = look_at(lens, first + k * LANES, here, itself, as_sight, every);
+        seen |= looked.seen << k * LANES;
+        close |= looked.close << k * LANES;
+        loud |= looked.loud << k * LANES;
+        said |= looked.said << k * LANES;
+        doubtful |= signs(looked.doubtful) << k * LANES;
     }
-    close = as_sight ? seen : close;
     if (RARELY((doubtful & valid) != 0)) {
-        seen = near_exactly(cells, s->sight.limit, first, last, x, y);
-        close = as_sight ? seen : near_exactly(cells, s->radio.limit, first, last, x, y);
+        seen = near_exactly(&lens->cells, lens->sight.limit, first, last, x, y);
+        close = as_sight ? seen : near_exactly(&lens->cells, lens->radio.limit, first, last, x, y);
     }
+    const uint32_t heard = close & loud & valid;
+    return (struct found){seen & valid, heard, heard & said};
+}
+
+APART struct found find_doubtful(const struct crowd *s, struct block block, uint32_t i, bool as_sight)
+{
+    const struct lens lens = lens_of(s);
+    const struct found one = find(&lens, block.one.first, block.one.last, i, as_sight, true);
+    const struct found other = find(&lens, block.other.first, block.other.last, i, as_sight, true);
+    return (struct found){one.seen | other.seen << GROUP, one.heard | other.heard << GROUP,
+                          one.said | other.said << GROUP};
+}
+
+/* Find the points of a block whose stretches are no longer than a group. */
+ALWAYS struct found find_both(const struct crowd *s, const struct lens *lens, struct block block, uint32_t place,
+                              uint32_t i, const bool as_sight, const bool every)
+{
+    const u32 here = spread(place), itself = spread(lens->rows.labels[i]);
+    const uint32_t valid = bits_up_to(length_of(block.one)) | bits_up_to(length_of(block.other)) << GROUP;
+    uint32_t seen = 0, close = 0, loud = 0, said = 0;
+    u32 doubtful = {0};
+    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
+        const int32_t first = k < VECTORS ? block.one.first + k * LANES : block.other.first + (k - VECTORS) * LANES;
+        const struct looked looked = look_at(lens, first, here, itself, as_sight, every);
+        seen |= looked.seen << k * LANES;
+        close |= looked.close << k * LANES;
+        loud |= looked.loud << k * LANES;
+        said |= looked.said << k * LANES;
+        doubtful |= looked.doubtful;
+    }
+    if (RARELY(signs(doubtful) != 0))
+        return find_doubtful(s, block, i, as_sight);
     const uint32_t heard = close & loud & valid;
     return (struct found){seen & valid, heard, heard & said};
 }
@@ -482,7 +568,7 @@ ALWAYS void receive(struct crowd *s, struct worker *own, const bool values)
 {
     for (uint32_t q = 0; q < own->queued; q++) {
         const uint32_t i = own->receivers[q], message = own->messages[q];
-        const uint32_t value = values ? s->own[sender_of(message)].value : 0;
+        const uint32_t value = values ? s->sent[sender_of(message)] : 0;
         struct tally *tally = &s->tallies[i];
         uint32_t *line = s->lines[i].messages, same = 0;
         UNROLL for (int k = 0; k < VECTORS; k++)
@@ -514,66 +600,99 @@ static void receive_queued(struct crowd *s, struct worker *own)
 }
 
 /* Queue the messages that a robot hears from the points of a group, or count them. */
-ALWAYS void hear(struct crowd *s, struct worker *own, const struct cells *cells, uint32_t i, int32_t first,
-                 struct found found, const bool every)
+ALWAYS void hear(struct crowd *s, struct worker *own, const struct lens *lens, uint32_t i, int32_t first,
+                 struct found found)
 {
-    if (every) {
+    if (s->params.decision.every_message) {
         s->tallies[i].votes += (uint32_t)members(found.heard);
         s->tallies[i].feasible_votes += (uint32_t)members(found.said);
         return;
     }
     for (uint32_t left = found.heard; left; left &= left - 1) {
         own->receivers[own->queued] = i;
-        own->messages[own->queued++] = cells->labels[first + lowest(left)] >> MESSAGE_BITS;
+        own->messages[own->queued++] = lens->cells.labels[first + lowest(left)] >> MESSAGE_BITS;
     }
-    if (RARELY(own->queued > QUEUE))
+    if (own->queued > QUEUE)
         receive_queued(s, own);
 }
 
-/* Look and listen where a stretch of a robot's block has more points than a group. Return how many it sees. */
-ALWAYS uint32_t look_far(struct crowd *s, struct worker *own, struct stretch stretch, uint32_t i, bool listens,
-                         const bool as_sight, const bool every)
+/* Look and listen in one stretch of a robot's block, whatever its length; return how many robots are in sight. */
+APART uint32_t look_along(struct crowd *s, struct worker *own, struct stretch stretch, uint32_t i, bool listens,
+                          bool as_sight)
 {
-    const struct cells cells = s->robots;
+    const struct lens lens = lens_of(s);
     uint32_t seen = 0;
     for (int32_t first = stretch.first; first < stretch.last; first += GROUP) {
-        struct found found = find(s, &cells, first, stretch.last, i, as_sight);
+        const struct found found = find(&lens, first, stretch.last, i, as_sight, true);
         seen += (uint32_t)members(found.seen);
         if (listens)
-            hear(s, own, &cells, i, first, found, every);
+            hear(s, own, &lens, i, first, found);
     }
     return seen;
 }
 
-/* Let robots from `first` on look for robots and listen. */
+/* Return the message at a bit of both groups of a block. */
+ALWAYS uint32_t message_at(const struct lens *lens, struct block block, int k)
+{
+    const int32_t across = (block.other.first - GROUP - block.one.first) & -(k / GROUP);
+    return lens->cells.labels[block.one.first + k + across] >> MESSAGE_BITS;
+}
+
+/* Queue the messages that a robot hears from a block; return how many are queued.
+ *
+ * The first is queued without a branch, since most robots hear none or one. */
+ALWAYS uint32_t queue(struct worker *own, uint32_t queued, const struct lens *lens, struct block block, uint32_t i,
+                      uint32_t heard)
+{
+    own->receivers[queued] = i;
+    own->messages[queued] = message_at(lens, block, lowest(heard | bit(2 * GROUP - 1)));
+    queued += heard != 0;
+    for (heard &= heard - 1; RARELY(heard != 0); heard &= heard - 1) {
+        own->receivers[queued] = i;
+        own->messages[queued++] = message_at(lens, block, lowest(heard));
+    }
+    return queued;
+}
+
+/* Let robots from `first` on look for robots and listen. Masks take the place of branches, which half of the robots
+ * would take. */
 ALWAYS void look(const struct job *job, struct crowd *s, struct worker *own, uint32_t first, uint32_t last,
                  const bool as_sight, const bool every)
 {
-    const struct cells cells = s->robots;
-    const bool always = s->params.decision.listens_for < 0;
+    const struct lens lens = lens_of(s);
+    struct tally *tallies = s->tallies;
+    const uint32_t always = s->params.decision.listens_for < 0 ? UINT32_MAX : 0;
     const uint32_t but = 1 - (uint32_t)s->params.sensing.count_self;
+    uint32_t queued = 0;
+    find_blocks(&lens.cells, &own->blocks, lens.rows.x + first, lens.rows.y + first, last - first);
     for (uint32_t i = first; i < last; i++) {
-        const uint32_t label = s->rows.labels[i];
-        const bool explores = !(label & DISSEMINATES), listens = always || !explores;
-        const struct block block = block_at(&cells, s->rows.x[i], s->rows.y[i]);
+        const uint32_t disseminates = -(lens.rows.labels[i] / DISSEMINATES & 1), listens = always | disseminates;
+        const struct block block = block_of(&lens.cells, &own->blocks, i - first);
         uint32_t seen;
         if (RARELY(is_long(block.one) || is_long(block.other))) {
             if (is_cancelled(job->control))
-                return;
-            seen = look_far(s, own, block.one, i, listens, as_sight, every) +
-                   look_far(s, own, block.other, i, listens, as_sight, every);
+                break;
+            own->queued = queued;
+            seen = look_along(s, own, block.one, i, listens, as_sight);
+            seen += look_along(s, own, block.other, i, listens, as_sight);
+            queued = own->queued;
         } else {
-            const struct found one = find(s, &cells, block.one.first, block.one.last, i, as_sight);
-            const struct found other = find(s, &cells, block.other.first, block.other.last, i, as_sight);
-            seen = (uint32_t)members(one.seen | other.seen << GROUP);
-            if (listens) {
-                hear(s, own, &cells, i, block.one.first, one, every);
-                hear(s, own, &cells, i, block.other.first, other, every);
-            }
+            const struct found found = find_both(s, &lens, block, own->blocks.places[i - first], i, as_sight, every);
+            seen = (uint32_t)members(found.seen);
+            if (every) {
+                tallies[i].votes += (uint32_t)members(found.heard & listens);
+                tallies[i].feasible_votes += (uint32_t)members(found.said & listens);
+            } else
+                queued = queue(own, queued, &lens, block, i, found.heard & listens);
         }
-        if (explores)
-            s->tallies[i].robots += seen - but;
+        tallies[i].robots += (seen - but) & ~disseminates;
+        if (RARELY(queued > QUEUE)) {
+            own->queued = queued;
+            receive_queued(s, own);
+            queued = 0;
+        }
     }
+    own->queued = queued;
 }
 
 #define LOOK(name, as_sight, every)                                                                              \
@@ -594,13 +713,22 @@ static void look_around(const struct job *job, struct crowd *s, struct worker *o
     receive_queued(s, own);
 }
 
-static void count_tasks(struct crowd *s, const uint32_t *listed, uint32_t count)
+/* Count the tasks in sight of those robots of a chunk that explore. */
+APART void count_tasks(struct crowd *s, struct worker *own, uint32_t first, uint32_t last)
 {
     const struct cells cells = s->tasks;
     const struct reach reach = s->tasks_in_sight;
+    const struct rows rows = s->rows;
+    uint32_t listed[CHUNK + 1], count = 0;
+    for (uint32_t i = first; i < last; i++) { /* without branches, which half of the robots would take */
+        listed[count] = i;
+        count += !(rows.labels[i] & DISSEMINATES);
+    }
+    find_blocks(&cells, &own->blocks, rows.x + first, rows.y + first, last - first);
     for (uint32_t k = 0; k < count; k++) {
-        const uint32_t i = listed[k];
-        s->tallies[i].tasks += count_near(&cells, reach, s->rows.x[i], s->rows.y[i]);
+        const uint32_t i = listed[k], place = own->blocks.places[i - first];
+        const struct block block = block_of(&cells, &own->blocks, i - first);
+        s->tallies[i].tasks += count_near(&cells, reach, block, place, rows.x[i], rows.y[i]);
     }
 }
 
@@ -617,10 +745,10 @@ ALWAYS uint32_t with_opinion(struct worker *own, uint32_t label, int64_t opinion
     return (label & ~(uint32_t)(HOLDS_FEASIBLE | NEUTRAL)) | (feasible ? HOLDS_FEASIBLE : 0) | (neutral ? NEUTRAL : 0);
 }
 
-ALWAYS struct mind mind_in(const struct job *job, const struct crowd *s, uint32_t label)
+ALWAYS struct mind mind_in(const struct job *job, const struct crowd *s, uint32_t i, uint32_t label)
 {
     const uint32_t number = label >> NUMBER_BITS;
-    return mind_of(job, opinion_of(label), s->own[number].quality, s->memory + number * (size_t)job->memory);
+    return mind_of(job, opinion_of(label), s->own[i].quality, s->memory + number * (size_t)job->memory);
 }
 
 /* Return after how many steps the robot disseminates no longer. */
@@ -629,15 +757,16 @@ ALWAYS uint32_t end_exploration(const struct job *job, struct crowd *s, struct w
 {
     const struct counts counts = counts_of(s, i);
     uint32_t label = s->rows.labels[i];
-    struct own *kept = &s->own[label >> NUMBER_BITS];
+    struct own *kept = &s->own[i];
     kept->quality = rated(job, counts.robots, counts.tasks);
     if (label & JOINS) { /* a tie keeps its opinion (model.md 6.10) */
         label = kept->quality == 0.5 ? label : with_opinion(own, label, kept->quality > 0.5);
         label &= ~(uint32_t)JOINS;
     }
-    struct mind mind = mind_in(job, s, label);
+    struct mind mind = mind_in(job, s, i, label);
     const struct broadcast made = broadcast_of(job, &mind);
-    kept->value = (uint32_t)made.value;
+    if (s->values)
+        s->sent[label >> NUMBER_BITS] = (uint32_t)made.value;
     own->speaking += made.speaks;
     s->rows.labels[i] = label | DISSEMINATES | (made.speaks ? SPEAKS : 0) | (made.says_feasible ? SAYS_FEASIBLE : 0);
     return phase_lasts(drawn, q, made.mean) + (uint32_t)job->params->decision.dissemination_floor;
@@ -723,7 +852,7 @@ ALWAYS uint32_t end_dissemination(const struct job *job, struct crowd *s, struct
 {
     const struct counts counts = counts_of(s, i);
     const struct inbox inbox = read_inbox(job, s, i, &counts, drawn, q);
-    struct mind mind = mind_in(job, s, s->rows.labels[i]);
+    struct mind mind = mind_in(job, s, i, s->rows.labels[i]);
     const int64_t decided = job->rules->decide(&mind, &inbox);
     forget(job, s, own, i, &counts);
     const uint32_t label = with_opinion(own, s->rows.labels[i], decided);
@@ -732,36 +861,55 @@ ALWAYS uint32_t end_dissemination(const struct job *job, struct crowd *s, struct
     return phase_lasts(drawn, q, job->params->decision.exploration);
 }
 
-APART void end_phases(const struct job *job, struct crowd *s, struct worker *own, uint32_t count, uint32_t now)
+/* End the phase of listed robots, all of which explore, or all of which disseminate. */
+ALWAYS void end_phases(const struct job *job, struct crowd *s, struct worker *own, const uint32_t *listed,
+                       uint32_t count, uint32_t now, const bool disseminate)
 {
     for (uint32_t k = 0; k < count; k += PAIRS) {
         const uint32_t most = count - k < PAIRS ? count - k : PAIRS;
-        const struct phases drawn = draw_phases(s, own, own->ending + k, most);
+        const struct phases drawn = draw_phases(s, own, listed + k, most);
         for (uint32_t q = 0; q < most; q++) {
-            const uint32_t i = own->ending[k + q];
-            const bool disseminates = s->rows.labels[i] & DISSEMINATES;
-            s->rows.ends_at[i] = now + (disseminates ? end_dissemination : end_exploration)(job, s, own, i, &drawn, q);
+            const uint32_t i = listed[k + q];
+            s->rows.ends_at[i] = now + (disseminate ? end_dissemination(job, s, own, i, &drawn, q)
+                                                    : end_exploration(job, s, own, i, &drawn, q));
         }
     }
 }
 
 /* --- A step (model.md 3) --- */
 
+/* List the robots of a word, of which the first has place `first`. */
+ALWAYS uint32_t list(uint32_t *listed, uint32_t count, uint32_t word, uint32_t first)
+{
+    for (; word; word &= word - 1)
+        listed[count++] = first + (uint32_t)lowest(word);
+    return count;
+}
+
 /* Do a step for robots from `first` on, whose cells are filled. */
 static void step_chunk(const struct job *job, struct crowd *s, struct worker *own, uint32_t first, uint32_t last,
                        uint32_t now)
 {
-    uint32_t looking = 0, turning = 0, ending = 0;
+    const struct rows rows = s->rows;
+    uint32_t turning = 0, exploring = 0, deciding = 0;
     look_around(job, s, own, first, last);
-    for (uint32_t i = first; i < last; i++) {
-        own->looking[looking] = own->turning[turning] = own->ending[ending] = i;
-        looking += !(s->rows.labels[i] & DISSEMINATES);
-        turning += s->rows.turns_at[i] == now;
-        ending += s->rows.ends_at[i] == now;
+    count_tasks(s, own, first, last);
+    for (uint32_t i = first; i < last; i += 32) {
+        uint32_t turns = 0, ends = 0, disseminate = 0;
+        UNROLL for (int k = 0; k < 32; k += LANES) {
+            turns |= equal(vector_at(rows.turns_at + i + k), spread(now)) << k;
+            ends |= equal(vector_at(rows.ends_at + i + k), spread(now)) << k;
+            disseminate |= signs(vector_at(rows.labels + i + k) << 30) << k;
+        }
+        turns &= first_bits((int)(last - i));
+        ends &= first_bits((int)(last - i));
+        turning = list(own->turning, turning, turns, i);
+        exploring = list(own->exploring, exploring, ends & ~disseminate, i);
+        deciding = list(own->deciding, deciding, ends & disseminate, i);
     }
-    count_tasks(s, own->looking, looking);
     turn(s, own, own->turning, turning, now);
-    end_phases(job, s, own, ending, now);
+    end_phases(job, s, own, own->exploring, exploring, now, false);
+    end_phases(job, s, own, own->deciding, deciding, now, true);
 }
 
 static void step(const struct job *job, struct crowd *s, struct worker *own, uint32_t now)
@@ -828,7 +976,7 @@ static int64_t advance(void *given)
     own->in_step = false;
     if (are_asked(job))
         for (uint32_t i = own->first; i < own->last && !own->ends; i++) {
-            struct mind mind = mind_in(job, s, s->rows.labels[i]);
+            struct mind mind = mind_in(job, s, i, s->rows.labels[i]);
             own->said += said_by(job, &mind);
         }
     return 0;
@@ -891,20 +1039,21 @@ static bool allocate(struct crowd *s)
     s->rows.x = rows;
     s->spare = calloc(block, sizeof *s->spare);
     s->order = calloc(s->room, sizeof *s->order);
-    s->tallies = calloc(s->room, sizeof *s->tallies);
-    s->own = calloc(s->room, sizeof *s->own);
+    s->tallies = calloc(s->room, sizeof *s->tallies + sizeof *s->own);
     s->memory = calloc(robots * (size_t)s->job.memory + 1, sizeof *s->memory);
     s->task_x = calloc(tasks + 1, sizeof *s->task_x);
     s->task_y = calloc(tasks + 1, sizeof *s->task_y);
     s->lines = lines ? calloc(s->room, sizeof *s->lines) : NULL;
-    s->values = lines && values ? calloc(block, sizeof *s->values) : NULL;
+    s->values = values ? calloc(block, sizeof *s->values) : NULL;
     const bool carries = most > ENOUGH / (uint64_t)s->params.run.steps;
     s->carried = carries ? calloc(robots, sizeof *s->carried) : NULL;
+    s->sent = values ? calloc(robots, sizeof *s->sent) : NULL;
     const bool all = allocate_cells(&s->robots, robots, true) && allocate_cells(&s->tasks, tasks, false);
-    if (!rows || !s->spare || !s->order || !s->tallies || !s->own || !s->memory || !s->task_x || !s->task_y || !all)
+    if (!rows || !s->spare || !s->order || !s->tallies || !s->memory || !s->task_x || !s->task_y || !all)
         return false;
-    if ((lines && !s->lines) || (lines && values && !s->values) || (carries && !s->carried))
+    if ((lines && !s->lines) || (values && !(s->values && s->sent)) || (carries && !s->carried))
         return false;
+    s->own = own_behind(s->tallies, s->room);
     s->rows = rows_of(rows, s->room);
     s->robots.x = s->rows.x;
     s->robots.y = s->rows.y;
@@ -930,8 +1079,9 @@ struct crowd *feasibee_crowd_new(const struct params *params, const struct rules
     s->radio = reach_of(params->radio.limit, s->robots.shift);
     s->tasks_in_sight = reach_of(params->sensing.limit, s->tasks.shift);
     for (int64_t thread = 0; thread < threads; thread++) {
-        s->workers[thread].first = (uint32_t)(s->count * thread / threads);
-        s->workers[thread].last = (uint32_t)(s->count * (thread + 1) / threads);
+        const int64_t words = (s->count + 31) / 32, end = 32 * (words * (thread + 1) / threads);
+        s->workers[thread].first = (uint32_t)(32 * (words * thread / threads));
+        s->workers[thread].last = end < s->count ? (uint32_t)end : s->count;
         s->workers[thread].tables.values = params->strategy.value_scale > 0.0;
     }
     if (allocate(s))
@@ -950,7 +1100,7 @@ void feasibee_crowd_free(struct crowd *s)
         free(cells->labels);
         free(cells->start);
     }
-    void *rooms[] = {s->rows.x, s->spare, s->order, s->tallies, s->own, s->memory, s->task_x, s->task_y, s->lines,
+    void *rooms[] = {s->rows.x, s->spare, s->order, s->tallies, s->sent, s->memory, s->task_x, s->task_y, s->lines,
                      s->values, s->carried};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         free(rooms[k]);
