@@ -130,7 +130,8 @@ ALWAYS int32_t append(struct cells *cells, uint32_t cell, uint32_t place, uint32
 ALWAYS void repeat_columns(struct cells *cells, uint32_t low, uint32_t high, int32_t begin)
 {
     if (cells->side == 1) {
-        cells->start[4] = cells->start[2]; /* a second row, without points: that of the second stretch */
+        if (low < high)
+            cells->start[4] = cells->start[2]; /* a second row, without points: that of the second stretch */
         return;
     }
     for (uint32_t row = low; row < high; row++) {
