@@ -292,11 +292,11 @@ def compile_engines(
     ),
     as_json: bool,
 ) -> None:
-    """Compile the simulation engines and keep them on disk, so that later commands start at once.
+    """Compile the general engine and keep it on disk, so that later commands start at once.
 
-    FILE is a scenario, or a strategy if it ends in .py: only what these need is compiled. Without it, both
-    engines and all built-in strategies are: the fast path, for worlds like the paper's, and the general
-    engine, for all others. Each compiles by itself when a scenario first needs it, once on a machine.
+    FILE is a scenario, or a strategy if it ends in .py: only what these need is compiled. Without it, the
+    general engine and all built-in strategies are. It is for worlds beyond the paper's, and for swarms that
+    are looked at step by step. It compiles by itself when it is first needed, once on a machine.
 
     The code runs on processors of the kind that it was compiled on. For a container image or a cluster, write
     it to a folder; see the documentation's page on installing.
