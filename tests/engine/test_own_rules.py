@@ -17,7 +17,7 @@ import pytest
 import feasibee
 from feasibee import FeasibeeError
 from feasibee.engine import own as own_module
-from feasibee.engine.checked import DOMAIN, OF_MATH, RANGE, RESULT, Failing
+from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
 from feasibee.engine.generate import ALWAYS, RULES, built_in_strategies, own_strategy
 from feasibee.engine.own import Failure, compiled, explained, kind_of, load
 from feasibee.robot import compiler as compiler_module

@@ -10,7 +10,8 @@ import math
 from collections.abc import Iterable
 from typing import Final
 
-from feasibee.engine.checked import RESULT, CheckedTranslation, enumeration
+from feasibee.engine.checked import CheckedTranslation
+from feasibee.engine.failing import RESULT, enumeration
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import LONGEST
 from feasibee.robot.definitions import Text

@@ -16,7 +16,7 @@ from pathlib import Path
 from platform import machine
 from typing import Any, Final, NamedTuple
 
-from feasibee.engine.checked import DOMAIN, OF_MATH, RANGE, RESULT, Failing
+from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
 from feasibee.engine.generate import MUST, RULES, own_strategy
 from feasibee.files.cache import cache_root, own_folder, read_library, write_library
 from feasibee.robot.compiler import compiler, run_compiler
@@ -103,7 +103,7 @@ def _made(text: str, folder: Path, key: str) -> Path:
 
 
 class Failure(NamedTuple):
-    """A ``struct failure``: see `feasibee.engine.checked.Failing`."""
+    """A ``struct failure``: see `feasibee.engine.failing.Failing`."""
 
     what: int
     line: int

@@ -1,7 +1,7 @@
 /* Python's operations on numbers, for a user's strategy: what Python raises an error for is a failure.
  *
- * Before this file, a program includes the enumeration of failures, which feasibee.engine.checked writes.
- * Names are those that it writes, too. The first argument is the line of the user's file. */
+ * Before this file, a program includes the enumeration of failures, which feasibee.engine.failing writes.
+ * Names are those that feasibee.engine.operations writes. The first argument is the line of the user's file. */
 
 #ifndef CHECKED_H
 #define CHECKED_H

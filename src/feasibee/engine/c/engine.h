@@ -218,7 +218,7 @@ struct rules {
 
 /* Where and why a function of a user's strategy failed. */
 struct failure {
-    int32_t what; /* 0: it did not; else see feasibee.engine.own */
+    int32_t what; /* 0: it did not; else see feasibee.engine.failing */
     int32_t line;
     double first, second; /* the values that it failed for */
 };
