@@ -52,6 +52,9 @@ struct rows {
 
 #define ROWS (sizeof(struct rows) / sizeof(uint32_t *))
 
+/* What is sorted in space, in blocks of 32 bytes a robot: rows, counts, and the lines of inboxes if there are any. */
+enum block_kind { STATE, COUNTS, LINES, VALUES, BLOCKS };
+
 /* What a thread has, and what it tells the others. */
 struct worker {
     uint32_t first, last;      /* its robots: the last excluded */
@@ -60,6 +63,7 @@ struct worker {
     uint32_t inside, points;   /* robots in its rows, and places that its own robots and those repeated take there */
     int64_t feasible, neutral, speaking; /* robots: the sums over all threads count, since robots change threads */
     int64_t said;
+    uint32_t counted; /* all bits of its robots' counts at the last sort */
     bool ends, lacks_memory;
     struct failure failure;
     struct tables tables;
@@ -77,23 +81,34 @@ struct crowd {
     struct team team;
     uint32_t count;
     size_t room; /* of a row */
-    struct rows rows;
-    union line *lines;
-    uint32_t *values; /* in lines, as their messages; NULL if messages have none */
+    uint32_t *blocks[BLOCKS], *spare;
+    struct rows rows;  /* what lies in the blocks, from here on */
+    union line *lines; /* NULL if every message counts */
+    uint32_t *values;  /* in lines, as their messages; NULL if messages have none */
     struct tally *tallies;
-    struct own *own;        /* after all tallies, in one piece with them */
+    struct own *own;
     uint32_t *sent;         /* values in messages, by the number of a robot: that of a sender is read at its messages */
     double *memory;         /* of the strategy, by number as well, since it may have any length */
     struct counts *carried; /* by number: what tallies have no room for; NULL if that can't be */
-    uint32_t *spare, *order, *task_x, *task_y;
+    uint32_t *order, *task_x, *task_y;
     struct cells robots, tasks;
     struct reach sight, radio, tasks_in_sight;
     int64_t now, speaking, spoken, feasible, neutral;
     struct verdict verdict;
-    bool ended;
+    bool ended, cancelled;
     int64_t result;
     struct worker workers[];
 };
+/* Wait for all threads; return whether the run goes on, the same to all of them: if not, it is cancelled. */
+static bool goes_on(const struct job *job, struct crowd *s)
+{
+    if (comes_last(&s->team)) {
+        s->cancelled = is_cancelled(job->control);
+        let_go(&s->team);
+    }
+    return !s->cancelled;
+}
+
 /* --- A run begins (model.md 1.2, 1.3, 2.1, 4.1) --- */
 
 ALWAYS struct source source_of(const struct params *params, int64_t run, uint32_t purpose)
@@ -165,30 +180,36 @@ static void begin_robot(struct crowd *s, struct worker *own, int64_t run, uint32
     own->neutral += neutral;
 }
 
-static void place_tasks(struct crowd *s, const struct worker *own, int64_t run)
+/* Place a thread's share of the tasks. */
+static void place_tasks(const struct job *job, struct crowd *s, const struct worker *own, int64_t run)
 {
     const struct source from = source_of(&s->params, run, PLACE_TASK);
     const int64_t threads = s->team.threads, thread = own - s->workers, tasks = s->params.tasks.count;
-    for (int64_t task = tasks * thread / threads; task < tasks * (thread + 1) / threads; task++) {
-        const struct words drawn = philox(from, 0, (uint32_t)task);
+    const uint32_t first = (uint32_t)(tasks * thread / threads), last = (uint32_t)(tasks * (thread + 1) / threads);
+    for (uint32_t task = first; task < last && !(task % CHUNK == 0 && is_cancelled(job->control)); task++) {
+        const struct words drawn = philox(from, 0, task);
         s->task_x[task] = drawn.word[0];
         s->task_y[task] = drawn.word[1];
     }
 }
 
-static void sort_tasks(struct crowd *s)
+/* Sort the tasks into their cells, unless the run is cancelled, which then ends. */
+static void sort_tasks(const struct job *job, struct crowd *s)
 {
     struct cells cells = s->tasks;
     const uint32_t tasks = (uint32_t)s->params.tasks.count;
     clear_rows(&cells, 0, cells.side);
-    for (uint32_t task = 0; task < tasks; task++)
+    for (uint32_t task = 0; task < tasks && !(task % CHUNK == 0 && is_cancelled(job->control)); task++)
         count_point(&cells, cell_at(&cells, s->task_x[task], s->task_y[task]));
+    if (is_cancelled(job->control))
+        return;
     sum_up(&cells, 0, cells.side, 0);
-    for (uint32_t task = 0; task < tasks; task++) {
+    for (uint32_t task = 0; task < tasks && !(task % CHUNK == 0 && is_cancelled(job->control)); task++) {
         const uint32_t x = s->task_x[task], y = s->task_y[task];
         append(&cells, cell_at(&cells, x, y), place_at(&cells, x, y), task);
     }
-    repeat_columns(&cells, 0, cells.side, 0);
+    if (!is_cancelled(job->control))
+        repeat_columns(&cells, 0, cells.side, 0);
 }
 
 /* Put a thread's robots at the start of a run. */
@@ -196,7 +217,7 @@ static void begin(const struct job *job, struct crowd *s, struct worker *own, in
 {
     const int64_t threads = s->team.threads, thread = own - s->workers;
     clear_arena(&own->tables);
-    own->queued = 0;
+    own->queued = own->counted = 0;
     own->row = (uint32_t)(s->robots.side * thread / threads);
     own->walk = source_of(&s->params, run, WALK);
     own->phase = source_of(&s->params, run, PHASE);
@@ -218,9 +239,9 @@ static void begin(const struct job *job, struct crowd *s, struct worker *own, in
     }
     if (s->memory)
         memset(s->memory + own->first * s->job.memory, 0, sizeof *s->memory * (own->last - own->first) * (size_t)s->job.memory);
-    place_tasks(s, own, run);
+    place_tasks(job, s, own, run);
     if (comes_last(&s->team)) {
-        sort_tasks(s);
+        sort_tasks(job, s);
         s->now = s->speaking = s->spoken = 0;
         s->verdict = (struct verdict){UNDECIDED, -1};
         let_go(&s->team);
@@ -354,56 +375,91 @@ static void number_by_cells(struct crowd *s, const struct worker *own)
     }
 }
 
-static struct rows rows_of(uint32_t *block, size_t room)
+/* Derive from the blocks where each thing is. */
+static void find_rows(struct crowd *s)
 {
-    return (struct rows){block, block + room, block + 2 * room, block + 3 * room,
-                         block + 4 * room, block + 5 * room, block + 6 * room, block + 7 * room};
+    uint32_t *rows = s->blocks[STATE];
+    const size_t room = s->room;
+    s->lines = (union line *)(void *)s->blocks[LINES];
+    s->values = s->blocks[VALUES];
+    s->rows = (struct rows){rows, rows + room, rows + 2 * room, rows + 3 * room,
+                            rows + 4 * room, rows + 5 * room, rows + 6 * room, rows + 7 * room};
+    s->tallies = (struct tally *)(void *)s->blocks[COUNTS];
+    s->own = (struct own *)(void *)(s->tallies + room);
+    s->robots.x = s->rows.x;
+    s->robots.y = s->rows.y;
 }
 
-/* Gather a thread's part of something with a line of 32 bytes for each robot, into the spare room. */
-static void gather_lines(struct crowd *s, const struct worker *own, const void *lines)
+static void gather_lines(struct crowd *s, const union line *lines, uint32_t first, uint32_t last)
 {
-    for (uint32_t i = own->first; i < own->last; i++)
-        memcpy(s->spare + (size_t)LINE * i, (const union line *)lines + s->order[i], sizeof(union line));
+    union line *gathered = (union line *)(void *)s->spare;
+    for (uint32_t i = first; i < last; i++)
+        gathered[i] = lines[s->order[i]];
 }
 
-static void gather_rows(struct crowd *s, const struct worker *own)
+static void gather_rows(struct crowd *s, uint32_t first, uint32_t last)
 {
     for (size_t row = 0; row < ROWS; row++) {
-        const uint32_t *restrict from = s->rows.x + row * s->room, *restrict order = s->order;
+        const uint32_t *restrict from = s->blocks[STATE] + row * s->room, *restrict order = s->order;
         uint32_t *restrict to = s->spare + row * s->room;
-        for (uint32_t i = own->first; i < own->last; i++)
+        for (uint32_t i = first; i < last; i++)
             to[i] = from[order[i]];
     }
 }
 
-static struct own *own_behind(struct tally *tallies, size_t room) { return (struct own *)(void *)(tallies + room); }
-
-/* Gather what robots have counted and know of themselves; return all bits of what they have counted. */
-static uint32_t gather_counts(struct crowd *s, const struct worker *own)
+static void gather_counts(struct crowd *s, struct worker *own, uint32_t first, uint32_t last)
 {
     struct tally *tallies = (struct tally *)(void *)s->spare;
-    struct own *others = own_behind(tallies, s->room);
-    uint32_t bits = 0;
-    for (uint32_t i = own->first; i < own->last; i++) {
+    struct own *others = (struct own *)(void *)(tallies + s->room);
+    for (uint32_t i = first; i < last; i++) {
         const struct tally tally = s->tallies[s->order[i]];
-        bits |= tally.robots | tally.tasks | tally.votes | tally.feasible_votes;
+        own->counted |= tally.robots | tally.tasks | tally.votes | tally.feasible_votes;
         tallies[i] = tally;
         others[i] = s->own[s->order[i]];
     }
-    return bits;
 }
 
-/* Let what has been gathered take the place of what it was gathered from, which is then the spare room. */
-static uint32_t *swap_spare(struct crowd *s, void *old)
+/* Gather a thread's part of a block into the spare one, which then takes its place, and the block that of the spare
+ * one. Return false if the run is cancelled meanwhile. */
+static bool sort_block(const struct job *job, struct crowd *s, struct worker *own, enum block_kind kind)
 {
-    uint32_t *gathered = s->spare;
-    s->spare = old;
-    return gathered;
+    for (uint32_t first = own->first; first < own->last && !is_cancelled(job->control); first += CHUNK) {
+        const uint32_t last = own->last - first < CHUNK ? own->last : first + CHUNK;
+        if (kind == STATE)
+            gather_rows(s, first, last);
+        else if (kind == COUNTS)
+            gather_counts(s, own, first, last);
+        else
+            gather_lines(s, (const union line *)(const void *)s->blocks[kind], first, last);
+    }
+    if (comes_last(&s->team)) {
+        uint32_t *sorted = s->spare;
+        s->spare = s->blocks[kind];
+        s->blocks[kind] = sorted;
+        find_rows(s);
+        s->cancelled = is_cancelled(job->control);
+        let_go(&s->team);
+    }
+    return !s->cancelled;
 }
 
-/* Carry large counts of a thread's robots to numbers of 64 bits. */
-APART void carry(struct crowd *s, const struct worker *own)
+/* Put the robots in the order of the cells; return false if the run is cancelled meanwhile. */
+static bool sort_in_space(const struct job *job, struct crowd *s, struct worker *own)
+{
+    number_by_cells(s, own);
+    bool goes = goes_on(job, s) && sort_block(job, s, own, STATE);
+    own->counted = 0;
+    if (goes && own > s->workers)
+        own->row = column_of(&s->robots, s->rows.y[own->first]);
+    if (s->lines)
+        goes = goes && sort_block(job, s, own, LINES);
+    if (s->values)
+        goes = goes && sort_block(job, s, own, VALUES);
+    return goes && sort_block(job, s, own, COUNTS);
+}
+
+/* Carry large counts of a thread's robots to numbers of 64 bits: the next sort after that they may be too large. */
+APART void carry(struct crowd *s, struct worker *own)
 {
     for (uint32_t i = own->first; i < own->last; i++) {
         struct tally *tally = &s->tallies[i];
@@ -413,42 +469,7 @@ APART void carry(struct crowd *s, const struct worker *own)
         s->rows.labels[i] |= CARRIED;
         *tally = (struct tally){0};
     }
-}
-
-static void sort_in_space(struct crowd *s, struct worker *own)
-{
-    number_by_cells(s, own);
-    wait_for_all(&s->team);
-    if (s->lines) {
-        gather_lines(s, own, s->lines);
-        if (comes_last(&s->team)) {
-            s->lines = (union line *)(void *)swap_spare(s, s->lines);
-            let_go(&s->team);
-        }
-    }
-    if (s->values) {
-        gather_lines(s, own, s->values);
-        if (comes_last(&s->team)) {
-            s->values = swap_spare(s, s->values);
-            let_go(&s->team);
-        }
-    }
-    gather_rows(s, own);
-    if (comes_last(&s->team)) {
-        s->rows = rows_of(swap_spare(s, s->rows.x), s->room);
-        s->robots.x = s->rows.x;
-        s->robots.y = s->rows.y;
-        let_go(&s->team);
-    }
-    const uint32_t most = gather_counts(s, own);
-    own->row = own == s->workers ? 0 : column_of(&s->robots, s->rows.y[own->first]);
-    if (comes_last(&s->team)) {
-        s->tallies = (struct tally *)(void *)swap_spare(s, s->tallies);
-        s->own = own_behind(s->tallies, s->room);
-        let_go(&s->team);
-    }
-    if (RARELY(most >= ENOUGH) && s->carried)
-        carry(s, own);
+    own->counted = 0;
 }
 
 /* --- Sight and radio (model.md 4.2, 4.5) --- */
@@ -914,12 +935,14 @@ static void step_chunk(const struct job *job, struct crowd *s, struct worker *ow
 
 static void step(const struct job *job, struct crowd *s, struct worker *own, uint32_t now)
 {
+    if (RARELY(own->counted >= ENOUGH) && s->carried)
+        carry(s, own); /* before the cells get the labels */
     move(s, own);
-    wait_for_all(&s->team);
+    if (!goes_on(job, s))
+        return;
     fill_cells(s, own);
-    wait_for_all(&s->team);
-    if (now % INTERVAL == 1)
-        sort_in_space(s, own);
+    if (!goes_on(job, s) || (now % INTERVAL == 1 && !sort_in_space(job, s, own)))
+        return;
     for (uint32_t first = own->first; first < own->last && !is_cancelled(job->control); first += CHUNK)
         step_chunk(job, s, own, first, own->last - first < CHUNK ? own->last : first + CHUNK, now);
 }
@@ -1030,35 +1053,38 @@ static bool allocate_cells(struct cells *cells, size_t points, bool labelled)
     return cells->places && cells->numbers && cells->start && (cells->labels || !labelled);
 }
 
+static void free_cells(const struct cells *cells)
+{
+    free(cells->places);
+    free(cells->numbers);
+    free(cells->labels);
+    free(cells->start);
+}
+
 static bool allocate(struct crowd *s)
 {
     const size_t robots = s->count, tasks = (size_t)s->params.tasks.count, most = robots > tasks ? robots : tasks;
-    const size_t block = LINE * s->room;
     const bool lines = !s->params.decision.every_message, values = s->params.strategy.value_scale > 0.0;
-    uint32_t *rows = calloc(block, sizeof *rows);
-    s->rows.x = rows;
-    s->spare = calloc(block, sizeof *s->spare);
+    const bool used[BLOCKS] = {[STATE] = true, [COUNTS] = true, [LINES] = lines, [VALUES] = values};
+    const bool carries = most > ENOUGH / (uint64_t)s->params.run.steps;
+    bool all = allocate_cells(&s->robots, robots, true) && allocate_cells(&s->tasks, tasks, false);
+    for (int k = 0; k < BLOCKS; k++) {
+        s->blocks[k] = used[k] ? calloc(s->room, sizeof(union line)) : NULL;
+        all = all && (s->blocks[k] || !used[k]);
+    }
+    s->spare = calloc(s->room, sizeof(union line));
     s->order = calloc(s->room, sizeof *s->order);
-    s->tallies = calloc(s->room, sizeof *s->tallies + sizeof *s->own);
     s->memory = calloc(robots * (size_t)s->job.memory + 1, sizeof *s->memory);
     s->task_x = calloc(tasks + 1, sizeof *s->task_x);
     s->task_y = calloc(tasks + 1, sizeof *s->task_y);
-    s->lines = lines ? calloc(s->room, sizeof *s->lines) : NULL;
-    s->values = values ? calloc(block, sizeof *s->values) : NULL;
-    const bool carries = most > ENOUGH / (uint64_t)s->params.run.steps;
     s->carried = carries ? calloc(robots, sizeof *s->carried) : NULL;
     s->sent = values ? calloc(robots, sizeof *s->sent) : NULL;
-    const bool all = allocate_cells(&s->robots, robots, true) && allocate_cells(&s->tasks, tasks, false);
-    if (!rows || !s->spare || !s->order || !s->tallies || !s->memory || !s->task_x || !s->task_y || !all)
+    all = all && s->spare && s->order && s->memory && s->task_x && s->task_y;
+    if (!all || (carries && !s->carried) || (values && !s->sent))
         return false;
-    if ((lines && !s->lines) || (values && !(s->values && s->sent)) || (carries && !s->carried))
-        return false;
-    s->own = own_behind(s->tallies, s->room);
-    s->rows = rows_of(rows, s->room);
-    s->robots.x = s->rows.x;
-    s->robots.y = s->rows.y;
     s->tasks.x = s->task_x;
     s->tasks.y = s->task_y;
+    find_rows(s);
     return true;
 }
 
@@ -1094,16 +1120,13 @@ void feasibee_crowd_free(struct crowd *s)
 {
     for (int64_t thread = 0; thread < s->team.threads; thread++)
         clear_arena(&s->workers[thread].tables);
-    for (struct cells *cells = &s->robots; cells; cells = cells == &s->robots ? &s->tasks : NULL) {
-        free(cells->places);
-        free(cells->numbers);
-        free(cells->labels);
-        free(cells->start);
-    }
-    void *rooms[] = {s->rows.x, s->spare, s->order, s->tallies, s->sent, s->memory, s->task_x, s->task_y, s->lines,
-                     s->values, s->carried};
+    void *rooms[] = {s->spare, s->order, s->memory, s->task_x, s->task_y, s->carried, s->sent};
     for (size_t k = 0; k < sizeof rooms / sizeof *rooms; k++)
         free(rooms[k]);
+    for (int k = 0; k < BLOCKS; k++)
+        free(s->blocks[k]);
+    free_cells(&s->robots);
+    free_cells(&s->tasks);
     free(s);
 }
 

@@ -56,10 +56,4 @@ APART bool has_waited(struct team *team)
  * That is the last to come. It gets true, does not wait, and lets the others go when it is done. */
 ALWAYS bool comes_last(struct team *team) { return team->threads == 1 || !has_waited(team); }
 
-ALWAYS void wait_for_all(struct team *team)
-{
-    if (comes_last(team))
-        let_go(team);
-}
-
 #endif
