@@ -103,7 +103,7 @@ class Operations(Body):
         if node.id in self.types:
             text = c_name(node.id)
             if node.id in self.unsure:
-                text = f"({{ feasibee_has({node.lineno}, {flag_of(node.id)}); {text}; }})"
+                text = f"({{ feasibee_assigned({node.lineno}, {flag_of(node.id)}); {text}; }})"
             return Value(text, self.types[node.id])
         found = self.known(node, self.names.get(node.id))
         if found is None:

@@ -406,7 +406,7 @@ static inline int64_t feasibee_whole_of(int32_t line, const int64_t *numbers, in
 
 /* --- Variables and results --- */
 
-static inline void feasibee_has(int32_t line, bool has)
+static inline void feasibee_assigned(int32_t line, bool has)
 {
     if (!has)
         feasibee_failed(line, NO_VALUE, 0, 0);
