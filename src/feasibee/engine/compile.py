@@ -478,16 +478,16 @@ class Kept:
         return digest.hexdigest()[:16]
 
 
-IMPORTS: Final = re.compile(r"^from (feasibee(?:\.\w+)*) import (\([^)]*\)|.*)$", re.MULTILINE)
+IMPORTS: Final = re.compile(r"^from (feasibee(?:\.\w+)*) import (\([^)]*\)|[^#\n]*)", re.MULTILINE)
 READABLE_FOLDER: Final = 0o755
 READABLE_FILE: Final = 0o644
 PACKAGE: Final = Path(__file__).parent.parent
 
 
 def sources() -> list[Path]:
-    """Return the files that the engine is compiled from: its modules, and all that they import from here."""
+    """Return the files that the general engine is compiled from: those that `compiled` imports from here."""
     found: set[Path] = set()
-    new = set(PACKAGE.glob("engine/*.py"))
+    new = {PACKAGE / "engine" / "compiled.py"}
     while new:
         found |= new
         new = {each for file in new for each in _imported_by(file)} - found
