@@ -24,7 +24,7 @@ def compiler() -> list[str]:
 
 
 def run_compiler(*arguments: str) -> None:
-    """Run the compiler; raise a FeasibeeError with its first error if there is none, or it fails."""
+    """Run the compiler; raise a FeasibeeError with its first error if it fails or is missing."""
     command = [*compiler(), *arguments]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
