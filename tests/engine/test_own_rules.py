@@ -277,6 +277,21 @@ def test_a_library_is_compiled_once(monkeypatch, tmp_path, compilations):
     assert [each for each in (tmp_path / "strategies").iterdir() if each.name.startswith(".")] == []
 
 
+def test_a_library_runs_where_there_is_no_compiler(monkeypatch, tmp_path, compilations):
+    mine = Manifest(name="mine.py", source="def decide(mind, inbox):\n    return 1 - 1\n")
+    for folder in ("own", "shipped"):
+        (tmp_path / folder).mkdir()
+    monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path / "own"))
+    made = compiled(mine)
+    own_module.export(tmp_path / "shipped")
+    monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path / "shipped"))
+    monkeypatch.setattr("shutil.which", lambda _: None)
+    monkeypatch.setattr(compiler_module, "find_spec", lambda _: None)
+    assert compiled(mine).read_bytes() == made.read_bytes()
+    assert len(compilations) == 1
+    assert compiled(mine).stat().st_mode & 0o777 == 0o755
+
+
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="Windows has no such rights")
 def test_a_library_that_others_may_write_is_not_loaded(monkeypatch, tmp_path):
     monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path))

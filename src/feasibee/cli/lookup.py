@@ -308,6 +308,7 @@ def compile_engines(
       feasibee compile --out /opt/feasibee
       FEASIBEE_CACHE=/opt/feasibee feasibee run
     """
+    from feasibee.engine import own
     from feasibee.engine.compile import READABLE_FOLDER, cache_folder, export, processor
     from feasibee.files.cache import own_folder
     from feasibee.simulation.loading import prepare_engines
@@ -321,6 +322,8 @@ def compile_engines(
             state = "loaded from disk" if part.cached else "compiled"
             click.echo(f"{part.name}: {state} in {part.seconds:.1f} s")
     folder = export(out) if out else cache_folder()
+    if out:
+        own.export(out)
     if as_json:
         answer = {"cache": str(cache_folder()), "out": out and str(folder), "processor": processor()}
         print_json({**answer, "parts": [part._asdict() for part in parts]})

@@ -6,7 +6,6 @@ checks. A check that fails ends the run, and `explained` says where and why.
 
 from __future__ import annotations
 
-import shutil
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -19,7 +18,7 @@ from typing import Any, Final, NamedTuple
 from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
 from feasibee.engine.generate import MUST, RULES, own_strategy
 from feasibee.files.cache import cache_root, own_folder, read_library, write_library
-from feasibee.robot.compiler import compiler, run_compiler
+from feasibee.robot.compiler import run_compiler
 from feasibee.strategies.contract import Manifest
 
 HEADERS: Final = Path(__file__).parent / "c"
@@ -30,7 +29,11 @@ FLAGS: Final = (
     *("-fPIC", "-shared", "-w"),
 )
 """No contraction: each operation rounds as in Python."""
+FOLDER: Final = "strategies"
+"""Where a cache has the libraries."""
+READABLE: Final = 0o755
 SUFFIX: Final = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+_used: dict[str, Path] = {}  # libraries of this process, by their keys
 
 
 # --- The library ---
@@ -71,9 +74,17 @@ def load(strategy: Manifest, ffi: Any, engine: Any) -> OwnRules:
 def compiled(strategy: Manifest) -> Path:
     """Return the library of a user's strategy, from the cache if it is there."""
     text = own_strategy(_file(strategy), strategy.source)
-    folder = own_folder(own_folder(cache_root()) / "strategies")
+    folder = own_folder(own_folder(cache_root()) / FOLDER)
     key = _key(text)
-    return read_library(folder, key) or _made(text, folder, key)
+    _used[key] = read_library(folder, key) or _made(text, folder, key)
+    return _used[key]
+
+
+def export(folder: Path) -> None:
+    """Copy the libraries that this process uses to a folder that others may read, as a cache of theirs."""
+    for key, library in _used.items():
+        target = own_folder(folder / FOLDER, READABLE, setting="--out")
+        write_library(target, key, library, READABLE, "--out")
 
 
 def _file(strategy: Manifest) -> str:
@@ -82,11 +93,12 @@ def _file(strategy: Manifest) -> str:
 
 
 def _key(text: str) -> str:
-    """Return what names a library: all that decides what it computes."""
-    command = compiler()
-    program = Path(shutil.which(command[0]) or command[0]).resolve()
+    """Return what names a library: all that decides what it computes.
+
+    That is not the compiler, since each rounds alike. So where the library is copied to, none is needed.
+    """
     headers = ((HEADERS / each).read_text(encoding="utf-8") for each in INCLUDED)
-    parts = (text, *headers, *FLAGS, *command, str(program), str(program.stat().st_mtime_ns), machine())
+    parts = (text, *headers, *FLAGS, sys.platform, machine())
     return sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 
