@@ -1,11 +1,12 @@
 /* Points in cells: which of many points lie near a place, at a cost that doesn't grow with their number.
  *
  * A half cell is at least the range. So all points in range of a place lie in the nearest block of two by two
- * cells. Points are sorted by row and then by column, and each row repeats its first column at its end. So a block
- * is two stretches of consecutive points, one per row, without a wrap.
+ * cells. Points are sorted by row and then by column, and each row repeats its first column at its end. So a
+ * block is two stretches of consecutive points, one per row, without a wrap.
  *
- * A point's place has 16 bits an axis, of which a block spans less than half: the bits above them tell nothing
- * within a block. Where the bits below them leave in doubt whether a point is in range, all bits decide. */
+ * A point's place has 16 bits an axis, of which a block spans less than half: the bits above them tell
+ * nothing within a block. Where the bits below them leave in doubt whether a point is in range, all bits
+ * decide. */
 
 #ifndef CELLS_H
 #define CELLS_H
@@ -13,7 +14,8 @@
 #include "engine.h"
 #include "vec.h"
 
-#define GROUP (LANES < 8 ? 8 : LANES) /* points that are looked at together, in vectors: most stretches have fewer */
+#define GROUP \
+    (LANES < 8 ? 8 : LANES) /* points that are looked at together, in vectors: most stretches have fewer */
 #define VECTORS (GROUP / LANES)
 
 struct cells {
@@ -22,8 +24,9 @@ struct cells {
     int32_t *start;             /* first point of each cell, and the point after the last */
     const uint32_t *x, *y;      /* of the points by their numbers, with all bits */
     uint32_t side, half;        /* cells along an axis, and the length of half a cell */
-    int32_t after_last;         /* from a cell of the last row to that of the row after it, in the order of the cells */
-    int shift;                  /* bits of a coordinate below those of a place */
+    int32_t
+        after_last; /* from a cell of the last row to that of the row after it, in the order of the cells */
+    int shift;      /* bits of a coordinate below those of a place */
 };
 
 /* What is in range: what is near for sure, and what may be, in the units of places. */
@@ -40,7 +43,10 @@ struct block {
     struct stretch one, other;
 };
 
-static inline size_t starts_of(const struct cells *cells) { return ((size_t)cells->side + 1) * (cells->side + 1) + 1; }
+static inline size_t starts_of(const struct cells *cells)
+{
+    return ((size_t)cells->side + 1) * (cells->side + 1) + 1;
+}
 
 /* Return the grid of cells that params give for a square torus, without memory for points. */
 static inline struct cells empty_cells(const struct grid *grid)
@@ -55,7 +61,7 @@ static inline struct cells empty_cells(const struct grid *grid)
 
 /* Return a range in the units of places.
  *
- * A rounded coordinate is off by less than 1, a difference of two likewise, and a distance by less than 1.5. */
+ * A rounded coordinate is off by less than 1, a difference likewise, and a distance by less than 1.5. */
 static inline struct reach reach_of(uint64_t limit, int shift)
 {
     uint64_t root = 0;
@@ -115,7 +121,7 @@ ALWAYS void sum_up(struct cells *cells, uint32_t low, uint32_t high, int32_t beg
     }
 }
 
-/* Append a point to a cell; in the end each cell begins where the one before it ends. Return its place there. */
+/* Append a point to a cell; return its place. In the end a cell begins where the one before it ends. */
 ALWAYS int32_t append(struct cells *cells, uint32_t cell, uint32_t place, uint32_t number)
 {
     const int32_t at = cells->start[cell + 1]++;
@@ -147,7 +153,8 @@ ALWAYS void repeat_columns(struct cells *cells, uint32_t low, uint32_t high, int
 
 /* --- Looking --- */
 
-/* Where the stretches of the blocks of several points begin, in the order of the cells; and the points' places. */
+/* Where the stretches of the blocks of several points begin, in the order of the cells; and the points'
+ * places. */
 #define BATCH 512
 
 struct blocks {
@@ -157,7 +164,8 @@ struct blocks {
 ALWAYS void find_blocks(const struct cells *cells, struct blocks *restrict blocks, const uint32_t *restrict x,
                         const uint32_t *restrict y, uint32_t count)
 {
-    const uint32_t side = cells->side, half = cells->half, line = side + 1, back = (uint32_t)cells->after_last;
+    const uint32_t side = cells->side, half = cells->half, line = side + 1,
+                   back = (uint32_t)cells->after_last;
     const int shift = cells->shift;
     for (uint32_t k = 0; k < count; k++) {
         const uint32_t column = (uint32_t)((uint64_t)(x[k] - half) * side >> 32);
@@ -189,8 +197,8 @@ ALWAYS u32 vector_at(const uint32_t *from)
 /* Return as many bits as there are points, at most GROUP. */
 ALWAYS uint32_t bits_up_to(int32_t points) { return (UINT32_C(1) << points) - 1; }
 
-/* Return the signs of a vector of a group. Clang would pack the vectors of a group first, in three times as many
- * instructions. */
+/* Return the signs of a vector of a group. Clang would pack the vectors of a group first, in three times as
+ * many instructions. */
 ALWAYS uint32_t signs_apart(u32 lanes)
 {
     uint32_t word = signs(lanes);
@@ -204,8 +212,8 @@ ALWAYS int32_t length_of(struct stretch stretch) { return stretch.last - stretch
 ALWAYS bool is_long(struct stretch stretch) { return length_of(stretch) > GROUP; }
 
 /* Return which of a group's points from `first` on are in range, by all bits of their coordinates. */
-APART uint32_t near_exactly(const struct cells *cells, uint64_t limit, int32_t first, int32_t last, uint32_t x,
-                            uint32_t y)
+APART uint32_t near_exactly(const struct cells *cells, uint64_t limit, int32_t first, int32_t last,
+                            uint32_t x, uint32_t y)
 {
     uint32_t found = 0;
     for (int k = 0; k < GROUP && first + k < last; k++) {
@@ -220,7 +228,8 @@ APART uint32_t near_exactly(const struct cells *cells, uint64_t limit, int32_t f
 ALWAYS uint32_t near(const struct cells *cells, struct reach reach, int32_t first, int32_t last, uint32_t x,
                      uint32_t y)
 {
-    const u32 here = spread(place_at(cells, x, y)), low = spread(reach.band.low), width = spread(reach.band.width);
+    const u32 here = spread(place_at(cells, x, y)), low = spread(reach.band.low),
+              width = spread(reach.band.width);
     const uint32_t valid = first_bits(last - first);
     uint32_t found = 0, doubtful = 0;
     UNROLL for (int k = 0; k < VECTORS; k++) {
@@ -233,7 +242,8 @@ ALWAYS uint32_t near(const struct cells *cells, struct reach reach, int32_t firs
     return found & valid;
 }
 
-APART uint32_t count_near_many(const struct cells *cells, struct reach reach, struct block block, uint32_t x, uint32_t y)
+APART uint32_t count_near_many(const struct cells *cells, struct reach reach, struct block block, uint32_t x,
+                               uint32_t y)
 {
     uint32_t found = 0;
     for (int32_t k = block.one.first; k < block.one.last; k += GROUP)
@@ -253,7 +263,8 @@ ALWAYS uint32_t count_near(const struct cells *cells, struct reach reach, struct
     if (RARELY(is_long(block.one) || is_long(block.other)))
         return count_near_many(cells, reach, block, x, y);
     UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
-        const int32_t first = k < VECTORS ? block.one.first + k * LANES : block.other.first + (k - VECTORS) * LANES;
+        const int32_t first = k < VECTORS ? block.one.first + k * LANES
+                                          : block.other.first + (k - VECTORS) * LANES;
         const u32 beyond = squared(subtract_halves(vector_at(cells->places + first), here)) - reach.band.low;
         found |= signs_apart(beyond) << k * LANES;
         doubtful |= (u32)(beyond < width);

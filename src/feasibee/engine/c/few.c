@@ -179,11 +179,6 @@ ALWAYS void find_sight(struct swarm *s, struct reach reach, int robots, const in
 
 /* --- A run begins (model.md 1.2, 1.3, 2.1, 4.1) --- */
 
-ALWAYS struct source source_of(const struct params *params, int64_t run, uint32_t purpose)
-{
-    return (struct source){params->seed.low, params->seed.high, (uint32_t)run, purpose};
-}
-
 static void place_tasks(const struct job *job, struct swarm *s, int64_t run)
 {
     const struct source from = source_of(job->params, run, PLACE_TASK);

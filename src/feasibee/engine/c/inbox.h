@@ -1,8 +1,8 @@
 /* Inboxes of a crowd, which keep the latest message of each robot heard (model.md 4.5).
  *
- * Each robot has a line of eight messages, in which most inboxes fit: filled in order, and compared at once. An
- * inbox that outgrows it moves to a hash table, which doubles when it is nearly full. Tables come from the tables of
- * a thread, which takes memory in slabs and never gives it back before the run ends. */
+ * Each robot has a line of eight messages, in which most inboxes fit: filled in order, and compared at once.
+ * An inbox that outgrows it moves to a hash table, which doubles when it is nearly full. Each thread has
+ * memory for tables, which it takes in slabs and gives back when the run ends. */
 
 #ifndef INBOX_H
 #define INBOX_H
@@ -21,9 +21,9 @@
 ALWAYS uint32_t sender_of(uint32_t message) { return message >> 1; }
 
 struct table {
-    struct table *next; /* of the free ones */
-    uint32_t size;      /* class */
-    uint32_t slots;     /* a power of two */
+    struct table *next;  /* of the free ones */
+    uint32_t size;       /* class */
+    uint32_t slots;      /* a power of two */
     uint32_t messages[]; /* and as many values, if messages have any */
 };
 
@@ -37,7 +37,7 @@ struct slab {
     struct slab *before;
 };
 
-/* The memory of a thread for tables; those that another thread's robots gave back may be among the free ones. */
+/* The memory of a thread for tables. Tables of other threads may be among the free ones. */
 struct tables {
     struct table *free[CLASSES];
     struct slab *last;
@@ -97,12 +97,13 @@ ALWAYS void give_table(struct tables *tables, struct table *table)
     tables->free[table->size] = table;
 }
 
-/* Return the slot of a sender, or the free one that it would take: it is looked for in a group of slots that its
- * hash chooses, and then in the next ones. */
+/* Return the slot of a sender, or the free one that it would take: it is looked for in a group of slots that
+ * its hash chooses, and then in the next ones. */
 ALWAYS uint32_t slot_of(const struct table *table, uint32_t message)
 {
     const u32 wanted = spread(message | 1);
-    uint32_t slot = (sender_of(message) * 0x9E3779B1u >> 8) & (table->slots - GROUP); /* Knuth's multiplicative hash */
+    uint32_t slot = (sender_of(message) * 0x9E3779B1u >> 8) &
+                    (table->slots - GROUP); /* Knuth's multiplicative hash */
     for (;; slot = (slot + GROUP) & (table->slots - 1)) {
         uint32_t found = 0, empty = 0;
         UNROLL for (int k = 0; k < VECTORS; k++) {
@@ -115,9 +116,9 @@ ALWAYS uint32_t slot_of(const struct table *table, uint32_t message)
     }
 }
 
-/* Move messages to a table twice as large as that they were in, or from a line; return NULL without memory. */
-APART struct table *moved(struct tables *tables, const uint32_t *messages, const uint32_t *values, uint32_t count,
-                          uint32_t size)
+/* Copy messages from a line or a smaller table to a new table; return NULL without memory. */
+APART struct table *moved(struct tables *tables, const uint32_t *messages, const uint32_t *values,
+                          uint32_t count, uint32_t size)
 {
     struct table *table = take_table(tables, size);
     for (uint32_t k = 0; table && k < count; k++)
@@ -130,7 +131,8 @@ APART struct table *moved(struct tables *tables, const uint32_t *messages, const
     return table;
 }
 
-/* Return the table of an inbox that has more messages than fit in a line, or is about to; with room for one more. */
+/* Return the table of an inbox that has more messages than fit in a line, or is about to; with room for one
+ * more. */
 ALWAYS struct table *table_of(struct tables *tables, union line *line, const uint32_t *values, uint32_t votes)
 {
     if (votes == LINE) {

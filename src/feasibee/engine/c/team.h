@@ -1,5 +1,5 @@
-/* Several threads that simulate one swarm: all do the same steps, and wait for each other where one reads what
- * another has written. */
+/* Several threads that simulate one swarm: all do the same steps, and wait for each other where one reads
+ * what another has written. */
 
 #ifndef TEAM_H
 #define TEAM_H
