@@ -22,7 +22,7 @@ GENERAL_ONLY = {
     "arena.side": [(20.0, 10.0)],
     "decision.listen": [{"last": 3}],
     "decision.strategy": [name for name, each in STRATEGIES.items() if each.knowledge],
-    "run.steps": [2**31 // 20],
+    "run.steps": [2**31 // 20 + 1],
 }
 """Values that need the general engine, of fields that the fast path implements."""
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from feasibee.engine.layout import State
     from feasibee.engine.params import Params
 
-CONSTANT = frozenset(("robot_cells", "tasks", "task_cells", "task_lists", "tables", "ways"))
+CONSTANT = frozenset(("robot_cells", "tasks", "task_cells", "task_places", "tables", "ways"))
 """Fields of the state that stay the same in a run, or that are tuples of arrays."""
 
 FLAGS = (
@@ -227,5 +227,5 @@ def changing_arrays(state: Any, record: Record, changes: bool) -> list[NDArray[A
     """
     arrays = [getattr(state, each.name) for each in fields(state) if each.name not in CONSTANT]
     if changes:  # places and classes belong to numbers: the next task of a number has the same again
-        arrays += [*state.task_cells, *state.task_lists]
+        arrays += [*state.task_cells, state.task_places]
     return [*arrays, *state.robot_cells, record.decision, record.decision_step, record.account]
