@@ -205,17 +205,21 @@ static bool sort_in_space(const struct job *job, struct crowd *s, struct worker 
     return goes && sort_block(job, s, own, COUNTS);
 }
 
-/* Carry large counts of a thread's robots to numbers of 64 bits: the next sort after that they may be too
- * large. */
+/* Carry large counts of a thread's robots to numbers of 64 bits. */
 APART void carry(struct crowd *s, struct worker *own)
 {
     for (uint32_t i = own->first; i < own->last; i++) {
         struct tally *tally = &s->tallies[i];
+        struct counts *carried = &s->carried[s->rows.labels[i] >> NUMBER_BITS];
         if ((tally->robots | tally->tasks | tally->votes | tally->feasible_votes) < ENOUGH)
             continue;
-        s->carried[s->rows.labels[i] >> NUMBER_BITS] = counts_of(s, i);
+        *carried = counts_of(s, i);
         s->rows.labels[i] |= CARRIED;
-        *tally = (struct tally){0};
+        *tally = (struct tally){.votes = tally->votes, .feasible_votes = tally->feasible_votes};
+        if (s->lines) /* they have these votes, of which no robot has more than others there are */
+            carried->votes = carried->feasible_votes = 0;
+        else
+            tally->votes = tally->feasible_votes = 0;
     }
     own->counted = 0;
 }
