@@ -308,8 +308,7 @@ def compile_engines(
       feasibee compile --out /opt/feasibee
       FEASIBEE_CACHE=/opt/feasibee feasibee run
     """
-    from feasibee.engine import own
-    from feasibee.engine.compile import READABLE_FOLDER, cache_folder, export, processor
+    from feasibee.engine.compile import READABLE_FOLDER, cache_folder, processor
     from feasibee.files.cache import own_folder
     from feasibee.simulation.loading import prepare_engines
 
@@ -321,9 +320,7 @@ def compile_engines(
         if not as_json:
             state = "loaded from disk" if part.cached else "compiled"
             click.echo(f"{part.name}: {state} in {part.seconds:.1f} s")
-    folder = export(out) if out else cache_folder()
-    if out:
-        own.export(out)
+    folder = _exported(out) if out else cache_folder()
     if as_json:
         answer = {"cache": str(cache_folder()), "out": out and str(folder), "processor": processor()}
         print_json({**answer, "parts": [part._asdict() for part in parts]})
@@ -333,3 +330,12 @@ def compile_engines(
         click.echo(f"It runs on processors of the kind {processor()}. To use it: FEASIBEE_CACHE={out}")
     elif all(part.cached for part in parts):
         click.echo("There was nothing to compile.")
+
+
+def _exported(out: Path) -> Path:
+    """Copy the compiled code of engine and strategies to a folder that others may read; return where it is."""
+    from feasibee.engine import own
+    from feasibee.engine.compile import export
+
+    own.export(out)
+    return export(out)
