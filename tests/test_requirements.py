@@ -18,7 +18,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 CORE = PROJECT["project"]["dependencies"]
 EXTRAS = PROJECT["project"]["optional-dependencies"]
 GROUPS = PROJECT["dependency-groups"]
-DISTRIBUTIONS = {"PIL": "pillow", "yaml": "pyyaml"}
+DISTRIBUTIONS = {"_cffi_backend": "cffi", "PIL": "pillow", "yaml": "pyyaml"}
 """Names on the registry, by import name, where the two differ."""
 FIXED = {"ziglang"}
 """Packages at one fixed version: a compiler whose bytes are compared."""

@@ -333,7 +333,7 @@ def compile_engines(
 
 
 def _exported(out: Path) -> Path:
-    """Copy the compiled code of engine and strategies to a folder that others may read; return where it is."""
+    """Copy compiled code, of strategies too, to a folder that others may read; return where it is."""
     from feasibee.engine import own
     from feasibee.engine.compile import export
 
