@@ -55,7 +55,7 @@ def drawn(draw: Random) -> dict[str, object]:
         "robots.count": robots,
         "tasks.count": draw.choice((1, 2, robots, 2 * robots, draw.randint(1, 90))),
         "arena.side": side,
-        "run.steps": draw.choice((1, 40, 90) if robots <= 40 else (1, 25)),  # the reference takes its time
+        "run.steps": draw.choice((1, 40, 90) if robots <= 40 else (1, 15)),  # the reference takes its time
         "decision.strategy": strategy,
         "decision.parameters": {
             name: draw.choice(values)
