@@ -54,7 +54,7 @@ APART void find_exactly(struct swarm *s, uint64_t limit, int robots, int i)
     uint32_t near[WORDS] = {0};
     for (int j = 0; j < robots; j++) {
         int64_t way_x = (int32_t)(s->x.e[i] - s->x.e[j]), way_y = (int32_t)(s->y.e[i] - s->y.e[j]);
-        near[j >> 5] |= (uint32_t)((uint64_t)(way_x * way_x + way_y * way_y) < limit) << (j & 31);
+        near[j >> 5] |= (uint32_t)((uint64_t)(way_x * way_x) + (uint64_t)(way_y * way_y) < limit) << (j & 31);
     }
     near[i >> 5] &= ~bit(i);
     for (int w = 0; w < WORDS; w++) {

@@ -108,7 +108,7 @@ APART uint32_t count_exactly(const struct lists *lists, uint32_t x, uint32_t y)
     uint32_t found = 0;
     for (int task = 0; task < lists->count; task++) {
         int64_t way_x = (int32_t)(lists->x[task] - x), way_y = (int32_t)(lists->y[task] - y);
-        found += (uint64_t)(way_x * way_x + way_y * way_y) < lists->limit;
+        found += (uint64_t)(way_x * way_x) + (uint64_t)(way_y * way_y) < lists->limit;
     }
     return found;
 }
