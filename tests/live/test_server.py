@@ -616,7 +616,7 @@ def test_malformed_requests_leave_a_line_in_the_terminal_at_most(capfd):
     assert "Unsupported" not in told
 
 
-MORE = {"type": "open", "changes": {"robots.count": "200"}}
+MORE = {"type": "open", "changes": {"robots.count": 200}}
 
 
 def test_a_page_is_told_what_compiles_and_since_when_whichever_page_asked_first(port, slow_engine):
