@@ -122,8 +122,9 @@ def own_strategy(file: str, source: str) -> str:
 
 def _own(rule: str, names: Text, translation: CheckedTranslation) -> Signature:
     """Translate a function of a user's file, or the contract's."""
+    usual = "modulated" if rule == "dissemination" and names.get("MODULATES") else rule
     try:
-        return translation.function(names.get(rule) or getattr(contract, rule), TYPES[rule])
+        return translation.function(names.get(rule) or getattr(contract, usual), TYPES[rule])
     except FeasibeeError as error:
         where, _, what = str(error).partition(": ")
         raise FeasibeeError(f"{where}: {rule} doesn't compile: {what}") from None
