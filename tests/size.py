@@ -16,14 +16,14 @@ import click
 from feasibee.cli import main
 
 LANDED = {
-    "lines of Python in src": 47_340,
-    "lines of C in src": 3_248,
+    "lines of Python in src": 49_399,
+    "lines of C in src": 7_086,
     "lines of JavaScript, HTML and CSS": 6_894,
-    "lines of tests": 39_309,
-    "lines of claims and benchmarks": 4_707,
+    "lines of tests": 41_070,
+    "lines of claims and benchmarks": 4_710,
     "lines of research": 665,
-    "words of docs": 79_209,
-    "files of Python in src": 231,
+    "words of docs": 79_193,
+    "files of Python in src": 245,
     "packages": 17,
     "commands": 30,
 }
