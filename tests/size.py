@@ -17,7 +17,7 @@ from feasibee.cli import main
 
 LANDED = {
     "lines of Python in src": 49_399,
-    "lines of C in src": 7_086,
+    "lines of C in src": 7_098,
     "lines of JavaScript, HTML and CSS": 6_894,
     "lines of tests": 41_070,
     "lines of claims and benchmarks": 4_710,

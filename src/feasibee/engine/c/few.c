@@ -495,6 +495,12 @@ PLAY(2)
 PLAY(3)
 PLAY(4)
 #endif
+#if VECTOR < 32
+PLAY(5)
+PLAY(6)
+PLAY(7)
+PLAY(8)
+#endif
 APART bool play_more(const struct job *job, struct swarm *s, int64_t row, int vectors)
 {
     return play(job, s, row, vectors, false);
@@ -510,6 +516,12 @@ static bool play_run(const struct job *job, struct swarm *s, int64_t run, int64_
 #if VECTOR < 64
     case 3: return play_3(job, s, row);
     case 4: return play_4(job, s, row);
+#endif
+#if VECTOR < 32
+    case 5: return play_5(job, s, row);
+    case 6: return play_6(job, s, row);
+    case 7: return play_7(job, s, row);
+    case 8: return play_8(job, s, row);
 #endif
     default: return play_more(job, s, row, vectors);
     }
