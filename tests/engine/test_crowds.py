@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import shutil
 from functools import cache
-from threading import Timer
+from threading import Thread
+from time import sleep
 
 import numpy as np
 import pytest
@@ -95,10 +96,17 @@ def test_counts_may_be_larger_than_their_rows_hold(small_counts, monkeypatch, ch
 def test_cancelled_runs_end(threads):
     scenario = crowd(**{"robots.count": 20_000, "arena.side": 632.0, "run.steps": 10**9})
     shared, record = control(), Record.empty(0, 1, 0)
-    timer = Timer(0.3, lambda: shared.cancelled.__setitem__(0, True))
-    timer.start()
+
+    def cancel():
+        while shared.steps_done[0] < 3:
+            sleep(0.01)
+        shared.cancelled[0] = True
+
+    other = Thread(target=cancel)
+    other.start()
     native.Given(lower(scenario, 5)).play_together(record, shared, threads)
-    assert 0 < shared.steps_done[0] < scenario.run.steps
+    other.join()
+    assert 3 <= shared.steps_done[0] < scenario.run.steps
 
 
 FAILS = """
