@@ -298,11 +298,11 @@ def test_an_interrupt_while_a_module_is_imported_ends_in_a_line(module):
 
 @pytest.mark.slow
 def test_an_interrupt_while_any_module_of_a_run_is_imported_ends_in_a_line():
-    """Of a thousand, forty drawn at random."""
+    """Of hundreds, forty drawn at random."""
     _, imported = interrupted_in("", "run", "--runs", "2")
     names = list(dict.fromkeys(imported.split()))
     names = names[names.index("feasibee.cli.commands") :]
-    assert len(names) > 500
+    assert len(names) > 400
     line = "feasibee: interrupted; no file was left half-written\n"
     for name in random.Random(12).sample(names, 40):
         assert interrupted_in(name, "run", "--runs", "2") == (130, line), name
