@@ -47,7 +47,7 @@ class Compiler(NamedTuple):
     def linking(self, target: Platform) -> list[str]:
         """Return the options that make a library of object files."""
         if target is WEBASSEMBLY:
-            alone = ["-target", "wasm32-freestanding", "-nostdlib"]  # pages.c has what it needs
+            alone = ["-target", "wasm32-freestanding", "-nostdlib"]  # memory.c has what it needs
             return [*alone, "-Wl,--no-entry", "-Wl,--export-dynamic", "-s"]
         if not self.crosses:
             return ["-shared", "-lm"]
