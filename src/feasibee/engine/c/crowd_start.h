@@ -52,7 +52,7 @@ ALWAYS struct phases draw_phases(struct crowd *s, const struct worker *own, cons
 
 ALWAYS uint32_t phase_lasts(const struct phases *drawn, uint32_t q, double mean)
 {
-    return (uint32_t)lasting(drawn->length[q], (uint32_t)drawn->word[q], mean);
+    return (uint32_t)steps_of(drawn->length[q], (uint32_t)drawn->word[q], mean);
 }
 
 static void begin_robot(struct crowd *s, struct worker *own, int64_t run, uint32_t i)

@@ -216,7 +216,7 @@ ALWAYS uint32_t next_phase(struct swarm *s, int i)
 
 ALWAYS uint32_t phase_lasts(const struct swarm *s, int i, uint32_t k, double mean)
 {
-    return (uint32_t)lasting(s->phase_pools[i].length[k], s->phase_pools[i].word[k], mean);
+    return (uint32_t)steps_of(s->phase_pools[i].length[k], s->phase_pools[i].word[k], mean);
 }
 
 static void begin_robot(const struct job *job, struct swarm *s, int64_t run, int i)
