@@ -14,6 +14,7 @@ from typing import Final, NamedTuple
 
 from feasibee.engine.platforms import WEBASSEMBLY, X86_64, Platform
 from feasibee.errors import FeasibeeError
+from feasibee.robot.compiler import SYSTEM, ZIG
 
 ZIGLANG: Final = "ziglang==0.17.1"
 """The compiler that pip fetches."""
@@ -77,12 +78,12 @@ def zig() -> Compiler | None:
     if found is None or not found.origin:
         return None
     installed = next(Path(found.origin).parent.parent.glob("ziglang-*.dist-info"), Path("ziglang-?"))
-    return Compiler((sys.executable, "-m", "ziglang", "cc"), installed.stem.replace("-", " "), True)
+    return Compiler(ZIG, installed.stem.replace("-", " "), True)
 
 
 def system_compiler() -> Compiler | None:
     """Return the compiler of the system, if it has one that runs."""
-    for name in ("cc", "gcc", "clang"):
+    for name in SYSTEM:
         path = shutil.which(name)
         said = _output(path, "--version") if path else ""
         if path and said:

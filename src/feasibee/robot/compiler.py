@@ -6,8 +6,14 @@ import shutil
 import subprocess
 import sys
 from importlib.util import find_spec
+from typing import Final
 
 from feasibee.errors import FeasibeeError, how_to_install
+
+SYSTEM: Final = ("cc", "gcc", "clang")
+"""What compilers of a system are called."""
+ZIG: Final = (sys.executable, "-m", "ziglang", "cc")
+"""The compiler of the extra ``c``."""
 
 
 def compiler() -> list[str]:
@@ -15,11 +21,11 @@ def compiler() -> list[str]:
 
     Raise a FeasibeeError if there is none.
     """
-    found = next((each for each in ("cc", "gcc", "clang") if shutil.which(each)), None)
+    found = next((each for each in SYSTEM if shutil.which(each)), None)
     if found:
         return [found]
     if find_spec("ziglang"):
-        return [sys.executable, "-m", "ziglang", "cc"]
+        return list(ZIG)
     raise FeasibeeError(f"C: there is no compiler here; install gcc or clang, or {how_to_install('c')}")
 
 
