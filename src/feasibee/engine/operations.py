@@ -292,7 +292,7 @@ class Operations(Body):
         return Value(f"{whole.text}.m{place % count}", whole.type[place])
 
     def _of_table(self, node: ast.Subscript, table: tuple[Any, ...]) -> Value:
-        """Take a number out of a constant tuple."""
+        """Return the number at a place of a constant tuple, in C."""
         place = self._index(node)
         if place.known is not None and -len(table) <= place.known < len(table):
             found = self.known(node, table[place.known])
