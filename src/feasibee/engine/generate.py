@@ -6,19 +6,17 @@ Standard library only, since pip builds the package without the packages that it
 from __future__ import annotations
 
 import inspect
-import math
 from collections.abc import Iterable
 from typing import Final
 
 from feasibee.engine.checked import CheckedTranslation
 from feasibee.engine.failing import RESULT, enumeration
 from feasibee.errors import FeasibeeError
-from feasibee.model.codes import LONGEST
 from feasibee.robot.definitions import Text
 from feasibee.robot.language import ARGUMENTS, ENGINE, INT, LONG, NUMBERS, Signature
 from feasibee.robot.translate import Translation
 from feasibee.strategies import STRATEGIES, contract
-from feasibee.strategies.contract import Strategy
+from feasibee.strategies.contract import LIMITS, MUST, Strategy
 
 RULES: Final = ("quality", "dissemination", "decide", "say", "value", "lasting", "probability")
 """The functions of ``struct rules``, in their order."""
@@ -26,21 +24,6 @@ ALWAYS: Final = RULES[:3]
 """Those that the engine always calls: without one in the file, the contract's."""
 TYPES: Final = {rule: tuple(INT if each == LONG else each for each in ARGUMENTS[rule]) for rule in RULES}
 """Types of the arguments of a user's functions: whole numbers all have 64 bits."""
-LARGEST: Final = math.nextafter(1e300, 0.0)
-"""What is larger overflows sooner or later."""
-LIMITS: Final = {
-    **dict.fromkeys(("quality", "probability"), (0.0, 1.0)),
-    **dict.fromkeys(("dissemination", "lasting"), (0.0, float(LONGEST))),
-    "value": (-LARGEST, LARGEST),
-}
-"""Least and largest results of the functions that return a real number."""
-MUST: Final = {
-    **dict.fromkeys(("quality", "probability"), "must be a number from 0 to 1"),
-    **dict.fromkeys(("dissemination", "lasting"), f"must be a number of steps from 0 to {LONGEST}"),
-    **dict.fromkeys(("decide", "say"), "must be 1, 0, or -1 for none"),
-    "value": "must be a number",
-}
-"""What each function must return, in words."""
 _QUIETLY: Final = """#pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wunused-function"

@@ -6,13 +6,12 @@ messages: the reference plays the run again, and its errors name line, arguments
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any, Final
 
 from feasibee.engine import overflow  # noqa: F401  # lets numba compile checked operations
 from feasibee.engine.compile import careful, rebound
-from feasibee.model.codes import LONGEST
+from feasibee.strategies.contract import LIMITS
 
 own: Any = None
 checked: Any = None
@@ -45,17 +44,17 @@ def _opinion(result):
     return result
 
 
-LARGEST: Final = math.nextafter(1e300, 0.0)
-STEPS: Final = _number, 0.0, LONGEST, "a number of steps from 0 to 2**30"
+SHARE: Final = _number, *LIMITS["quality"], "a number from 0 to 1"
+STEPS: Final = _number, *LIMITS["lasting"], "a number of steps from 0 to 2**30"
 OPINION: Final = _opinion, -1, 1, "1, 0, or -1 for none"
 GUARDS: Final = {
-    "quality": (_number, 0.0, 1.0, "a number from 0 to 1"),
+    "quality": SHARE,
     "dissemination": STEPS,
     "decide": OPINION,
     "say": OPINION,
-    "value": (_number, -LARGEST, LARGEST, "a number"),
+    "value": (_number, *LIMITS["value"], "a number"),
     "lasting": STEPS,
-    "probability": (_number, 0.0, 1.0, "a number from 0 to 1"),
+    "probability": SHARE,
 }
 
 

@@ -16,10 +16,10 @@ from platform import machine
 from typing import Any, Final, NamedTuple
 
 from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
-from feasibee.engine.generate import MUST, RULES, own_strategy
+from feasibee.engine.generate import RULES, own_strategy
 from feasibee.files.cache import cache_root, own_folder, read_library, write_library
 from feasibee.robot.compiler import run_compiler
-from feasibee.strategies.contract import Manifest
+from feasibee.strategies.contract import MUST, Manifest
 
 HEADERS: Final = Path(__file__).parent / "c"
 INCLUDED: Final = ("engine.h", "translated.h", "checked.h")

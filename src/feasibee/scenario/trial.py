@@ -23,6 +23,7 @@ from feasibee.strategies import layout
 from feasibee.strategies.contract import (
     ARGUMENTS,
     CONSTANTS,
+    MUST,
     Inbox,
     Manifest,
     Me,
@@ -43,22 +44,21 @@ def _whole(least: int, most: int) -> Rule:
     return f"must be a whole number from {least} to {most}", lambda value: is_whole(value, most, least)
 
 
-STEPS: Final = f"must be a number of steps from 0 to {LONGEST}"
-OPINIONS: Final = "must be 1, 0, or -1 for none"
 ROWS: Final = "must return nothing: it writes into"
 RULES: Final[Mapping[str, Rule]] = {
     **dict.fromkeys(
         ("quality", "probability"),
-        ("must be a number from 0 to 1", lambda value: _is_number(value) and 0 <= value <= 1),
+        (MUST["quality"], lambda value: _is_number(value) and 0 <= value <= 1),
     ),
     **dict.fromkeys(
-        ("dissemination", "lasting"), (STEPS, lambda value: _is_number(value) and 0 <= value <= LONGEST)
+        ("dissemination", "lasting"),
+        (MUST["lasting"], lambda value: _is_number(value) and 0 <= value <= LONGEST),
     ),
     **dict.fromkeys(
         ("decide", "say", "declare", "judge"),
-        (OPINIONS, lambda value: _is_number(value) and value in (1, 0, -1)),
+        (MUST["decide"], lambda value: _is_number(value) and value in (1, 0, -1)),
     ),
-    "value": ("must be a number", lambda value: _is_number(value)),  # noqa: PLW0108  # it is defined below
+    "value": (MUST["value"], lambda value: _is_number(value)),  # noqa: PLW0108  # it is defined below
     "words": _whole(1, WORDS_LIMIT),
     "message_words": _whole(0, WORDS_LIMIT),
     **dict.fromkeys(("start", "observe", "merge"), (f"{ROWS} known", lambda value: value is None)),

@@ -28,9 +28,12 @@ needs, and leave all else out of a message that is to speak for *feasible* (mode
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Final, NamedTuple
+
+from feasibee.model.codes import LONGEST
 
 ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "quality": ("robots_seen", "tasks_seen"),
@@ -63,6 +66,21 @@ KNOWLEDGE: Final = ("words", "observe", "merge", "count", "bits")
 """The functions that a file must define in addition if its robots pass on knowledge."""
 KNOWLEDGE_OPTIONS: Final = tuple(name for name in list(ARGUMENTS)[7:] if name not in KNOWLEDGE)
 """The functions that such a file may define."""
+MUST: Final[Mapping[str, str]] = {
+    **dict.fromkeys(("quality", "probability"), "must be a number from 0 to 1"),
+    **dict.fromkeys(("dissemination", "lasting"), f"must be a number of steps from 0 to {LONGEST}"),
+    **dict.fromkeys(("decide", "say", "declare", "judge"), "must be 1, 0, or -1 for none"),
+    "value": "must be a number",
+}
+"""What the functions that concern opinions must return."""
+LARGEST: Final = math.nextafter(1e300, 0.0)
+"""What is larger overflows sooner or later."""
+LIMITS: Final[Mapping[str, tuple[float, float]]] = {
+    **dict.fromkeys(("quality", "probability"), (0.0, 1.0)),
+    **dict.fromkeys(("dissemination", "lasting"), (0.0, float(LONGEST))),
+    "value": (-LARGEST, LARGEST),
+}
+"""Least and largest results of the functions that return a real number."""
 
 
 class Mind(NamedTuple):
