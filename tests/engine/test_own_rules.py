@@ -289,7 +289,7 @@ def test_a_library_runs_where_there_is_no_compiler(monkeypatch, tmp_path, compil
     monkeypatch.setattr(compiler_module, "find_spec", lambda _: None)
     assert compiled(mine).read_bytes() == made.read_bytes()
     assert len(compilations) == 1
-    assert compiled(mine).stat().st_mode & 0o777 == 0o755
+    assert compiled(mine).stat().st_mode & 0o777 == 0o644
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="Windows has no such rights")

@@ -19,6 +19,7 @@ from tests.robot.driving import run as run_command
 
 ROOT = Path(__file__).parents[2]
 RECIPES = ROOT / "examples" / "recipes"
+RECIPES_PAGE = ROOT / "docs" / "recipes.md"
 FIRMWARE = (
     *("ch.h", "hal.h", "leds.h", "main.h", "memory_protection.h", "motors.h", "selector.h"),
     *(f"ircom/ircom{part}.h" for part in ("", "Messages", "Receive", "Send")),
@@ -113,10 +114,12 @@ def test_robots_of_the_robotarium_decide_without_errors(tmp_path):
 
 def test_the_controller_runs_from_the_archive_that_is_uploaded(tmp_path):
     """It needs only the standard library: neither site-packages nor the rest of the package."""
+    command = next(line for line in RECIPES_PAGE.read_text().splitlines() if line.startswith("git archive"))
+    named = command.partition("HEAD:src ")[2].split()
     with zipfile.ZipFile(tmp_path / "feasibee.zip", "w") as archive:
-        for path in [ROOT / "src/feasibee/__init__.py", *(ROOT / "src/feasibee").glob("[rs][ot]*/*.py")]:
-            if path.parent.name in ("feasibee", "robot", "strategies"):
-                archive.write(path, path.relative_to(ROOT / "src"))
+        for path in (ROOT / "src" / each for each in named):
+            for file in [path] if path.is_file() else path.glob("*.py"):
+                archive.write(file, file.relative_to(ROOT / "src"))
     source = (RECIPES / "robotarium.py").read_text()
     lines = [line for line in source.splitlines() if line.startswith(("sys.path", "from feasibee"))]
     assert len(lines) == 3

@@ -31,7 +31,7 @@ FLAGS: Final = (
 """No contraction: each operation rounds as in Python."""
 FOLDER: Final = "strategies"
 """Where a cache has the libraries."""
-READABLE: Final = 0o755
+READABLE_FOLDER, READABLE_FILE = 0o755, 0o644
 SUFFIX: Final = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 _used: dict[str, Path] = {}  # libraries of this process, by their keys
 
@@ -83,8 +83,8 @@ def compiled(strategy: Manifest) -> Path:
 def export(folder: Path) -> None:
     """Copy the libraries that this process uses to a folder that others may read, as a cache of theirs."""
     for key, library in _used.items():
-        target = own_folder(folder / FOLDER, READABLE, setting="--out")
-        write_library(target, key, library, READABLE, "--out")
+        target = own_folder(folder / FOLDER, READABLE_FOLDER, setting="--out")
+        write_library(target, key, library, READABLE_FILE, "--out")
 
 
 def _file(strategy: Manifest) -> str:

@@ -114,12 +114,12 @@ def read_library(folder: Path, key: str) -> Path | None:
     return path if digest == path.stem else None
 
 
-def write_library(folder: Path, key: str, made: Path, mode: int = 0o700, setting: str = SETTING) -> Path:
+def write_library(folder: Path, key: str, made: Path, mode: int = 0o600, setting: str = SETTING) -> Path:
     """Copy a library that was made into the cache, under a key; return where it is."""
     data = made.read_bytes()
     path = folder / f"{hashlib.sha256(data).hexdigest()}{made.suffix}"
     _write(path, data, mode, setting)
-    write_sealed(folder / f"{key}.name", path.name.encode(), mode & 0o666, setting)
+    write_sealed(folder / f"{key}.name", path.name.encode(), mode, setting)
     return path
 
 
