@@ -50,9 +50,9 @@ def digest() -> str:
 
 
 def declarations() -> str:
-    """Return engine.h without the lines of the preprocessor, which cffi can't read."""
-    lines = (SOURCES / "engine.h").read_text(encoding="utf-8").splitlines()
-    return "\n".join(line for line in lines if not line.startswith("#"))
+    """Return engine.h and state.h without the lines of the preprocessor, which cffi can't read."""
+    texts = [(SOURCES / each).read_text(encoding="utf-8") for each in ("engine.h", "state.h")]
+    return "\n".join(line for text in texts for line in text.splitlines() if not line.startswith("#"))
 
 
 def build(target: Platform | None = None, folder: Path = LIBRARIES, *, force: bool = False) -> list[Path]:

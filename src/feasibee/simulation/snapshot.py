@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import fields
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.model.record import Record
-
 if TYPE_CHECKING:
-    from feasibee.engine.layout import State
     from feasibee.engine.params import Params
+    from feasibee.engine.state import State
 
-CONSTANT = frozenset(("robot_cells", "tasks", "task_cells", "task_places", "tables", "ways"))
-"""Fields of the state that stay the same in a run, or that are tuples of arrays."""
+LINE = 8
+"""Slots that each robot has for senders, before its inbox takes a table."""
 
 FLAGS = (
     "feasible",
@@ -29,7 +26,9 @@ FLAGS = (
     "there",
     "standing",
 )
-"""Properties of robots, each a set of the engine; ``there`` is false where no robot has the number."""
+"""Properties of robots; ``there`` is false where no robot has the number."""
+SETS = tuple("FOR_FEASIBLE" if each == "feasible" else each.upper() for each in FLAGS)
+"""The set of the engine whose members have each of them."""
 
 
 class Snapshot(NamedTuple):
@@ -45,28 +44,16 @@ class Snapshot(NamedTuple):
     """Direction of each robot, in 256ths of a turn, counterclockwise from the x axis."""
 
 
-def snapshot_of(state: Any, side: int, places: Any) -> Snapshot:
-    """Return the robots of a state, of which ``places`` says where the state has each.
-
-    ``side`` is the longer side of the arena, in units of fixed point.
-    """
-    from feasibee.engine.layout import Robot
-
-    x, y, step_x, step_y = state.robots[[Robot.X, Robot.Y, Robot.STEP_X, Robot.STEP_Y]][:, places]
+def snapshot_of(state: State, side: int, count: int) -> Snapshot:
+    """Return the robots of a state; ``side`` is the longer side of the arena, in units of fixed point."""
+    x, y, step_x, step_y = (state.robots[row][:count] for row in ("X", "Y", "STEP_X", "STEP_Y"))
     turns = np.arctan2(step_y.astype(np.float32), step_x.astype(np.float32)) * np.float32(128 / np.pi)
-    flags = np.zeros(x.size, np.uint16)
-    for bit, kind in enumerate(sets_of_flags()):
-        flags |= members(state.sets[kind])[places].astype(np.uint16) << np.uint16(bit)
+    flags = np.zeros(count, np.uint16)
+    for bit, kind in enumerate(SETS):
+        flags |= members(state.sets[kind])[:count].astype(np.uint16) << np.uint16(bit)
     return Snapshot(
         coarse(x, side), coarse(y, side), flags, np.round(turns).astype(np.int16).astype(np.uint8)
     )
-
-
-def sets_of_flags() -> list[int]:
-    """Return the set of the engine whose members have each of `FLAGS`."""
-    from feasibee.engine.layout import Set
-
-    return [Set[name.upper()] for name in FLAGS]
 
 
 def members(words: NDArray[np.uint32]) -> NDArray[np.int8]:
@@ -121,68 +108,57 @@ class RobotState(NamedTuple):
     """Words that it knows, if its strategy passes on knowledge; at step 0 still zeros."""
 
 
-def state_of(
-    params: Params, state: State, i: int, number: int, place: tuple[float, float], kinds: int
-) -> RobotState:
-    """Return what the robot at place ``i`` of the arrays, of the given number, knows.
-
-    ``place`` is its position in units, ``kinds`` the number of classes of robots, at least 1.
-    """
-    from feasibee.engine.layout import Copy, Count, Robot, Set
-
-    inside = [bool(words[i >> 5] >> (i & 31) & 1) for words in state.sets]
-    rows, counts = state.robots[:, i], state.counts[:, i]
-    by_class = params.sensing.by_class
-    seen, first = (state.seen[i], kinds) if by_class else (counts[[Count.ROBOTS_SEEN, Count.TASKS_SEEN]], 1)
+def state_of(params: Params, state: State, i: int, place: tuple[float, float]) -> RobotState:
+    """Return what a robot knows; ``place`` is its position in units."""
+    inside = {kind: bool(words[i >> 5] >> (i & 31) & 1) for kind, words in state.sets.items()}
+    kinds = params.robots.classes
+    counted = [state.counts[row][i] for row in ("ROBOTS_SEEN", "TASKS_SEEN")]
+    if params.sensing.by_class:
+        counted = state.array("seen", state.struct.padded, state.struct.tables.classes)[i]
+    first = kinds if params.sensing.by_class else 1
     heard = _heard_by(params, state, i)
     votes, feasible = len(heard), sum(opinion for _, opinion, _ in heard)
     if params.decision.every_message:
-        votes, feasible = int(counts[Count.VOTES]), int(counts[Count.FEASIBLE_VOTES])
+        votes, feasible = (int(state.counts[row][i]) for row in ("VOTES", "FEASIBLE_VOTES"))
+    hashes = state.struct.hashes
     return RobotState(
-        id=int(rows[Robot.IDENTITY]),
-        hash=int(state.hashes[i]) if state.hashes.size else 0,
+        id=int(state.robots["IDENTITY"][i]),
+        hash=int(hashes[i]) if hashes else 0,
         place=place,
-        kind=int(state.tables.class_of[number]),
-        flags=sum(inside[each] << bit for bit, each in enumerate(sets_of_flags())),
-        phase_left=int(rows[Robot.PHASE_LEFT]),
-        broadcasts=int(inside[Set.SAYS_FEASIBLE]) if inside[Set.SPEAKING] else -1,
-        robots_seen=tuple(map(int, seen[:first])),
-        tasks_seen=tuple(map(int, seen[first:])),
-        feasible_quality=float(state.memory[i, 0]),
+        kind=int(state.struct.class_of[i]),
+        flags=sum(inside[each] << bit for bit, each in enumerate(SETS)),
+        phase_left=int(state.robots["PHASE_LEFT"][i]),
+        broadcasts=int(inside["SAYS_FEASIBLE"]) if inside["SPEAKING"] else -1,
+        robots_seen=tuple(map(int, counted[:first])),
+        tasks_seen=tuple(map(int, counted[first:])),
+        feasible_quality=float(state.struct.quality[i]),
         votes=(feasible, votes - feasible),
         heard=heard,
-        first_sight=params.decision.first_sight and inside[Set.JOINING],
-        agreed=int(rows[Robot.AGREED]),
-        memory=tuple(map(float, state.memory[i, 1:])),
-        knowledge=tuple(map(int, state.knowledge[Copy.KNOWN, i, : params.strategy.knowledge.words])),
+        first_sight=params.decision.first_sight and inside["JOINING"],
+        agreed=int(state.robots["AGREED"][i]),
+        memory=tuple(map(float, state.array("memory", state.struct.padded, state.struct.memory_length)[i])),
+        knowledge=tuple(map(int, state.known()[i])),
     )
 
 
 def _heard_by(params: Params, state: State, i: int) -> tuple[tuple[int, int, int], ...]:
-    """Return id, opinion and value of each sender in an inbox; see `feasibee.engine.inbox`."""
-    from feasibee.engine.layout import LINE, Clock, Link, Robot, Slot
-
-    decision = params.decision
+    """Return id, opinion and value of each sender in an inbox; see ``messages.h``."""
+    decision, padded = params.decision, state.struct.padded
     if decision.every_message:
         return ()
-    values = state.inbox[Slot.VALUE] if params.strategy.value_scale > 0 else None
+    values = state.inbox["VALUE"] if params.strategy.value_scale > 0 else None
     if decision.inbox_is_set:
-        padded = state.links.shape[2]
-        heard, feasible = (
-            members(state.links[row, :, i].copy()) for row in (Link.HEARD, Link.HEARD_FEASIBLE)
-        )
+        heard, feasible = (members(state.links[row][:, i].copy()) for row in ("HEARD", "HEARD_FEASIBLE"))
         senders = [j for j in range(padded) if heard[j]]
         return tuple((j, int(feasible[j]), _value(values, padded * i + j)) for j in senders)
-    table, first, slots = int(state.robots[Robot.TABLE, i]), LINE * i, LINE
-    if table:
-        slots = int(state.clock[Clock.TABLE_SLOTS])
-        first = LINE * state.robots.shape[1] + (table - 1) * slots
-    labels = state.inbox[Slot.SENDER, first : first + slots].tolist()
-    taken = [k for k, label in enumerate(labels, first) if label >= 0]
+    table, labels = int(state.robots["TABLE"][i]), state.inbox["SENDER"]
+    slots = state.struct.clock.table_slots
+    first, slots = (LINE * padded + (table - 1) * slots, slots) if table else (LINE * i, LINE)
+    taken = [k for k in range(first, first + slots) if labels[k] >= 0]
     if decision.inbox_size > 0:
-        taken = sorted(taken, key=lambda k: int(state.inbox[Slot.WHEN, k]))[-decision.inbox_size :]
-    found = [(labels[k - first] >> 2, labels[k - first] >> 1 & 1, _value(values, k)) for k in taken]
-    return tuple(sorted(found))
+        taken = sorted(taken, key=lambda k: int(state.inbox["WHEN"][k]))[-decision.inbox_size :]
+    found = [(labels[k] >> 2, labels[k] >> 1 & 1, _value(values, k)) for k in taken]
+    return tuple(sorted((int(sender), int(opinion), value) for sender, opinion, value in found))
 
 
 def _value(values: Any, slot: int) -> int:
@@ -212,20 +188,3 @@ class Saved(NamedTuple):
         for array, old in zip(changing, self.arrays, strict=True):
             np.copyto(array, old)
 
-
-def changing_arrays(state: Any, record: Record, changes: bool) -> list[NDArray[Any]]:
-    """Return the arrays that a step may change, without the curves: they are written again.
-
-    Parameters
-    ----------
-    state : State
-        The swarm.
-    record : Record
-        Its outcomes.
-    changes : bool
-        Whether the world changes (model.md 6.17), and tasks with it.
-    """
-    arrays = [getattr(state, each.name) for each in fields(state) if each.name not in CONSTANT]
-    if changes:  # places and classes belong to numbers: the next task of a number has the same again
-        arrays += [*state.task_cells, state.task_places]
-    return [*arrays, *state.robot_cells, record.decision, record.decision_step, record.account]

@@ -17,12 +17,10 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
 from feasibee.simulation.flooding import flooded
 from feasibee.simulation.html import show_swarm
-from feasibee.simulation.loading import load_engine
 from feasibee.simulation.snapshot import (
     RobotState,
     Saved,
     Snapshot,
-    changing_arrays,
     coarse,
     members,
     snapshot_of,
@@ -71,72 +69,57 @@ class Swarm:
     ) -> None:
         self._which = Runs.single(seed, run)
         self.scenario = flooded(check_scenario(scenario))
-        room = None if room is None else check_integer("room", room, 0, 2**63)
-        load_engine(self.scenario, stepwise=True)
-        from feasibee.engine import compiled, layout, params, team
+        self._room = None if room is None else check_integer("room", room, 0, 2**63)
+        from feasibee.engine.native import Given
+        from feasibee.engine.state import Room
         from feasibee.simulation import lowering
 
-        self._room = room
-        self._layout = layout
         lowered = lowering.lower(self.scenario, self._which.seed, fast=False)
-        self._tables = lowered.tables
         stops = dict.fromkeys(("stop_at_decision", "stop_at_declarations", "stop_when_taken"), False)
         endless = lowered.params.run._replace(**stops)
         self._params = lowered.params._replace(run=endless)
-        self._packed = params.packed(self._params)
-        engine = compiled.engine_functions(*lowered.form)
-        self._start, self._advance, self._functions = engine
-        self._part = team.parts_of(self._params)
+        self._given = Given(lowered._replace(params=self._params))
         self._unit = lowering.unit_of(self.scenario)
         self._side = max(self._params.arena.width, self._params.arena.height)
         self._in_motion, self._changes = self.scenario.in_motion, self.scenario.dynamic
         self._record = Record.empty(self._which.first, 1, FIRST_STEPS, FIRST_STEPS if self._changes else 0)
         self._counted = np.zeros(FIRST_STEPS if self._must_count else 0, np.int32)
-        self._begin(layout.first_room(self._params))
+        self._begin(Room.first(self._params))
 
     def _begin(self, room: Any) -> None:
-        self._inboxes = room
-        memory = self.scenario.strategy.memory
-        needed = self._layout.size_of(self._params, self._tables, room)
+        from feasibee.engine.state import State, size_of
+
+        needed = size_of(self._given, room)
         if self._room is not None and needed > self._room:
             raise FeasibeeError(
                 f"this swarm needs {needed / 2**20:.0f} MiB, above the limit of {self._room // 2**20} MiB; "
                 "use fewer robots, or a shorter radio.range"
             )
-        self._state = self._layout.empty_state(self._params, self._tables, room, memory)
-        self._start(self._packed, self._state, self._which.first)
+        self._state = State(self._given, room)
+        self._state.start(self._which.first)
         self._play(0)  # records step 0
 
     def advance(self, steps: int = 1) -> None:
         """Simulate a number of steps."""
-        from feasibee.engine.compiled import enlarged
-
         until = self.step + check_integer("steps", steps, 0, STEPS_LIMIT)
         self._make_room_for(until)
         while self.step < until:
             self._play(self.step + 1 if self._must_count else until)
-            if self._state.clock[self._layout.Clock.FULL]:
-                self._begin(enlarged(self._inboxes, self._state))  # repeat the run with more room
+            if self._state.struct.clock.full:
+                self._begin(self._state.enlarged())  # repeat the run with more room
 
     def _play(self, until: int) -> None:
-        from feasibee.engine.compiled import FAILURES, outcome_of
+        from feasibee.engine.layout import Control, RunError
 
-        unwatched = self._layout.Control(np.zeros(1, np.int64), np.zeros(1, np.bool_))
+        unwatched = self._given.control(Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)))
+        outcome = self._given.outcome(self._record)
+        self._given.engine.feasibee_advance(self._state.struct, 0, until, outcome, unwatched, 0)
         try:
-            self._advance(
-                self._packed,
-                self._state,
-                outcome_of(self._record),
-                0,
-                until,
-                unwatched,
-                self._functions,
-                *self._part,
-            )
-        except FAILURES as error:
-            raise failure_of(self.scenario, self._which, error) from None
+            self._given.check(unwatched, 0, self._record, 0)
+        except RunError as failure:
+            raise failure_of(self.scenario, self._which, failure.error) from None
         if self._must_count:
-            self._counted[self.step] = self._state.clock[self._layout.Clock.COUNTED]
+            self._counted[self.step] = self._state.struct.clock.counted
 
     @property
     def _must_count(self) -> bool:
@@ -154,26 +137,28 @@ class Swarm:
 
     def save(self) -> Saved:
         """Return a copy of this step's state, for `restore`."""
-        return Saved.of(self.step, self._inboxes, self._changing())
+        return Saved.of(self.step, self._state.room, self._changing())
 
     def restore(self, saved: Saved) -> None:
         """Return to a step of this run that `save` has copied."""
-        if saved.room != self._inboxes:
+        if saved.room != self._state.room:
             self._begin(saved.room)
         saved.copy_to(self._changing())
 
     def _changing(self) -> list[NDArray[Any]]:
-        return changing_arrays(self._state, self._record, self._in_motion)
+        """Return all that a step may change, but for the curves: they are written again."""
+        record = self._record
+        return [self._state.block, record.decision, record.decision_step, record.account]
 
     @property
     def step(self) -> int:
         """Number of steps simulated so far."""
-        return int(self._state.clock[self._layout.Clock.STEP])
+        return int(self._state.struct.clock.step)
 
     @property
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2), from 0 to the side of the arena."""
-        x, y = self._numbers([self._layout.Robot.X, self._layout.Robot.Y])
+        x, y = self._numbers("X", "Y")
         positions = self._in_units(x, y)
         if self._in_motion:
             positions[~self.present] = np.nan
@@ -182,48 +167,48 @@ class Swarm:
     @property
     def present(self) -> NDArray[np.bool_]:
         """Whether a robot of each number is in the arena at this step: bool, shape (robots,)."""
-        return self._members(self._state.sets[self._layout.Set.THERE]).astype(np.bool_)
+        return self._members(self._state.sets["THERE"]).astype(np.bool_)
 
     @property
     def _exists(self) -> NDArray[np.bool_]:
         """Whether a robot has each number at this step, even if it charges."""
-        sets, rows = self._state.sets, self._layout.Set
-        return self._members(sets[rows.THERE] | sets[rows.AWAY]).astype(np.bool_)
+        sets = self._state.sets
+        return self._members(sets["THERE"] | sets["AWAY"]).astype(np.bool_)
 
     @property
     def tasks(self) -> NDArray[np.float64]:
         """Positions of the tasks at this step in units: float64, shape (tasks, 2)."""
-        return self._in_units(*self._state.tasks[: self._layout.Point.NUMBER, self.task_numbers])
+        return self._in_units(*self._places_of_tasks())
 
     @property
     def task_numbers(self) -> NDArray[np.int64]:
         """Numbers of the tasks at this step, in ascending order: int64, shape (tasks,)."""
-        return np.flatnonzero(members(self._state.tasks_there))
+        return np.flatnonzero(members(self._state.array("tasks_there", self._state.struct.task_words)))
 
     @property
     def truth(self) -> bool:
         """Whether the tasks of this step are feasible for the robots of this step (model.md 6.17.3)."""
-        return bool(self._state.clock[self._layout.Clock.TRUTH])
+        return bool(self._state.struct.clock.truth)
 
     @property
     def verdict(self) -> Verdict:
         """The ground truth of this step with its proof, as `feasibee.explain` gives."""
         if not self._changes:
             return explain(self.scenario)
-        tasks = self._state.tables.class_of[self._params.robots.count + self.task_numbers]
+        tasks = self._classes[self._params.robots.count + self.task_numbers]
         return explain_kinds(self.scenario, self.robot_kinds[self.present].tolist(), tasks.tolist())
 
     @property
     def opinions(self) -> NDArray[np.int8]:
         """Opinions of the robots: int8, shape (robots,), 1 feasible, 0 infeasible, -1 none."""
-        feasible = self._members(self._state.sets[self._layout.Set.FEASIBLE])
-        opinions = feasible - self._members(self._state.sets[self._layout.Set.NEUTRAL])
+        feasible = self._members(self._state.sets["FOR_FEASIBLE"])
+        opinions = feasible - self._members(self._state.sets["NEUTRAL"])
         return np.where(self._exists, opinions, np.int8(NO_OPINION)) if self._in_motion else opinions
 
     @property
     def disseminating(self) -> NDArray[np.bool_]:
         """Whether each robot is disseminating: bool, shape (robots,); the others explore."""
-        return self._members(self._state.sets[self._layout.Set.DISSEMINATING]).astype(np.bool_)
+        return self._members(self._state.sets["DISSEMINATING"]).astype(np.bool_)
 
     @property
     def feasible_count(self) -> int:
@@ -284,9 +269,9 @@ class Swarm:
     @property
     def declared(self) -> NDArray[np.int8]:
         """What each robot has declared: int8, shape (robots,), 1 feasible, 0 infeasible, -1 nothing yet."""
-        sets, layout = self._state.sets, self._layout
-        feasible = self._members(sets[layout.Set.DECLARED] & sets[layout.Set.DECLARED_FEASIBLE])
-        return feasible + self._members(sets[layout.Set.DECLARED]) - np.int8(1)
+        sets = self._state.sets
+        feasible = self._members(sets["DECLARED"] & sets["FOR_FEASIBLE_DECLARED"])
+        return feasible + self._members(sets["DECLARED"]) - np.int8(1)
 
     @property
     def declared_counts(self) -> tuple[int, int]:
@@ -296,20 +281,19 @@ class Swarm:
     @property
     def knowledge(self) -> NDArray[np.int32]:
         """Words that each robot knows: int32, shape (robots, words); no words if the strategy has none."""
-        robots, words = self._params.robots.count, self._params.strategy.knowledge.words
-        known: NDArray[np.int32] = self._state.knowledge[self._layout.Copy.KNOWN, :robots, :words]
+        known = self._state.known()
         return np.where(self._exists[:, None], known, np.int32(0)) if self._in_motion else known
 
     @property
     def targets(self) -> NDArray[np.int32]:
         """The task to which each robot goes: int32, shape (robots,), -1 for none (model.md 6.25)."""
-        bound = self._members(self._state.sets[self._layout.Set.BOUND])
-        return np.where(bound, self._numbers([self._layout.Robot.TARGET])[0], np.int32(-1))
+        bound = self._members(self._state.sets["BOUND"])
+        return np.where(bound, self._numbers("TARGET")[0], np.int32(-1))
 
     @property
     def standing(self) -> NDArray[np.bool_]:
         """Whether each robot stands at a task that it has taken: bool, shape (robots,)."""
-        return self._members(self._state.sets[self._layout.Set.STANDING]).astype(np.bool_)
+        return self._members(self._state.sets["STANDING"]).astype(np.bool_)
 
     @property
     def holders(self) -> NDArray[np.int32]:
@@ -317,7 +301,7 @@ class Swarm:
 
         Empty unless robots act.
         """
-        return self._state.holders
+        return self._state.array("holders", self._params.tasks.count)
 
     @property
     def news(self) -> NDArray[np.int32]:
@@ -325,7 +309,8 @@ class Swarm:
 
         -1 stands for nothing. There are no tasks unless robots act.
         """
-        return self._state.news[: self._params.robots.count] - np.int32(1)
+        news = self._state.array("news", self._state.struct.padded, self._params.tasks.count)
+        return news[: self._params.robots.count] - np.int32(1)
 
     @property
     def declaration_step(self) -> int:
@@ -354,16 +339,8 @@ class Swarm:
         if not self.present[number]:
             rule = f"no robot has this number at step {self.step}"
             raise FeasibeeError(f"robot = {number}: {rule}; use a number for which present is true")
-        kinds, i = max(1, len(self.scenario.robots.classes)), self._place_of(number)
         x, y = map(float, self.positions[number])
-        return state_of(self._params, self._state, i, number, (x, y), kinds)
-
-    def _place_of(self, number: int) -> int:
-        """Return where the state has a robot."""
-        if not self._params.in_space_order:
-            return number
-        labels = self._state.robots[self._layout.Robot.LABEL, : self._params.robots.count]
-        return int(np.flatnonzero(labels >> 2 == number)[0])
+        return state_of(self._params, self._state, number, (x, y))
 
     @property
     def bits_sent(self) -> int:
@@ -384,27 +361,29 @@ class Swarm:
     @property
     def counted(self) -> NDArray[np.bool_]:
         """Whether each robot counts in the decision, honest and still working: bool, shape (robots,)."""
-        return self._members(self._state.sets[self._layout.Set.COUNTED]).astype(np.bool_)
+        return self._members(self._state.sets["COUNTED"]).astype(np.bool_)
 
     @property
     def robot_kinds(self) -> NDArray[np.int32]:
         """Number of each robot's class, 0 without classes: int32, shape (robots,)."""
-        kinds: NDArray[np.int32] = self._state.tables.class_of[: self._params.robots.count]
-        return kinds
+        return self._classes[: self._params.robots.count]
+
+    @property
+    def _classes(self) -> NDArray[np.int32]:
+        """Classes of robots, then of tasks."""
+        return self._state.array("class_of", self._params.robots.count + self._params.tasks.count)
 
     @property
     def headings(self) -> NDArray[np.float64]:
         """Directions of robots in radians: float64, shape (robots,); 0 if a robot never moves again."""
-        angles: NDArray[np.float64] = np.arctan2(
-            *self._numbers([self._layout.Robot.STEP_Y, self._layout.Robot.STEP_X])
-        )
+        angles: NDArray[np.float64] = np.arctan2(*self._numbers("STEP_Y", "STEP_X"))
         if self._in_motion:
             angles[~self.present] = np.nan
         return angles
 
     def snapshot(self) -> Snapshot:
         """Return the robots of this step in few bytes."""
-        return snapshot_of(self._state, self._side, self._places)
+        return snapshot_of(self._state, self._side, self._params.robots.count)
 
     @property
     def acting(self) -> Acting:
@@ -413,8 +392,12 @@ class Swarm:
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the tasks of this step, in the unit of ``Snapshot``."""
-        x, y = self._state.tasks[: self._layout.Point.NUMBER, self.task_numbers]
+        x, y = self._places_of_tasks()
         return coarse(x, self._side), coarse(y, self._side)
+
+    def _places_of_tasks(self) -> list[NDArray[np.int32]]:
+        """Return x and y of the tasks of this step."""
+        return [self._state.tasks[axis][self.task_numbers] for axis in ("POINT_X", "POINT_Y")]
 
     def _repr_html_(self) -> str:
         """Return the arena and the counts as HTML for notebooks."""
@@ -427,21 +410,11 @@ class Swarm:
 
     def _members(self, words: NDArray[np.uint32]) -> NDArray[np.int8]:
         """Return whether each robot is a member of a set, as 1 or 0."""
-        found: NDArray[np.int8] = members(words)[self._places]
-        return found
+        return members(words)[: self._params.robots.count]
 
-    def _numbers(self, rows: list[int]) -> NDArray[np.int32]:
-        """Return rows of the state's numbers, in the order of the robots: int32, shape (row, robot)."""
-        numbers: NDArray[np.int32] = self._state.robots[rows][:, self._places]
-        return numbers
-
-    @property
-    def _places(self) -> Any:
-        """Where the state has each robot."""
-        count = self._params.robots.count
-        if not self._params.in_space_order:
-            return slice(count)
-        return np.argsort(self._state.robots[self._layout.Robot.LABEL, :count])
+    def _numbers(self, *rows: str) -> NDArray[np.int32]:
+        """Return rows of the state's numbers: int32, shape (row, robot)."""
+        return np.stack([self._state.robots[row][: self._params.robots.count] for row in rows])
 
 
 def truth_at(scenario: Scenario, step: int, seed: int = 0, run: int = 0) -> Verdict:

@@ -242,6 +242,9 @@ struct outcome {
     int64_t runs;
     int64_t curve_length; /* 0 without curves */
     int64_t columns;
+    int8_t *truth, *held; /* by run and step, as what follows */
+    int32_t *robots_present, *tasks_present;
+    int64_t trace_length; /* 0 unless robots or tasks come and go */
 };
 
 /* What threads that simulate share with the one that waits for them. */

@@ -186,6 +186,7 @@ struct state {
     int64_t threads;
     struct part *parts;
     void *team; /* a struct team */
+    bool goes_on; /* whether the run has a next step */
     int32_t *robots[ROBOT_ROWS];
     uint32_t *sets[SETS];     /* of words */
     int64_t *counts[COUNTS];
