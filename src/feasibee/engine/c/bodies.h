@@ -1,0 +1,440 @@
+/* Bodies: robots that go where their way is clear of walls and discs (model.md 6.1, 6.2).
+ *
+ * Up to 128 robots list the pairs that may meet once, and test all of them together; with more robots, those near
+ * the robots of a word are queued, and tested word by word. */
+
+#ifndef BODIES_H
+#define BODIES_H
+
+#include "near.h"
+#include "near_few.h"
+#include "place.h"
+#include "team.h"
+
+#define SURELY 1e-14 /* more than the relative error of a product of four numbers, each rounded once */
+#define TRIES 2      /* eighths of a turn that a blocked robot turns away */
+
+/* Whether a robot meets another one, which it has on its left, or on its right; then the reverse, if it is asked. */
+enum meeting { MEETS = 1, ON_LEFT = 2, ON_RIGHT = 4, REVERSE_BITS = 3, IN_DOUBT = 64 };
+
+/* Wait until all threads have come here. */
+ALWAYS void wait_for_all(struct state *s)
+{
+    struct team *team = (struct team *)s->team;
+    if (comes_last(team))
+        let_go(team);
+}
+
+/* --- Discs that meet --- */
+
+/* The way from a robot to another, and their steps. */
+struct encounter {
+    int64_t way_x, way_y, ix, iy, jx, jy;
+};
+
+ALWAYS struct encounter encounter_of(const struct state *s, int64_t i, int64_t j)
+{
+    const struct arena *arena = &s->params->arena;
+    return (struct encounter){
+        .way_x = short_way(s->robots[X][i], s->robots[X][j], arena->width, arena->walls),
+        .way_y = short_way(s->robots[Y][i], s->robots[Y][j], arena->height, arena->walls),
+        .ix = s->robots[STEP_X][i],
+        .iy = s->robots[STEP_Y][i],
+        .jx = s->robots[STEP_X][j],
+        .jy = s->robots[STEP_Y][j],
+    };
+}
+
+ALWAYS int32_t meeting_bits(bool met, int64_t side)
+{
+    return (int32_t)met * MEETS | (int32_t)(met & (side > 0)) * ON_LEFT | (int32_t)(met & (side < 0)) * ON_RIGHT;
+}
+
+struct wide {
+    uint64_t high, low;
+};
+
+/* Return the product of two words, as 128 bits: not all compilers have a type for it. */
+ALWAYS struct wide wide_product(uint64_t a, uint64_t b)
+{
+    const uint64_t a0 = a & UINT32_MAX, a1 = a >> 32, b0 = b & UINT32_MAX, b1 = b >> 32;
+    const uint64_t middle = a1 * b0 + (a0 * b0 >> 32), other = a0 * b1 + (middle & UINT32_MAX);
+    return (struct wide){a1 * b1 + (middle >> 32) + (other >> 32), a * b};
+}
+
+/* Return whether two discs overlap at some moment of a step, exactly.
+ *
+ * `way` is the difference of their places at the start, `d` that of their steps. */
+static inline bool overlap(uint64_t limit, int64_t way_x, int64_t way_y, int64_t dx, int64_t dy)
+{
+    const int64_t along = way_x * dx + way_y * dy, length = dx * dx + dy * dy;
+    if (along >= 0) /* the distance grows */
+        return (uint64_t)(way_x * way_x + way_y * way_y) < limit;
+    if (-along >= length) { /* the distance shrinks until the end */
+        const int64_t end_x = way_x + dx, end_y = way_y + dy;
+        return (uint64_t)(end_x * end_x + end_y * end_y) < limit;
+    }
+    /* The least distance is within the step. */
+    const uint64_t across = (uint64_t)distance(way_x * dy, way_y * dx);
+    const struct wide squared = wide_product(across, across), least = wide_product(limit, (uint64_t)length);
+    return squared.high < least.high || (squared.high == least.high && squared.low < least.low);
+}
+
+/* Return how a robot meets another, which moves or may stay, by exact arithmetic. */
+APART int32_t meets_exactly(const struct state *s, int64_t i, int64_t j, bool may_stay)
+{
+    const struct encounter e = encounter_of(s, i, j);
+    const uint64_t limit = s->params->robots.apart_limit;
+    const bool met = overlap(limit, e.way_x, e.way_y, e.jx - e.ix, e.jy - e.iy) ||
+                     (may_stay && overlap(limit, e.way_x, e.way_y, -e.ix, -e.iy));
+    return meeting_bits(met, e.ix * e.way_y - e.iy * e.way_x);
+}
+
+/* Return whether two discs overlap at some moment of a step, by floats, and add whether these leave it in doubt.
+ *
+ * The squared distance is `apart` at the start and `apart + 2 along + length` at the end. */
+ALWAYS bool meets(int64_t limit, int64_t apart, int64_t along, int64_t across, int64_t length, bool *doubtful)
+{
+    const bool passes = (along < 0) & (-along < length);
+    const bool at_ends = apart + (along >= 0 ? 0 : 2 * along + length) < limit;
+    const double squared = (double)across * (double)across, least = (double)limit * (double)length;
+    *doubtful |= passes & (__builtin_fabs(squared - least) <= SURELY * least);
+    return (passes & (squared < least)) | (!passes & at_ends);
+}
+
+/* Return how a robot meets another, which moves or may stay, and if `mutual` also the reverse; or IN_DOUBT.
+ *
+ * A stopped robot has step 0. Opposite to each other on the torus, both take the way round in the same direction:
+ * so the one isn't the reverse of the other. */
+ALWAYS int32_t meeting_of(const struct state *s, int64_t i, int64_t j, bool j_may_stay, bool i_may_stay,
+                          const bool mutual)
+{
+    const struct encounter e = encounter_of(s, i, j);
+    const struct arena *arena = &s->params->arena;
+    const int64_t limit = (int64_t)s->params->robots.apart_limit, apart = e.way_x * e.way_x + e.way_y * e.way_y;
+    const int64_t along_i = -(e.way_x * e.ix + e.way_y * e.iy), across_i = e.way_y * e.ix - e.way_x * e.iy;
+    const int64_t along_j = e.way_x * e.jx + e.way_y * e.jy, across_j = e.way_x * e.jy - e.way_y * e.jx;
+    const int64_t length_i = e.ix * e.ix + e.iy * e.iy, length_j = e.jx * e.jx + e.jy * e.jy;
+    const int64_t length = length_i + length_j - 2 * (e.ix * e.jx + e.iy * e.jy);
+    const bool opposite_x = 2 * distance(e.way_x, 0) == arena->width;
+    const bool opposite_y = 2 * distance(e.way_y, 0) == arena->height;
+    bool doubtful = mutual & (opposite_x | opposite_y);
+    const bool both = meets(limit, apart, along_i + along_j, across_i + across_j, length, &doubtful);
+    const bool alone = meets(limit, apart, along_i, across_i, length_i, &doubtful);
+    int32_t meeting = meeting_bits(both | (alone & j_may_stay), across_i);
+    if (mutual) {
+        const bool reverse = meets(limit, apart, along_j, across_j, length_j, &doubtful);
+        meeting |= meeting_bits(both | (reverse & i_may_stay), across_j) << REVERSE_BITS;
+    }
+    return doubtful ? IN_DOUBT : meeting;
+}
+
+/* Put a robot that meets another one into sets. */
+ALWAYS void collect(struct state *s, int64_t i, int32_t meeting)
+{
+    s->sets[MET][i >> 5] |= bit_if(meeting & MEETS, i);
+    s->sets[MET_LEFT][i >> 5] |= bit_if(meeting & ON_LEFT, i);
+    s->sets[MET_RIGHT][i >> 5] |= bit_if(meeting & ON_RIGHT, i);
+}
+
+ALWAYS void clear_met(struct state *s, int64_t w) { s->sets[MET][w] = s->sets[MET_LEFT][w] = s->sets[MET_RIGHT][w] = 0; }
+
+/* --- Edges with walls --- */
+
+/* Return the robots of a word whose step leads beyond an edge with a wall. */
+ALWAYS uint32_t find_beyond_edges(const struct state *s, int64_t w)
+{
+    const struct arena *arena = &s->params->arena;
+    const int64_t radius = s->params->robots.radius;
+    const u32 low = spread((uint32_t)radius); /* beyond it, a difference without sign is large */
+    const u32 across = spread((uint32_t)(arena->width - 2 * radius)), along = spread((uint32_t)(arena->height - 2 * radius));
+    uint32_t found = 0;
+    UNROLL for (int64_t a = 0; a < WORD_VECTORS; a++)
+    {
+        const int64_t i = WORD * w + a * LANES;
+        const u32 x = *(const u32 *)(s->robots[X] + i) + *(const u32 *)(s->robots[STEP_X] + i) - low;
+        const u32 y = *(const u32 *)(s->robots[Y] + i) + *(const u32 *)(s->robots[STEP_Y] + i) - low;
+        found |= (below(across, x) | below(along, y)) << a * LANES;
+    }
+    return found;
+}
+
+/* Find which robots of a word have an edge that blocks them on their left, and on their right. */
+static inline void find_edges_beside(const struct state *s, uint32_t blocked, int64_t w, uint32_t *left, uint32_t *right)
+{
+    const int64_t low = s->params->robots.radius;
+    const int64_t high_x = s->params->arena.width - low, high_y = s->params->arena.height - low;
+    *left = *right = 0;
+    for (; blocked; blocked = without_lowest(blocked)) {
+        const int64_t i = lowest_member(w, blocked), u = s->robots[STEP_X][i], v = s->robots[STEP_Y][i];
+        const int64_t x = at_x(s->robots, i) + u, y = at_y(s->robots, i) + v;
+        const bool west = x < low, east = x > high_x, south = y < low, north = y > high_y;
+        *left |= bit_if((east && v < 0) || (west && v > 0) || (north && u > 0) || (south && u < 0), i);
+        *right |= bit_if((east && v > 0) || (west && v < 0) || (north && u < 0) || (south && u > 0), i);
+    }
+}
+
+/* Return which robots of a set in a word have steps that walls block. */
+ALWAYS uint32_t find_beyond_walls(const struct state *s, uint32_t tried, int64_t w)
+{
+    if (s->params->arena.place.exists)
+        return find_blocked_by_place(s, tried, w);
+    return s->params->arena.walls ? find_beyond_edges(s, w) & tried : 0;
+}
+
+/* --- Steps --- */
+
+/* Choose to which side the blocked robots of a word turn: to the left, unless what blocks them is only there. */
+static inline void choose_sides(struct state *s, int64_t w)
+{
+    uint32_t left = 0, right = 0;
+    if (s->params->arena.place.exists)
+        find_place_beside(s, s->sets[BLOCKED][w], w, &left, &right);
+    else if (s->params->arena.walls)
+        find_edges_beside(s, s->sets[BLOCKED][w], w, &left, &right);
+    s->sets[TURNING_LEFT][w] = s->sets[MET_RIGHT][w] | right | ~(s->sets[MET_LEFT][w] | left);
+}
+
+/* Turn the steps of the blocked robots of a word by an eighth of a turn, to the left or to the right. */
+static inline void turn_away(struct state *s, int64_t w)
+{
+    for (uint32_t blocked = s->sets[BLOCKED][w]; blocked; blocked = without_lowest(blocked)) {
+        const int64_t i = lowest_member(w, blocked), side = has(s->sets[TURNING_LEFT], i) ? 1 : -1;
+        const int64_t u = s->robots[STEP_X][i], v = s->robots[STEP_Y][i];
+        s->robots[STEP_X][i] = (int32_t)shortened(u - side * v);
+        s->robots[STEP_Y][i] = (int32_t)shortened(v + side * u);
+    }
+}
+
+/* Return where a step leads along an axis of a torus, whose side it is shorter than. */
+ALWAYS int32_t around(int32_t coordinate, int32_t step, int64_t side)
+{
+    int64_t end = (int64_t)(uint32_t)coordinate + step;
+    end += end < 0 ? side : 0;
+    end -= end >= side ? side : 0;
+    return (int32_t)(uint32_t)end;
+}
+
+/* Move the robots of a word but those of a set. On a torus whose sides differ, places don't wrap by themselves. */
+ALWAYS void move_unless(struct state *s, uint32_t stays, int64_t w)
+{
+    const struct arena *arena = &s->params->arena;
+    if (!arena->wraps) {
+        for (uint32_t left = ~stays; left; left = without_lowest(left)) {
+            const int64_t i = lowest_member(w, left);
+            s->robots[X][i] = around(s->robots[X][i], s->robots[STEP_X][i], arena->width);
+            s->robots[Y][i] = around(s->robots[Y][i], s->robots[STEP_Y][i], arena->height);
+        }
+        return;
+    }
+    UNROLL for (int64_t a = 0; a < WORD_VECTORS; a++)
+    {
+        const int64_t i = WORD * w + a * LANES;
+        const u32 moves = ~lanes_of(stays >> a * LANES);
+        *(u32 *)(s->robots[X] + i) += *(const u32 *)(s->robots[STEP_X] + i) & moves;
+        *(u32 *)(s->robots[Y] + i) += *(const u32 *)(s->robots[STEP_Y] + i) & moves;
+    }
+}
+
+/* --- Few robots --- */
+
+/* List the pairs of a robot of one word and a lower one of another word; return the number of pairs. */
+ALWAYS int64_t list_pairs_of(struct state *s, struct part *part, int64_t other, int64_t w, int64_t listed)
+{
+    uint32_t *sets = s->links[CLOSE] + other * s->padded, none = 0;
+    UNROLL for (int64_t a = 0; a < WORD_VECTORS; a++)
+    {
+        u32 *close = (u32 *)(sets + WORD * w + a * LANES);
+        if (w == other)
+            *close &= (lane_bits() << a * LANES) - 1;
+        none |= equal(*close, spread(0)) << a * LANES;
+    }
+    uint32_t rows = ~none & first_bits((int)(s->params->robots.count - WORD * w));
+    while (rows) { /* one loop over pairs: an inner one for each robot would often be mispredicted */
+        const int64_t i = lowest_member(w, rows);
+        const uint32_t close = sets[i], rest = without_lowest(close);
+        part->who[listed] = (int32_t)i;
+        part->other[listed++] = (int32_t)lowest_member(other, close);
+        sets[i] = rest;
+        rows &= ~bit_if(rest == 0, i);
+    }
+    return listed;
+}
+
+/* List the pairs of robots that are there and may meet within a step; return their number. */
+static inline int64_t list_pairs(struct state *s, struct part *part)
+{
+    int64_t listed = 0;
+    find_all_near(s, CLOSE, s->params->robots.meet_limit, s->params->robots.meet_band);
+    if (s->params->changes)
+        keep_only(s, CLOSE, s->sets[THERE]);
+    for (int64_t other = 0; other < s->words; other++)
+        for (int64_t w = other; w < s->words; w++)
+            listed = list_pairs_of(s, part, other, w, listed);
+    return listed;
+}
+
+/* Keep those pairs of a list of which one or both are blocked; return their number. */
+static inline int64_t keep_blocked(const struct state *s, struct part *part, int64_t listed)
+{
+    int64_t kept = 0;
+    for (int64_t k = 0; k < listed; k++) {
+        const int32_t i = part->who[k], j = part->other[k];
+        part->who[kept] = i;
+        part->other[kept] = j;
+        const bool one = has(s->sets[BLOCKED], i), other = has(s->sets[BLOCKED], j);
+        kept += one | other;
+    }
+    return kept;
+}
+
+/* Find which robots of listed pairs meet the other, and which of these have it on the left and right.
+ *
+ * The other one moves, or may stay: `at_first` any, later the blocked ones. */
+static inline void find_meeting(struct state *s, struct part *part, int64_t listed, bool at_first)
+{
+    const uint32_t *blocked = s->sets[BLOCKED];
+    for (int64_t k = 0; k < listed; k++) {
+        const int64_t i = part->who[k], j = part->other[k];
+        part->third[k] = meeting_of(s, i, j, at_first | has(blocked, j), at_first | has(blocked, i), true);
+    }
+    for (int64_t w = 0; w < s->words; w++)
+        clear_met(s, w);
+    for (int64_t k = 0; k < listed; k++) {
+        const int64_t i = part->who[k], j = part->other[k];
+        int32_t meeting = part->third[k];
+        if (RARELY(meeting == IN_DOUBT))
+            meeting = meets_exactly(s, i, j, at_first || has(blocked, j)) |
+                      meets_exactly(s, j, i, at_first || has(blocked, i)) << REVERSE_BITS;
+        if (meeting == 0)
+            continue;
+        collect(s, i, meeting);
+        collect(s, j, meeting >> REVERSE_BITS);
+    }
+}
+
+/* Let the blocked robots turn away twice, as long as they are blocked; return whether some still are.
+ *
+ * Their steps change, also of those that stay blocked: these draw a new heading (model.md 6.2.2 to 6.2.5). */
+static inline bool deflect_few(struct state *s, struct part *part, int64_t listed)
+{
+    uint32_t some = UINT32_MAX;
+    for (int tried = 0; tried < TRIES && some; tried++) {
+        for (int64_t w = 0; w < s->words; w++)
+            turn_away(s, w);
+        listed = keep_blocked(s, part, listed);
+        find_meeting(s, part, listed, false);
+        some = 0;
+        for (int64_t w = 0; w < s->words; w++) {
+            s->sets[BLOCKED][w] &= s->sets[MET][w] | find_beyond_walls(s, s->sets[BLOCKED][w], w);
+            some |= s->sets[BLOCKED][w];
+        }
+    }
+    return some != 0;
+}
+
+/* Find the robots that stand in this step; return whether there are any. The steps of others may turn. */
+static inline bool find_standing(struct state *s, struct part *part)
+{
+    const int64_t listed = s->params->robots.avoid_collisions ? list_pairs(s, part) : 0;
+    uint32_t some = 0;
+    find_meeting(s, part, listed, true);
+    for (int64_t w = 0; w < s->words; w++) {
+        const uint32_t working = s->sets[WORKING][w];
+        s->sets[BLOCKED][w] = (s->sets[MET][w] & working) | find_beyond_walls(s, working, w);
+        some |= s->sets[BLOCKED][w];
+    }
+    if (!s->params->robots.deflects || !some)
+        return some != 0;
+    for (int64_t w = 0; w < s->words; w++)
+        choose_sides(s, w);
+    return deflect_few(s, part, listed);
+}
+
+/* Move each robot whose way is clear; the others stay and will turn (model.md 6.1, 6.2). */
+static inline void move_few(struct state *s, struct part *part)
+{
+    if (!find_standing(s, part) && s->params->arena.wraps) {
+        move_freely(s, part);
+        return;
+    }
+    for (int64_t w = 0; w < s->words; w++)
+        move_unless(s, s->sets[BLOCKED][w], w);
+}
+
+/* --- More robots --- */
+
+/* Find which robots of a word meet those queued for them, as find_meeting does. */
+static inline void find_met(struct state *s, const struct part *part, int64_t queued, bool at_first)
+{
+    for (int64_t k = 0; k < queued; k++) {
+        const int64_t i = part->who[k], j = part->other[k] >> 1;
+        const bool may_stay = at_first | has(s->sets[BLOCKED], j);
+        int32_t meeting = meeting_of(s, i, j, may_stay, may_stay, false);
+        if (RARELY(meeting == IN_DOUBT))
+            meeting = meets_exactly(s, i, j, may_stay);
+        collect(s, i, meeting);
+    }
+}
+
+/* Return which of some robots of a word are blocked; find which meet others, and have these on which side.
+ *
+ * Another robot moves, or may stay: `at_first` any, later the blocked ones. */
+static inline uint32_t find_blocked(struct state *s, struct part *part, int64_t w, uint32_t tried, bool at_first)
+{
+    const struct robot *robots = &s->params->robots;
+    const uint32_t found = find_beyond_walls(s, tried, w);
+    int64_t queued = 0;
+    clear_met(s, w);
+    if (!robots->avoid_collisions)
+        return found;
+    uint32_t left = at_first && robots->deflects ? tried : tried & ~found; /* sides matter at first only */
+    while (left) {
+        const int64_t i = lowest_member(w, left);
+        queued = queue_near(s, part, &s->robot_cells, &robots->grid, i, robots->meet_limit, queued, (int32_t)i);
+        left = without_lowest(left);
+        if (queued > QUEUE_ROOM || left == 0) {
+            find_met(s, part, queued, at_first);
+            queued = 0;
+        }
+    }
+    return found | s->sets[MET][w];
+}
+
+/* Let the blocked robots turn away twice, as long as they are blocked (model.md 6.2.2 to 6.2.5). */
+static inline void deflect(struct state *s, struct part *part)
+{
+    for (int tried = 0; tried < TRIES; tried++) {
+        for (int64_t w = part->first; w < part->last; w++)
+            turn_away(s, w);
+        wait_for_all(s);
+        for (int64_t w = part->first; w < part->last; w++) {
+            const uint32_t blocked = s->sets[BLOCKED][w];
+            s->sets[CLEARED][w] = blocked & ~find_blocked(s, part, w, blocked, false);
+        }
+        wait_for_all(s);
+        for (int64_t w = part->first; w < part->last; w++)
+            s->sets[BLOCKED][w] &= ~s->sets[CLEARED][w];
+    }
+}
+
+/* Move each robot of a part whose way is clear; the others stay and will turn (model.md 6.2). */
+static inline void move_crowd(struct state *s, struct part *part)
+{
+    if (s->params->arena.wraps && !s->params->arena.walls && !s->params->robots.avoid_collisions) {
+        move_freely(s, part); /* stopped robots have speed 0 */
+        return;
+    }
+    for (int64_t w = part->first; w < part->last; w++) {
+        s->sets[BLOCKED][w] = find_blocked(s, part, w, s->sets[WORKING][w], true);
+        if (s->params->robots.deflects)
+            choose_sides(s, w);
+    }
+    wait_for_all(s);
+    if (s->params->robots.deflects)
+        deflect(s, part);
+    for (int64_t w = part->first; w < part->last; w++)
+        move_unless(s, s->sets[BLOCKED][w] | ~s->sets[WORKING][w], w);
+}
+
+#endif
