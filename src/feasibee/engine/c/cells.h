@@ -187,13 +187,6 @@ ALWAYS uint32_t place_at(const struct cells *cells, uint32_t x, uint32_t y)
     return (x >> cells->shift & 0xFFFF) | y >> cells->shift << 16;
 }
 
-ALWAYS u32 vector_at(const uint32_t *from)
-{
-    u32 lanes;
-    memcpy(&lanes, from, sizeof lanes);
-    return lanes;
-}
-
 /* Return as many bits as there are points, at most GROUP. */
 ALWAYS uint32_t bits_up_to(int32_t points) { return (UINT32_C(1) << points) - 1; }
 

@@ -1,0 +1,336 @@
+/* Points in cells: which of many points lie near a place, at a cost that doesn't grow with their number.
+ *
+ * A half cell of the grid is at least the range. So all points in range of a place lie in the nearest block of
+ * two by two cells. Points are sorted by row and then by column, and each row repeats its first column at its
+ * end. So a block is two stretches of consecutive points, one per row, without a wrap. */
+
+#ifndef NEAR_H
+#define NEAR_H
+
+#include "queue.h"
+
+#define GROUP (LANES < 8 ? 8 : LANES) /* points that are looked at together: most stretches have fewer */
+#define VECTORS (GROUP / LANES)
+
+/* Return a difference on a torus the short way round. */
+ALWAYS int64_t shortest(int64_t difference, int64_t side)
+{
+    difference -= 2 * difference >= side ? side : 0;
+    return difference + (2 * difference < -side ? side : 0);
+}
+
+/* Return the way along an axis, on the torus the short one. */
+ALWAYS int64_t short_way(int32_t here, int32_t there, int64_t side, bool walls)
+{
+    const int64_t way = (int64_t)(uint32_t)there - (uint32_t)here;
+    return (int32_t)(walls ? way : shortest(way, side)); /* which tells compilers that it fits in 32 bits */
+}
+
+/* --- Which points are near a place --- */
+
+/* Return ways along an axis without sign, on the torus the short ones: where no difference has to be corrected
+ * they wrap in 32 bits. */
+ALWAYS u32 ways(u32 there, u32 here, uint32_t side, const bool wraps)
+{
+    if (wraps)
+        return least_of(there - here, here - there);
+    const u32 straight = there + here - 2 * least_of(there, here);
+    return least_of(straight, side - straight);
+}
+
+/* Points within two limits, of both groups of which one begins at `first` and one at `second`. */
+struct found {
+    uint32_t one, other;
+};
+
+/* Return which of a vector of points are closer than a limit, by squared distances of each second one. */
+ALWAYS uint32_t closer(u64 even, u64 odd, uint64_t limit)
+{
+    const u64 lower = spread_long(0xFFFFFFFFu);
+    return signs((u32)(((u64)(even < limit) & lower) | ((u64)(odd < limit) & ~lower)));
+}
+
+ALWAYS struct found find_in(const struct arena *arena, const int32_t *xs, const int32_t *ys, int64_t first,
+                            int64_t second, int32_t x, int32_t y, uint64_t one, uint64_t other, const bool wraps)
+{
+    struct found found = {0, 0};
+    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
+        const int64_t at = k < VECTORS ? first + k * LANES : second + (k - VECTORS) * LANES;
+        const u64 way_x = (u64)ways(vector_at(xs + at), spread((uint32_t)x), (uint32_t)arena->width, wraps);
+        const u64 way_y = (u64)ways(vector_at(ys + at), spread((uint32_t)y), (uint32_t)arena->height, wraps);
+        const u64 even = product(way_x, way_x) + product(way_y, way_y);
+        const u64 odd = product(way_x >> 32, way_x >> 32) + product(way_y >> 32, way_y >> 32);
+        found.one |= closer(even, odd, one) << k * LANES;
+        found.other |= closer(even, odd, other) << k * LANES;
+    }
+    return found;
+}
+
+/* Find the points of two groups that are within limits of a place; valid or not, arrays are padded. */
+ALWAYS struct found find_within(const struct arena *arena, int32_t *const *points, int64_t first, int64_t second,
+                                int32_t x, int32_t y, uint64_t one, uint64_t other)
+{
+    return arena->wraps ? find_in(arena, points[POINT_X], points[POINT_Y], first, second, x, y, one, other, true)
+                        : find_in(arena, points[POINT_X], points[POINT_Y], first, second, x, y, one, other, false);
+}
+
+/* Return which of up to 32 points, `first` to `last` (excluded), are near. */
+static inline uint32_t near_word(const struct params *p, const int32_t *xs, const int32_t *ys, int64_t first,
+                                 int64_t last, int32_t x, int32_t y, uint64_t limit)
+{
+    int32_t *const points[] = {(int32_t *)xs, (int32_t *)ys};
+    uint32_t close = 0;
+    UNROLL for (int k = 0; k < WORD; k += 2 * GROUP)
+        close |= find_within(&p->arena, points, first + k, first + k + GROUP, x, y, limit, limit).one << k;
+    return close & first_bits((int)(last - first));
+}
+
+/* --- Cells --- */
+
+/* Return the column of an x or the row of a y, by the scale of that axis. */
+ALWAYS int64_t cell_along(int64_t coordinate, uint64_t scale) { return (int64_t)((uint64_t)coordinate * scale >> 52); }
+
+ALWAYS int64_t cell_at(const struct grid *grid, int32_t x, int32_t y)
+{
+    return cell_along((uint32_t)y, grid->scale_y) * (grid->columns + 1) + cell_along((uint32_t)x, grid->scale_x);
+}
+
+/* Append a point to a cell; in the end each cell begins where the one before it ends. */
+ALWAYS void append(struct grid_cells *cells, int64_t cell, int32_t x, int32_t y, int32_t number)
+{
+    const int32_t at = cells->start[cell + 1]++;
+    cells->points[POINT_X][at] = x;
+    cells->points[POINT_Y][at] = y;
+    cells->points[NUMBER][at] = number;
+}
+
+/* Replace the numbers of points of the cells by the places where these points begin. */
+static inline void sum_up(int32_t *start, const struct grid *grid)
+{
+    int32_t begin = 0;
+    for (int64_t row = 0; row < grid->rows; row++) {
+        int32_t *line = start + row * (grid->columns + 1) + 1;
+        if (grid->columns > 1)
+            line[grid->columns] = line[0];
+        for (int64_t k = 0; k <= grid->columns; k++) {
+            const int32_t count = line[k];
+            line[k] = begin;
+            begin += count;
+        }
+    }
+}
+
+/* Append the points of the first column of each row to the cell that repeats it. */
+static inline void repeat_columns(struct grid_cells *cells, const struct grid *grid)
+{
+    for (int64_t row = 0; row < grid->rows && grid->columns > 1; row++) {
+        const int64_t cell = row * (grid->columns + 1);
+        for (int32_t k = cells->start[cell]; k < cells->start[cell + 1]; k++)
+            append(cells, cell + grid->columns, cells->points[POINT_X][k], cells->points[POINT_Y][k],
+                   cells->points[NUMBER][k]);
+    }
+}
+
+/* Sort those of some points that are members of a set into cells: count, sum up, store. */
+static inline void sort_into_cells(struct grid_cells *cells, const struct grid *grid, const int32_t *xs, const int32_t *ys,
+                                   const int32_t *numbers, const uint32_t *members, int64_t count)
+{
+    struct grid_cells own = *cells; /* copies, which no store can change */
+    const struct grid over = *grid;
+    memset(own.start, 0, sizeof *own.start * (size_t)((over.columns + 1) * over.rows + 1));
+    for (int64_t i = 0; i < count; i++)
+        own.start[cell_at(&over, xs[i], ys[i]) + 1] += has(members, i);
+    sum_up(own.start, &over);
+    for (int64_t i = 0; i < count; i++)
+        if (LIKELY(has(members, i)))
+            append(&own, cell_at(&over, xs[i], ys[i]), xs[i], ys[i], numbers[i]);
+    repeat_columns(&own, &over);
+}
+
+/* --- Blocks of cells --- */
+
+/* The points of a block of cells; each last one is excluded. */
+struct stretches {
+    int64_t first, last, other_first, other_last;
+};
+
+/* Return a coordinate that may be negative on the torus. */
+ALWAYS int64_t wrapped(int64_t coordinate, int64_t side) { return coordinate + (side & (coordinate >> 63)); }
+
+/* Return the nearest block of cells. */
+ALWAYS struct stretches block_at(const struct grid_cells *cells, const struct grid *grid, int32_t x, int32_t y)
+{
+    const int64_t left = wrapped((uint32_t)x - grid->half_width, grid->width);
+    const int64_t low = wrapped((uint32_t)y - grid->half_height, grid->height);
+    const int64_t column = cell_along(left, grid->scale_x), row = cell_along(low, grid->scale_y);
+    const int64_t next_row = row + 1 == grid->rows ? 0 : row + 1, line = grid->columns + 1;
+    const int32_t *one = cells->start + row * line + column, *other = cells->start + next_row * line + column;
+    return (struct stretches){one[0], one[2], other[0], other[grid->rows > 1 ? 2 : 0]};
+}
+
+/* Two groups of points: so many as fit in a word. */
+struct groups {
+    int64_t first, second;
+    uint32_t valid; /* those that belong to the block */
+};
+
+ALWAYS bool has_more(const struct stretches *left)
+{
+    return left->first < left->last || left->other_first < left->other_last;
+}
+
+/* Take points from a block: both stretches if they are short, else up to two groups of one of them. */
+ALWAYS struct groups take_groups(struct stretches *left)
+{
+    const int64_t length = left->last - left->first, other = left->other_last - left->other_first;
+    struct groups taken = {left->first, left->other_first, first_bits((int)length) | first_bits((int)other) << GROUP};
+    if (LIKELY(length <= GROUP && other <= GROUP))
+        *left = (struct stretches){0, 0, 0, 0};
+    else if (length > 0) {
+        taken = (struct groups){left->first, left->first + GROUP, first_bits((int)length)};
+        left->first += length < 2 * GROUP ? length : 2 * GROUP;
+    } else {
+        taken = (struct groups){left->other_first, left->other_first + GROUP, first_bits((int)other)};
+        left->other_first += other < 2 * GROUP ? other : 2 * GROUP;
+    }
+    return taken;
+}
+
+/* Queue a robot with the chosen points of two groups; return how many are queued.
+ *
+ * Without compression the first is queued without a branch, since most robots have none or one. */
+ALWAYS int64_t queue_chosen(struct part *part, int64_t queued, int64_t i, const int32_t *numbers, struct groups of,
+                            uint32_t chosen)
+{
+#if defined AVX512
+    const u32 itself = spread((uint32_t)i);
+    for (int k = 0; k < 2; k++) {
+        const uint32_t some = chosen >> k * GROUP & 0xFFFF;
+        const u32 packed = compressed(vector_at(numbers + (k ? of.second : of.first)), some);
+        memcpy(part->who + queued, &itself, sizeof itself);
+        memcpy(part->other + queued, &packed, sizeof packed);
+        queued += members(some);
+    }
+    return queued;
+#else
+    int32_t *who = part->who + queued, *other = part->other + queued;
+    const int32_t *first = numbers + of.first, *second = numbers + of.second - GROUP;
+    const int count = members(chosen);
+    int k = lowest(chosen | bit(2 * GROUP - 1));
+    who[0] = (int32_t)i;
+    other[0] = (k < GROUP ? first : second)[k];
+    for (int n = 1; RARELY(n < count); n++) {
+        chosen = without_lowest(chosen);
+        k = lowest(chosen);
+        who[n] = (int32_t)i;
+        other[n] = (k < GROUP ? first : second)[k];
+    }
+    return queued + count;
+#endif
+}
+
+/* Return which points of two groups stand for a robot, whether or not it broadcasts. */
+ALWAYS uint32_t those_of(const int32_t *numbers, struct groups of, int32_t robot)
+{
+    uint32_t same = 0;
+    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
+        const u32 number = vector_at(numbers + (k < VECTORS ? of.first + k * LANES : of.second + (k - VECTORS) * LANES));
+        same |= equal((u32)((i32)number >> 1), spread((uint32_t)robot)) << k * LANES;
+    }
+    return same;
+}
+
+/* Return which points of two groups stand for robots that broadcast. */
+ALWAYS uint32_t those_loud(const int32_t *numbers, struct groups of)
+{
+    uint32_t loud = 0;
+    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
+        const u32 number = vector_at(numbers + (k < VECTORS ? of.first + k * LANES : of.second + (k - VECTORS) * LANES));
+        loud |= signs(number << 31) << k * LANES;
+    }
+    return loud;
+}
+
+/* Queue what is near a robot, robots or tasks; return how many are queued.
+ *
+ * A robot is near itself: it is left out as `but`, or -1 is. */
+static inline int64_t queue_near(struct state *s, struct part *part, const struct grid_cells *cells, const struct grid *grid,
+                                 int64_t i, uint64_t limit, int64_t queued, int32_t but)
+{
+    const int32_t x = s->robots[X][i], y = s->robots[Y][i], *numbers = cells->points[NUMBER];
+    struct stretches left = block_at(cells, grid, x, y);
+    do {
+        const struct groups of = take_groups(&left);
+        const uint32_t close = find_within(&s->params->arena, cells->points, of.first, of.second, x, y, limit, limit).one;
+        queued = queue_chosen(part, queued, i, numbers, of, close & of.valid & ~those_of(numbers, of, but));
+    } while (RARELY(has_more(&left)));
+    return queued;
+}
+
+/* --- The robots of a larger swarm, and what is around each of them --- */
+
+/* Sort the robots that are there into cells: one thread for all.
+ *
+ * What stands for a robot in the cells is its number, and as the lowest bit whether it broadcasts. */
+static inline void fill_cells(struct state *s)
+{
+    int32_t *restrict numbers = s->robots[ORDER]; /* which only the start needs */
+    const int32_t *restrict labels = s->robots[LABEL];
+    for (int64_t i = 0; i < s->padded; i++)
+        numbers[i] = (int32_t)i << 1 | (labels[i] & 1);
+    sort_into_cells(&s->robot_cells, &s->params->robots.grid, s->robots[X], s->robots[Y], numbers, s->sets[THERE],
+                    s->params->robots.count);
+}
+
+/* Return which robots of a word explore. */
+ALWAYS uint32_t exploring_in(const struct state *s, int64_t w) { return ~s->sets[DISSEMINATING][w] & s->sets[WORKING][w]; }
+
+/* What robots look through: copies, which no store can change. */
+struct lens {
+    struct grid_cells cells;
+    struct grid grid;
+    struct arena arena;
+    uint64_t sight, radio;
+    const int32_t *x, *y;
+};
+
+ALWAYS struct lens lens_of(const struct state *s, const struct grid_cells *cells, const struct grid *grid)
+{
+    return (struct lens){*cells, *grid, s->params->arena, s->params->sensing.limit, s->params->radio.limit,
+                         s->robots[X], s->robots[Y]};
+}
+
+/* Count the robots in sight of a robot, itself included; queue those that it hears, and return how many are queued. */
+ALWAYS int64_t scan(struct part *part, const struct lens *lens, int64_t i, bool listens, int64_t queued, int64_t *seen)
+{
+    const int32_t x = lens->x[i], y = lens->y[i], *numbers = lens->cells.points[NUMBER];
+    struct stretches left = block_at(&lens->cells, &lens->grid, x, y);
+    do {
+        const struct groups of = take_groups(&left);
+        const struct found found = find_within(&lens->arena, lens->cells.points, of.first, of.second, x, y,
+                                               lens->sight, lens->radio);
+        const uint32_t loud = those_loud(numbers, of) & ~those_of(numbers, of, (int32_t)i) & -(uint32_t)listens;
+        *seen += members(found.one & of.valid);
+        queued = queue_chosen(part, queued, i, numbers, of, found.other & of.valid & loud);
+    } while (RARELY(has_more(&left)));
+    return queued;
+}
+
+/* Count the tasks in sight of exploring robots. */
+static inline void count_tasks(struct state *s, const struct part *part)
+{
+    const struct lens lens = lens_of(s, &s->task_cells, &s->params->tasks.grid);
+    for (int64_t w = part->first; w < part->last; w++)
+        for (uint32_t rest = exploring_in(s, w); rest; rest = without_lowest(rest)) {
+            const int64_t i = lowest_member(w, rest);
+            const int32_t x = lens.x[i], y = lens.y[i];
+            struct stretches left = block_at(&lens.cells, &lens.grid, x, y);
+            do {
+                const struct groups of = take_groups(&left);
+                s->counts[TASKS_SEEN][i] += members(of.valid & find_within(&lens.arena, lens.cells.points, of.first,
+                                                                           of.second, x, y, lens.sight, 0).one);
+            } while (RARELY(has_more(&left)));
+        }
+}
+
+#endif
