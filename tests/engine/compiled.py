@@ -26,10 +26,11 @@ SANITIZED = ("-fsanitize=undefined", "-fno-sanitize-recover=all")
 
 
 def declarations() -> FFI:
-    """Return what engine.h declares, and what calls.c does."""
+    """Return what engine.h and state.h declare, and what calls.c does."""
     ffi = FFI()
-    lines = (C / "engine.h").read_text(encoding="utf-8").splitlines()
-    ffi.cdef("\n".join(line for line in lines if not line.startswith("#")))
+    for name in ("engine.h", "state.h"):
+        lines = (C / name).read_text(encoding="utf-8").splitlines()
+        ffi.cdef("\n".join(line for line in lines if not line.startswith("#")))
     calls = CALLS.read_text(encoding="utf-8")
     ffi.cdef(calls[calls.index("struct call {") : calls.index("static int64_t work")])
     ffi.cdef("int64_t call_once(struct call *call, struct failure *failure);")
@@ -68,13 +69,23 @@ class Rules:
             elif isinstance(each, Setting):
                 each, arrays = struct_of(self.ffi, each)  # noqa: PLW2901
                 kept += [each, arrays]
-            if name != "known":
-                setattr(call, field, each)
+            if name == "known":
+                kept.append(self.ffi.new("int32_t[]", [*each, 0]))
+                each = {"words": kept[-1], "length": len(each)}  # noqa: PLW2901
+            setattr(call, field, each)
         if self.calls.call_once(call, failure) != 0:
             return Failure(failure.what, failure.line, failure.first, failure.second)
         if call.mind:
             arguments[0].memory[:] = list(call.mind.memory[0 : call.mind.memory_count])
         return call.whole if rule in ("decide", "say") else call.real
+
+    def update(self, state: Any, action: int, number: int) -> Any:
+        """Call the functions of knowledge for all that waits; return the bits sent, or the failure."""
+        call, failure = self.ffi.new("struct call *"), self.ffi.new("struct failure *")
+        call.rules, call.rule, call.state, call.action, call.number = self.rules, -1, state, action, number
+        if self.calls.call_once(call, failure) != 0:
+            return Failure(failure.what, failure.line, failure.first, failure.second)
+        return call.whole
 
     def _struct(self, kind: str, record: Any, kept: list[Any]) -> Any:
         made = self.ffi.new(f"{kind} *")

@@ -26,7 +26,7 @@ SOURCES: Final = PACKAGE / "engine" / "c"
 AT_ONCE: Final = 2
 """Number of compilers that run at the same time: each may take 300 MB."""
 FLAGS: Final = (
-    *("-std=c11", "-O3", "-ffp-contract=off", "-fno-strict-aliasing", "-fno-sanitize=all"),
+    *("-std=c11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-strict-aliasing", "-fno-sanitize=all"),
     *("-fvisibility=hidden", "-fPIC"),
 )
 """No contraction and no fast mathematics: each operation rounds as in Python."""

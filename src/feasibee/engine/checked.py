@@ -8,12 +8,27 @@ from __future__ import annotations
 
 import ast
 from dataclasses import dataclass
+from typing import Final
 
 from feasibee.engine.failing import Failing
 from feasibee.engine.flow import ends
 from feasibee.engine.operations import FLAT, TABLE, Operations, array_of, calls, flag_of
 from feasibee.robot.expressions import bare
-from feasibee.robot.language import BOOL, ENGINE, INT, REALS, VOID, Signature, Target, Value, text_of
+from feasibee.robot.language import (
+    BOOL,
+    COUNTS,
+    ENGINE,
+    INT,
+    MESSAGE,
+    REAL,
+    REALS,
+    ROW,
+    VOID,
+    Signature,
+    Target,
+    Value,
+    text_of,
+)
 from feasibee.robot.translate import Body, Translation
 
 
@@ -21,7 +36,7 @@ from feasibee.robot.translate import Body, Translation
 class CheckedTranslation(Translation):
     """A user's functions in C, with Python's checks."""
 
-    target: Target = ENGINE
+    target: Target = ENGINE._replace(inlined="static inline")  # a user waits for the compiler
 
     @property
     def body(self) -> type[Body]:
@@ -74,15 +89,21 @@ class Checked(Operations):
             self.put(depth, f"{flag_of(target.id)} = true;")
 
     def _store(self, target: ast.Subscript, given: ast.expr | Value, depth: int) -> None:
-        """Write a number into the memory: Python computes it first, and then its place."""
+        """Write a number into a row: Python computes it first, and then its place."""
         row = self.value(target.value)
-        if row.type != REALS:
+        if row.type == MESSAGE:
+            self.fail(target, f"an assignment to {ast.unparse(target)}", "only read it; write to known")
+        if row.type not in _WRITTEN:
             self.fail(target, f"an assignment to {ast.unparse(target)}", "write to mind.memory only")
+        write, kind = _WRITTEN[str(row.type)]
         value = given if isinstance(given, Value) else self.number(given)
+        if value.type == REAL and row.type != REALS:
+            self.fail(target, f"{ast.unparse(target)} is given a real number", "write int(...)")
         value, place = (
             self.hold(each, depth) if calls(each) else each for each in (value, self._index(target))
         )
-        self.put(depth, f"{bare(self._at(target, row, place).text)} = (double){value.text};")
+        taken = f"{target.lineno}, {row.text}, {bare(place.text)}"
+        self.put(depth, f"*{write}({taken}) = ({kind}){value.text};")
 
     def _assign_several(self, target: ast.Tuple | ast.List, given: ast.expr | Value, depth: int) -> None:
         table = given if isinstance(given, Value) else None
@@ -152,6 +173,14 @@ class Checked(Operations):
     def _variables_of_loops(self) -> set[str]:
         """Return none: all variables are those of the function."""
         return set()
+
+
+_WRITTEN: Final = {
+    REALS: ("feasibee_place_in_reals", "double"),
+    ROW: ("feasibee_place_in_row", "int32_t"),
+    COUNTS: ("feasibee_place_in_counts", "int64_t"),
+}
+"""What finds the place of a number in a row, by the row's type, and the number's type: a word wraps."""
 
 
 def _is_none(node: ast.expr) -> bool:

@@ -5,15 +5,30 @@ Standard library only, since pip builds the package without the packages that it
 
 from __future__ import annotations
 
+import ast
 import inspect
-from collections.abc import Iterable
-from typing import Final
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
 
 from feasibee.engine.checked import CheckedTranslation
 from feasibee.engine.failing import RESULT, enumeration
 from feasibee.errors import FeasibeeError
-from feasibee.robot.definitions import Text
-from feasibee.robot.language import ARGUMENTS, ENGINE, INT, LONG, NUMBERS, Signature
+from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
+from feasibee.robot.definitions import Definition, Text
+from feasibee.robot.language import (
+    ARGUMENTS,
+    COUNTS,
+    ENGINE,
+    INT,
+    LONG,
+    MESSAGE,
+    NUMBERS,
+    RESULTS,
+    ROW,
+    VOID,
+    Signature,
+    Type,
+)
 from feasibee.robot.translate import Translation
 from feasibee.strategies import STRATEGIES, contract
 from feasibee.strategies.contract import LIMITS, MUST, Strategy
@@ -22,8 +37,20 @@ RULES: Final = ("quality", "dissemination", "decide", "say", "value", "lasting",
 """The functions of ``struct rules``, in their order."""
 ALWAYS: Final = RULES[:3]
 """Those that the engine always calls: without one in the file, the contract's."""
-TYPES: Final = {rule: tuple(INT if each == LONG else each for each in ARGUMENTS[rule]) for rule in RULES}
+KNOWLEDGE: Final = ("start", "observe", "encode", "lie", "merge", "count", "bits", "declare", "judge")
+"""The functions of knowledge that the engine calls, inlined into update.h."""
+RETURNING: Final = (*RULES, "count", "bits", "declare", "judge")
+"""The functions whose results are checked, as failures number them."""
+TYPES: Final[Mapping[str, tuple[Type, ...]]] = {
+    **{name: tuple(INT if each == LONG else each for each in kinds) for name, kinds in ARGUMENTS.items()},
+    "probability": ("mind", MESSAGE, "setting"),
+    "merge": (ROW, MESSAGE, INT, "me"),
+    "count": (MESSAGE, COUNTS, "me"),
+    "bits": (MESSAGE, "me"),
+}
 """Types of the arguments of a user's functions: whole numbers all have 64 bits."""
+STEADY: Final = ("id", "kind", "hash", "setting")
+"""What of a robot never changes in a run."""
 _QUIETLY: Final = """#pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
 #pragma GCC diagnostic ignored "-Wunused-function"
@@ -33,7 +60,7 @@ _LOUDLY: Final = "#pragma GCC diagnostic pop\n"
 
 
 def built_in_strategies() -> str:
-    """Return ``strategies.c``: the rules of all built-in strategies that pass on opinions only.
+    """Return ``strategies.c``: the functions of all built-in strategies.
 
     Examples
     --------
@@ -42,15 +69,11 @@ def built_in_strategies() -> str:
     True
     """
     translation = Translation(ENGINE)
-    tables = {
-        name: rules_of(name, _translated(strategy, translation))
-        for name, strategy in STRATEGIES.items()
-        if not strategy.knowledge
-    }
+    tables = {name: _built_in(strategy, translation) for name, strategy in STRATEGIES.items()}
     return "\n".join(
         [
-            "/* The rules of the built-in strategies, by feasibee.engine.generate from their Python. */\n",
-            '#include "translated.h"\n',
+            "/* The built-in strategies, translated from Python by feasibee.engine.generate. */\n",
+            '#include "unchecked.h"\n',
             _QUIETLY,
             *translation.structs(),
             *translation.functions,
@@ -61,8 +84,23 @@ def built_in_strategies() -> str:
     )
 
 
+def _built_in(strategy: Strategy, translation: Translation) -> str:
+    """Translate the functions of a strategy; return its part of update.h and its ``struct rules``."""
+    names = {
+        each: translation.entry(each, inspect.unwrap(getattr(strategy, each))).name
+        for each in (*RULES, *KNOWLEDGE)
+        if each in strategy.functions or each in ALWAYS
+    }
+    prefix = constant(strategy.name)
+    if not strategy.knowledge:
+        return _rules(prefix, names)
+    bits: Any = strategy.bits
+    repeats = "encode" not in names and is_steady(translation.definition(bits))
+    return _update(prefix, names, repeats, len(strategy.parameters)) + _rules(prefix, names, prefix)
+
+
 def own_strategy(file: str, source: str) -> str:
-    """Return the library of a user's strategy that passes on opinions only, in C with Python's checks.
+    """Return the library of a user's strategy, in C with Python's checks.
 
     Parameters
     ----------
@@ -78,10 +116,14 @@ def own_strategy(file: str, source: str) -> str:
     """
     names, translation = Text(file, source), CheckedTranslation()
     translation.texts[file] = "own", source
-    found = {rule: _own(rule, names, translation) for rule in RULES if rule in names or rule in ALWAYS}
-    lines = {rule: names[rule].tree.lineno for rule in found if rule in names}
-    checks = [_checked(file, rule, found[rule], line) for rule, line in lines.items()]
-    table = {rule: f"{rule}_of_rules" if rule in lines else found[rule].name for rule in found}
+    knows = "merge" in names
+    wanted = (*RULES, *KNOWLEDGE) if knows else RULES
+    found = {each: _own(each, names, translation) for each in wanted if each in names or each in ALWAYS}
+    lines = {each: names[each].tree.lineno for each in found if each in names}
+    checks = [_checked(file, each, found[each], line) for each, line in lines.items()]
+    checked = {each for each in lines if each in _DECLARED}
+    table = {each: f"{each}_of_rules" if each in checked else found[each].name for each in found}
+    repeats = knows and "encode" not in names and is_steady(names["bits"])
     return "\n".join(
         [
             "/* A user's strategy, translated from Python by feasibee.engine.generate. */\n",
@@ -90,9 +132,8 @@ def own_strategy(file: str, source: str) -> str:
             *translation.structs(),
             *translation.functions,
             *checks,
-            "static const struct rules own_rules = {",
-            *(f"    .{rule} = {name}," for rule, name in table.items()),
-            "};\n",
+            _update("rules", table, repeats) if knows else "",
+            _rules("own", table, "rules" if knows else ""),
             "const struct rules *feasibee_rules(const char *name)",
             "{",
             "    (void)name;",
@@ -103,83 +144,115 @@ def own_strategy(file: str, source: str) -> str:
     )
 
 
-def _own(rule: str, names: Text, translation: CheckedTranslation) -> Signature:
+def _own(name: str, names: Text, translation: CheckedTranslation) -> Signature:
     """Translate a function of a user's file, or the contract's."""
-    usual = "modulated" if rule == "dissemination" and names.get("MODULATES") else rule
+    usual = "modulated" if name == "dissemination" and names.get("MODULATES") else name
     try:
-        return translation.function(names.get(rule) or getattr(contract, usual), TYPES[rule])
+        return translation.function(names.get(name) or getattr(contract, usual), TYPES[name])
     except FeasibeeError as error:
         where, _, what = str(error).partition(": ")
-        raise FeasibeeError(f"{where}: {rule} doesn't compile: {what}") from None
+        raise FeasibeeError(f"{where}: {name} doesn't compile: {what}") from None
 
 
+_OF_MIND: Final = "struct mind *mind", "mind"
+_OF_KNOWN: Final = "struct known known, const struct me *me", "known, me"
 _DECLARED: Final = {
     "quality": ("double", "int64_t robots_seen, int64_t tasks_seen", "robots_seen, tasks_seen"),
     "dissemination": ("double", "double quality, double gain", "quality, gain"),
     "decide": ("int64_t", "struct mind *mind, const struct inbox *inbox", "mind, inbox"),
-    "say": ("int64_t", "struct mind *mind", "mind"),
-    "value": ("double", "struct mind *mind", "mind"),
+    "say": ("int64_t", *_OF_MIND),
+    "value": ("double", *_OF_MIND),
     "lasting": ("double", "struct mind *mind, double gain", "mind, gain"),
     "probability": (
         "double",
-        "struct mind *mind, const struct setting *setting",
-        "mind, (struct feasibee_row){0}, setting",
+        "struct mind *mind, struct known known, const struct setting *setting",
+        "mind, known, setting",
+    ),
+    "bits": ("int64_t", *_OF_KNOWN),
+    "declare": ("int64_t", *_OF_KNOWN),
+    "judge": ("int64_t", *_OF_KNOWN),
+    "count": (
+        "void",
+        "struct known known, struct feasibee_counts counts, const struct me *me",
+        "known, counts, me",
     ),
 }
-"""By function: its result in ``struct rules``, its arguments, and those that its translation is given."""
+"""By function: its result in C, its arguments, and those that its translation is given."""
 
 
-def _checked(file: str, rule: str, signature: Signature, line: int) -> str:
-    """Return a function of ``struct rules`` that calls a user's, and checks what it returns."""
-    result, arguments, given = _DECLARED[rule]
-    if signature.result not in NUMBERS:
-        raise FeasibeeError(
-            f"{file}, line {line}: {rule} doesn't compile: it returns no number; {MUST[rule]}"
-        )
-    called = f"{line}, {RESULT + RULES.index(rule)}, (double){signature.name}({given})"
-    limits = f", {LIMITS[rule][0]}, {LIMITS[rule][1]}" if result == "double" else ""
-    check = "feasibee_result" if result == "double" else "feasibee_opinion"
+def _checked(file: str, name: str, signature: Signature, line: int) -> str:
+    """Return a function that calls a user's, and checks what it returns; nothing if there is nothing."""
+    told = _mistake(name, signature)
+    if told:
+        raise FeasibeeError(f"{file}, line {line}: {name} doesn't compile: {told}")
+    if name not in _DECLARED:
+        return ""
+    result, arguments, given = _DECLARED[name]
+    called, where = f"{signature.name}({given})", f"{line}, {RESULT + RETURNING.index(name)}"
+    if name == "count":
+        body = [
+            f"    {called};",
+            "    for (int64_t k = 0; k < counts.length; k++)",
+            f"        feasibee_whole_result({where}, counts.numbers[k], {COUNT_LIMIT});",
+        ]
+    elif name == "bits":
+        body = [f"    return feasibee_whole_result({where}, {called}, {BITS_LIMIT});"]
+    elif result == "double":
+        least, most = LIMITS[name]
+        body = [f"    return feasibee_result({where}, (double){called}, {least}, {most});"]
+    else:
+        body = [f"    return feasibee_opinion({where}, (double){called});"]
+    return "\n".join([f"static {result} {name}_of_rules({arguments})", "{", *body, "}", ""])
+
+
+def _mistake(name: str, signature: Signature) -> str:
+    """Return what is wrong with the type of a function's result, if anything."""
+    if name in RULES:
+        return "" if signature.result in NUMBERS else f"it returns no number; {MUST[name]}"
+    if RESULTS.get(name) == VOID:
+        return "" if signature.result == VOID else "it must return nothing, whatever it is given"
+    return "" if signature.result == INT else "it must return a whole number, whatever it is given"
+
+
+def is_steady(bits: Definition) -> bool:
+    """Return whether the length of a message depends on the message only; in doubt, not."""
+    me, nodes = bits.arguments[1], list(ast.walk(bits.tree))
+    met = sum(isinstance(each, ast.Name) and each.id == me for each in nodes)
+    read = sum(
+        isinstance(each, ast.Attribute)
+        and isinstance(each.value, ast.Name)
+        and each.value.id == me
+        and each.attr in STEADY
+        for each in nodes
+    )
+    return met == read
+
+
+def _update(prefix: str, names: Mapping[str, str], repeats: bool, parameters: int | None = None) -> str:
+    """Return a copy of update.h for the functions of a strategy."""
+    functions = {each: names[each] for each in KNOWLEDGE if each in names}
     return "\n".join(
         [
-            f"static {result} {rule}_of_rules({arguments})",
-            "{",
-            f"    return {check}({called}{limits});",
-            "}",
-            "",
+            f"#define PART(name) {prefix}_##name",
+            *([f"#define PARAMETERS {parameters}"] if parameters is not None else []),
+            *(["#define REPEATS"] if repeats else []),
+            *(f"#define {each.upper()}_BY {name}" for each, name in functions.items()),
+            '#include "update.h"\n\n',
         ]
     )
 
 
-def _translated(strategy: Strategy, translation: Translation) -> dict[str, Signature]:
-    """Translate the rules of a strategy; return each by its name in Python."""
-    return {
-        rule: translation.entry(rule, inspect.unwrap(getattr(strategy, rule)))
-        for rule in RULES
-        if rule in strategy.functions or rule in ALWAYS
-    }
-
-
-def rules_of(name: str, found: dict[str, Signature]) -> str:
+def _rules(prefix: str, names: Mapping[str, str], updates: str = "") -> str:
     """Return the definition of a strategy's ``struct rules``."""
-    table = constant(name)
-    lines = []
-    if "probability" in found:  # without knowledge, none is known
-        lines += [
-            f"static double {table}_probability(struct mind *mind, const struct setting *setting)",
-            "{",
-            f"    return {found['probability'].name}(mind, (struct feasibee_row){{0}}, setting);",
-            "}",
-            "",
+    rules = {each: names[each] for each in RULES if each in names}
+    rules |= {"update": f"{updates}_update"} if updates else {}
+    return "\n".join(
+        [
+            f"static const struct rules {prefix}_rules = {{",
+            *(f"    .{each} = {name}," for each, name in rules.items()),
+            "};\n",
         ]
-    names = {rule: signature.name for rule, signature in found.items()}
-    names |= {"probability": f"{table}_probability"} if "probability" in found else {}
-    lines += [
-        f"static const struct rules {table}_rules = {{",
-        *(f"    .{rule} = {name}," for rule, name in names.items()),
-        "};",
-        "",
-    ]
-    return "\n".join(lines)
+    )
 
 
 def constant(name: str) -> str:

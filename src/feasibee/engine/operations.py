@@ -15,7 +15,9 @@ from feasibee.robot.definitions import Constants, Definition, is_of_math
 from feasibee.robot.expressions import bare, c_name, folded
 from feasibee.robot.language import (
     BOOL,
+    COUNTS,
     INT,
+    MESSAGE,
     NUMBERS,
     PLAN,
     REAL,
@@ -461,6 +463,8 @@ _READ: Final = {
     CONSTANTS: "feasibee_parameter",
     PLAN: "feasibee_cell",
     ROW: "feasibee_word",
+    MESSAGE: "feasibee_word",
+    COUNTS: "*feasibee_place_in_counts",
 }
 """What takes a number out of a row, by its type."""
 _SWAPPED: Final = {"==": "==", "!=": "!=", "<": ">", "<=": ">=", ">": "<", ">=": "<="}

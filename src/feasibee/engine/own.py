@@ -16,13 +16,16 @@ from platform import machine
 from typing import Any, Final, NamedTuple
 
 from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
-from feasibee.engine.generate import RULES, own_strategy
+from feasibee.engine.generate import RETURNING, own_strategy
 from feasibee.files.cache import cache_root, own_folder, read_library, write_library
 from feasibee.robot.compiler import run_compiler
 from feasibee.strategies.contract import MUST, Manifest
 
 HEADERS: Final = Path(__file__).parent / "c"
-INCLUDED: Final = ("engine.h", "translated.h", "checked.h")
+INCLUDED: Final = (
+    *("engine.h", "translated.h", "checked.h", "update.h", "given.h", "sets.h", "decisions.h", "state.h"),
+    "vec.h",
+)
 """The headers that a library is made of."""
 FLAGS: Final = (
     *("-std=gnu11", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=all"),
@@ -50,7 +53,7 @@ class OwnRules(NamedTuple):
 
 @cache
 def load(strategy: Manifest, ffi: Any, engine: Any) -> OwnRules:
-    """Load a user's strategy that passes on opinions only; compile it unless it is cached.
+    """Load a user's strategy; compile it unless it is cached.
 
     Parameters
     ----------
@@ -183,8 +186,9 @@ def explained(strategy: Manifest, failure: Failure) -> str:
     """
     where = f"{_file(strategy)}, line {failure.line}"
     if failure.what >= RESULT:
-        rule = RULES[failure.what - RESULT]
-        return f"{where}: {rule} returns {_shown(failure.first)}; {MUST[rule]}"
+        name = RETURNING[failure.what - RESULT]
+        does = "count writes {} into counts" if name == "count" else f"{name} returns {{}}"
+        return f"{where}: {does.format(_shown(failure.first))}; {MUST[name]}"
     kind, what, remedy = _reason(failure)
     return f"{where}: fails: {kind}: {what}; {remedy}"
 

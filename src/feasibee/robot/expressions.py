@@ -382,9 +382,8 @@ class Expressions:
         (row,) = [self.value(each) for each in node.args]
         if row.type not in ELEMENTS:
             self.fail(node, ast.unparse(node), "take the length of a row")
-        if row.type == COUNTS:
-            return Value(f"FEASIBEE_LENGTH_OF({row.text})", SMALL)
-        return Value(f"(int){row.text}.length", SMALL)
+        of_words, of_counts, kind = self.translation.target.lengths
+        return Value((of_counts if row.type == COUNTS else of_words).format(row.text), kind)
 
     def _call_int(self, node: ast.Call) -> Value:
         (value,) = [self.number(each) for each in node.args]

@@ -13,6 +13,8 @@ SMALL, INT, WORD, LONG, REAL = "int", "feasibee_int", "uint32_t", "int64_t", "fe
 BOOL, VOID = "bool", "void"
 ROW, REALS, COUNTS = "struct feasibee_row", "struct feasibee_reals", "struct feasibee_counts"
 PLAN = "struct feasibee_plan"
+MESSAGE = "message"
+"""A row of words that a user's function only reads."""
 TEXT = "text"
 Type = str | tuple[str, ...]
 """A type of C, a record by its name in Python, or the types of a tuple."""
@@ -163,15 +165,27 @@ class Target(NamedTuple):
     """Their fields, as in `FIELDS`."""
     ratios: bool
     """Whether a quality is a ratio of whole numbers, which is compared with 1/2 without floats."""
+    lengths: tuple[str, str, Type]
+    """How the lengths of rows of words and of counts are read, and their type."""
+    inlined: str = "static inline"
+    """What a definition begins with."""
 
     def text_of(self, kind: Type) -> str:
         """Return a type as it is written in C."""
         return self.records.get(str(kind)) or text_of(kind)
 
 
-ROBOT: Final = Target(RECORDS, FIELDS, True)
+ROBOT: Final = Target(RECORDS, FIELDS, True, ("(int){}.length", "FEASIBEE_LENGTH_OF({})", SMALL))
 ENGINE: Final = Target(
-    {"mind": "struct mind *", "inbox": "const struct inbox *", "setting": "const struct setting *"},
+    {
+        "mind": "struct mind *",
+        "inbox": "const struct inbox *",
+        "setting": "const struct setting *",
+        "me": "const struct me *",
+        "thing": "const struct thing *",
+        ROW: "struct known",
+        MESSAGE: "struct known",
+    },
     {
         "setting": {
             **{name: _field(f"{{}}->{name}", INT) for name in (*_WHOLE, *_CLASSES, "columns")},
@@ -193,8 +207,22 @@ ENGINE: Final = Target(
             },
             **{name: _field(f"{{}}->{name}", REAL) for name in ("heard_value", "mean_value", "chance")},
         },
+        "me": {
+            **{name: _field(f"{{}}->{name}", INT) for name in ("id", "kind", "hash", "step")},
+            **{name: _field(f"{{}}->{name}", REAL) for name in ("x", "y")},
+            "explores": _field("{}->explores", BOOL),
+            "setting": _field("{}->setting", "setting"),
+            "memory": _field("feasibee_memory_of({})", REALS),
+        },
+        "thing": {
+            **{name: _field(f"{{}}->{name}", INT) for name in ("id", "kind", "hash")},
+            **{name: _field(f"{{}}->{name}", REAL) for name in ("x", "y")},
+            "is_robot": _field("{}->is_robot", BOOL),
+        },
     },
     False,
+    ("{}.length", "{}.length", INT),
+    "ALWAYS",
 )
 """The engine's structs, those of ``engine/c/engine.h``."""
 METHODS: Final[Mapping[tuple[str, str], tuple[Type, tuple[Type, ...]]]] = {

@@ -65,7 +65,7 @@ RULES: Final[Mapping[str, Rule]] = {
     **dict.fromkeys(("encode", "lie"), (f"{ROWS} message", lambda value: value is None)),
     "count": (f"{ROWS} counts", lambda value: value is None),
     "describe": ("must be a text on one line", lambda value: isinstance(value, str) and value.isprintable()),
-    "bits": _whole(0, BITS_LIMIT),
+    "bits": (MUST["bits"], lambda value: is_whole(value, BITS_LIMIT)),
     "pack": ("must return nothing: it writes with writer", lambda value: value is None),
     **dict.fromkeys(
         ("layout", "unpack"),
@@ -141,8 +141,7 @@ def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
         if name == "count" and not all(is_whole(each, COUNT_LIMIT) for each in arguments[1]):
             line, written = function.__code__.co_firstlineno, repr(list(arguments[1]))[:SHOWN]
             raise FeasibeeError(
-                f"{file}, line {line}: count writes {written} into counts; "
-                f"must be whole numbers from 0 to {COUNT_LIMIT}"
+                f"{file}, line {line}: count writes {written} into counts; {MUST['count']}"
             )
         return result
 

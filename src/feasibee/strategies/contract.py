@@ -33,7 +33,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Final, NamedTuple
 
-from feasibee.model.codes import LONGEST
+from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST
 
 ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "quality": ("robots_seen", "tasks_seen"),
@@ -71,8 +71,10 @@ MUST: Final[Mapping[str, str]] = {
     **dict.fromkeys(("dissemination", "lasting"), f"must be a number of steps from 0 to {LONGEST}"),
     **dict.fromkeys(("decide", "say", "declare", "judge"), "must be 1, 0, or -1 for none"),
     "value": "must be a number",
+    "bits": f"must be a whole number from 0 to {BITS_LIMIT}",
+    "count": f"must be whole numbers from 0 to {COUNT_LIMIT}",
 }
-"""What the functions that concern opinions must return."""
+"""What functions must return, or write into ``counts``."""
 LARGEST: Final = math.nextafter(1e300, 0.0)
 """What is larger overflows sooner or later."""
 LIMITS: Final[Mapping[str, tuple[float, float]]] = {

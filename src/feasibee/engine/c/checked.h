@@ -196,7 +196,7 @@ static inline int64_t feasibee_next(int64_t counter, int64_t step)
 
 /* --- Real numbers --- */
 
-static inline int64_t whole_of(int32_t line, int32_t what, double given, double number)
+static inline int64_t cut_whole(int32_t line, int32_t what, double given, double number)
 {
     if (number != number)
         feasibee_failed(line, WHOLE_OF_NAN, given, 0);
@@ -207,22 +207,22 @@ static inline int64_t whole_of(int32_t line, int32_t what, double given, double 
 
 static inline int64_t feasibee_int_of(int32_t line, double number)
 {
-    return whole_of(line, WHOLE, number, trunc(number));
+    return cut_whole(line, WHOLE, number, trunc(number));
 }
 
 static inline int64_t feasibee_floor(int32_t line, double number)
 {
-    return whole_of(line, FLOOR, number, floor(number));
+    return cut_whole(line, FLOOR, number, floor(number));
 }
 
 static inline int64_t feasibee_ceil(int32_t line, double number)
 {
-    return whole_of(line, CEIL, number, ceil(number));
+    return cut_whole(line, CEIL, number, ceil(number));
 }
 
 static inline int64_t feasibee_round(int32_t line, double number)
 {
-    return whole_of(line, ROUND, number, rint(number)); /* halves go to the even number */
+    return cut_whole(line, ROUND, number, rint(number)); /* halves go to the even number */
 }
 
 static inline double feasibee_abs_real(double number)
@@ -388,9 +388,19 @@ static inline int64_t feasibee_cell(int32_t line, struct feasibee_plan plan, int
     return plan.cells[place_in(line, place, plan.length)];
 }
 
-static inline int64_t feasibee_word(int32_t line, struct feasibee_row row, int64_t place)
+static inline int64_t feasibee_word(int32_t line, struct known row, int64_t place)
 {
     return row.words[place_in(line, place, row.length)];
+}
+
+static inline int32_t *feasibee_place_in_row(int32_t line, struct known row, int64_t place)
+{
+    return &row.words[place_in(line, place, row.length)];
+}
+
+static inline int64_t *feasibee_place_in_counts(int32_t line, struct feasibee_counts row, int64_t place)
+{
+    return &row.numbers[place_in(line, place, row.length)];
 }
 
 /* A number of a constant tuple. */
@@ -416,6 +426,13 @@ static inline double feasibee_result(int32_t line, int32_t what, double result, 
 {
     if (!(least <= result && result <= most))
         feasibee_failed(line, what, result, 0);
+    return result;
+}
+
+static inline int64_t feasibee_whole_result(int32_t line, int32_t what, int64_t result, int64_t most)
+{
+    if (result < 0 || result > most)
+        feasibee_failed(line, what, (double)result, 0);
     return result;
 }
 

@@ -126,7 +126,7 @@ static int64_t advance(void *given)
     if (are_asked(job))
         for (uint32_t i = own->first; i < own->last && !own->ends; i++) {
             struct mind mind = mind_in(job, s, i, s->rows.labels[i]);
-            own->said += said_by(job, &mind);
+            own->said += said_by(job, &mind, (struct known){0});
         }
     return 0;
 }

@@ -77,9 +77,9 @@ ALWAYS bool are_asked(const struct job *job)
 }
 
 /* Return what a robot says how probable feasible is, in units of 1 / CERTAIN (model.md 6.15.9). */
-ALWAYS int64_t said_by(const struct job *job, struct mind *mind)
+ALWAYS int64_t said_by(const struct job *job, struct mind *mind, struct known known)
 {
-    return (int64_t)(job->rules->probability(mind, job->setting) * CERTAIN + 0.5);
+    return (int64_t)(job->rules->probability(mind, known, job->setting) * CERTAIN + 0.5);
 }
 
 /* The decision of a run so far. */

@@ -205,6 +205,30 @@ struct inbox {
     double heard_value, mean_value, chance;
 };
 
+/* The words that a robot knows, or that a message holds. */
+struct known {
+    int32_t *words;
+    int64_t length;
+};
+
+/* The robot whose knowledge a function is given. */
+struct me {
+    int64_t id, kind, hash, step;
+    bool explores;
+    double x, y;
+    double *memory;
+    int64_t memory_count;
+    const struct setting *setting;
+};
+
+struct thing {
+    bool is_robot;
+    int64_t id, kind, hash;
+    double x, y;
+};
+
+struct state;
+
 /* The functions of a strategy. From `say` on they are NULL if it doesn't define them. */
 struct rules {
     double (*quality)(int64_t robots_seen, int64_t tasks_seen);
@@ -213,7 +237,9 @@ struct rules {
     int64_t (*say)(struct mind *mind);
     double (*value)(struct mind *mind);
     double (*lasting)(struct mind *mind, double gain);
-    double (*probability)(struct mind *mind, const struct setting *setting);
+    double (*probability)(struct mind *mind, struct known known, const struct setting *setting);
+    /* Calls the functions for knowledge for so many robots that wait for an action; returns the bits sent. */
+    int64_t (*update)(struct state *s, int32_t action, int64_t number);
 };
 
 /* Where and why a function of a user's strategy failed. */

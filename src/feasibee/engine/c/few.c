@@ -453,7 +453,7 @@ APART int64_t sum_probabilities(const struct job *job, struct swarm *s)
     int64_t said = 0;
     for (int i = 0; i < job->params->robots.count; i++) {
         struct mind mind = mind_in(job, s, i);
-        said += said_by(job, &mind);
+        said += said_by(job, &mind, (struct known){0});
     }
     return said;
 }

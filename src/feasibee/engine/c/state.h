@@ -164,8 +164,6 @@ struct room {
     int64_t tables;
 };
 
-struct state;
-
 /* A thread's part of the work on a swarm. */
 struct part {
     int64_t thread, first, last; /* words of its robots; the last one is excluded */

@@ -10,14 +10,13 @@ typedef double feasibee_real;
 #define FEASIBEE_REAL(number) (number)
 #define FEASIBEE_INFINITY __builtin_inf()
 
-/* Words of knowledge: none, in a strategy that passes on opinions only. */
-struct feasibee_row {
-    int32_t *words;
+struct feasibee_reals {
+    double *numbers;
     int64_t length;
 };
 
-struct feasibee_reals {
-    double *numbers;
+struct feasibee_counts {
+    int64_t *numbers;
     int64_t length;
 };
 
@@ -26,10 +25,8 @@ struct feasibee_plan {
     int64_t length;
 };
 
-static inline struct feasibee_reals feasibee_memory_of(struct mind *mind)
-{
-    return (struct feasibee_reals){mind->memory, mind->memory_count};
-}
+/* What a robot keeps for its strategy, in a mind or in `me`. */
+#define feasibee_memory_of(record) ((struct feasibee_reals){(record)->memory, (record)->memory_count})
 
 /* Parameters of a mind or of a setting, which strategies only read. */
 #define feasibee_parameters_of(record) \
@@ -38,11 +35,6 @@ static inline struct feasibee_reals feasibee_memory_of(struct mind *mind)
 static inline struct feasibee_plan feasibee_plan_of(const struct setting *setting)
 {
     return (struct feasibee_plan){setting->plan, setting->plan_length};
-}
-
-static inline double *feasibee_real_at(struct feasibee_reals row, int64_t place)
-{
-    return &row.numbers[place];
 }
 
 /* Python's min and max: of equal numbers, the first. */
