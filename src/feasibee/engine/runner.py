@@ -8,7 +8,8 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from feasibee.engine.layout import Control, Lowered, Player
+from feasibee.engine.layout import Control, Lowered
+from feasibee.engine.native import player_of
 from feasibee.engine.params import Params
 from feasibee.model.record import Record
 
@@ -64,18 +65,6 @@ def simulate(
             cancelled[0] = True
             pool.shutdown(wait=True, cancel_futures=True)
             raise
-
-
-def player_of(lowered: Lowered, team: int) -> Player:
-    """Return what plays chunks of runs, each run by ``team`` threads: the engine in C or the compiled one.
-
-    Only the one that is needed is imported.
-    """
-    if lowered.fast:
-        from feasibee.engine.native import player_of as of_engine
-    else:
-        from feasibee.engine.compiled import player_of as of_engine
-    return of_engine(lowered, team)
 
 
 def team_size(params: Params, runs: int, threads: int) -> int:

@@ -80,7 +80,7 @@ def load_engine(scenario: Scenario, stepwise: bool = False) -> bool:
     bool
         Whether everything was on disk or in memory already.
     """
-    if not stepwise and engine_of(scenario) == NATIVE:
+    if True:
         from feasibee.engine.native import rules_of
 
         rules_of(scenario.strategy)

@@ -9,7 +9,8 @@
 #include "knowledge.h"
 #include "motion.h"
 #include "phases.h"
-#include "sense.h"
+#include "sense_crowd.h"
+#include "sense_few.h"
 #include "start.h"
 
 /* --- Ends of phases --- */
@@ -143,13 +144,6 @@ ALWAYS void rate(struct state *s, struct part *part, const struct job *job)
 }
 
 /* --- A step --- */
-
-ALWAYS void wait_for_all(struct state *s)
-{
-    struct team *team = s->team;
-    if (team->threads > 1 && comes_last(team))
-        let_go(team);
-}
 
 /* Let those robots know what they know when they begin that don't yet. */
 static inline void begin_to_know(struct state *s)
