@@ -25,30 +25,7 @@ ALWAYS void wait_for_all(struct state *s)
         let_go(team);
 }
 
-/* --- Discs that meet --- */
-
-/* The way from a robot to another, and their steps. */
-struct encounter {
-    int64_t way_x, way_y, ix, iy, jx, jy;
-};
-
-ALWAYS struct encounter encounter_of(const struct state *s, int64_t i, int64_t j)
-{
-    const struct arena *arena = &s->params->arena;
-    return (struct encounter){
-        .way_x = short_way(s->robots[X][i], s->robots[X][j], arena->width, arena->walls),
-        .way_y = short_way(s->robots[Y][i], s->robots[Y][j], arena->height, arena->walls),
-        .ix = s->robots[STEP_X][i],
-        .iy = s->robots[STEP_Y][i],
-        .jx = s->robots[STEP_X][j],
-        .jy = s->robots[STEP_Y][j],
-    };
-}
-
-ALWAYS int32_t meeting_bits(bool met, int64_t side)
-{
-    return (int32_t)met * MEETS | (int32_t)(met & (side > 0)) * ON_LEFT | (int32_t)(met & (side < 0)) * ON_RIGHT;
-}
+/* --- Discs that meet, exactly --- */
 
 struct wide {
     uint64_t high, low;
@@ -80,53 +57,119 @@ static inline bool overlap(uint64_t limit, int64_t way_x, int64_t way_y, int64_t
     return squared.high < least.high || (squared.high == least.high && squared.low < least.low);
 }
 
-/* Return how a robot meets another, which moves or may stay, by exact arithmetic. */
+/* Return how a robot meets another, which moves or may stay. */
 APART int32_t meets_exactly(const struct state *s, int64_t i, int64_t j, bool may_stay)
 {
-    const struct encounter e = encounter_of(s, i, j);
+    const struct arena *arena = &s->params->arena;
     const uint64_t limit = s->params->robots.apart_limit;
-    const bool met = overlap(limit, e.way_x, e.way_y, e.jx - e.ix, e.jy - e.iy) ||
-                     (may_stay && overlap(limit, e.way_x, e.way_y, -e.ix, -e.iy));
-    return meeting_bits(met, e.ix * e.way_y - e.iy * e.way_x);
+    const int64_t way_x = short_way(s->robots[X][i], s->robots[X][j], arena->width, arena->walls);
+    const int64_t way_y = short_way(s->robots[Y][i], s->robots[Y][j], arena->height, arena->walls);
+    const int64_t u = s->robots[STEP_X][i], v = s->robots[STEP_Y][i], side = u * way_y - v * way_x;
+    const bool met = overlap(limit, way_x, way_y, s->robots[STEP_X][j] - u, s->robots[STEP_Y][j] - v) ||
+                     (may_stay && overlap(limit, way_x, way_y, -u, -v));
+    return met ? MEETS | (side > 0 ? ON_LEFT : 0) | (side < 0 ? ON_RIGHT : 0) : 0;
 }
 
-/* Return whether two discs overlap at some moment of a step, by floats, and add whether these leave it in doubt.
+/* --- Discs that meet, by floats where these leave no doubt: a pair in each lane --- */
+
+/* The robots of pairs, the ways from the first ones to the others, and their steps. */
+struct encounters {
+    i64 i, j, way_x, way_y, ix, iy, jx, jy;
+};
+
+ALWAYS i64 numbers_at(const int32_t *from)
+{
+    i64 lanes = {0};
+    for (int k = 0; k < PAIRS; k++)
+        lanes[k] = from[k];
+    return lanes;
+}
+
+ALWAYS i64 picked(const int32_t *numbers, i64 places)
+{
+    i64 lanes = {0};
+    UNROLL for (int k = 0; k < PAIRS; k++)
+        lanes[k] = numbers[places[k]];
+    return lanes;
+}
+
+/* Return ways along an axis, on the torus the short ones. */
+ALWAYS i64 ways_between(const int32_t *at, i64 i, i64 j, int64_t side, bool walls)
+{
+    const int64_t around = walls ? INT64_C(1) << 60 : side;
+    const i64 lower = (i64)spread_long(UINT32_MAX), way = (picked(at, j) & lower) - (picked(at, i) & lower);
+    return way - ((i64)(2 * way >= around) & around) + ((i64)(2 * way < -around) & around);
+}
+
+ALWAYS struct encounters encounters_of(const struct state *s, i64 i, i64 j)
+{
+    const struct arena *arena = &s->params->arena;
+    return (struct encounters){
+        .i = i,
+        .j = j,
+        .way_x = ways_between(s->robots[X], i, j, arena->width, arena->walls),
+        .way_y = ways_between(s->robots[Y], i, j, arena->height, arena->walls),
+        .ix = picked(s->robots[STEP_X], i),
+        .iy = picked(s->robots[STEP_Y], i),
+        .jx = picked(s->robots[STEP_X], j),
+        .jy = picked(s->robots[STEP_Y], j),
+    };
+}
+
+ALWAYS i64 dot(i64 x1, i64 y1, i64 x2, i64 y2) { return signed_product(x1, x2) + signed_product(y1, y2); }
+ALWAYS i64 cross(i64 x1, i64 y1, i64 x2, i64 y2) { return signed_product(x1, y2) - signed_product(y1, x2); }
+
+/* Return whether two discs overlap at some moment of a step, and add whether that is in doubt.
  *
  * The squared distance is `apart` at the start and `apart + 2 along + length` at the end. */
-ALWAYS bool meets(int64_t limit, int64_t apart, int64_t along, int64_t across, int64_t length, bool *doubtful)
+ALWAYS i64 meets(int64_t limit, i64 apart, i64 along, i64 across, i64 length, i64 *doubtful)
 {
-    const bool passes = (along < 0) & (-along < length);
-    const bool at_ends = apart + (along >= 0 ? 0 : 2 * along + length) < limit;
-    const double squared = (double)across * (double)across, least = (double)limit * (double)length;
-    *doubtful |= passes & (__builtin_fabs(squared - least) <= SURELY * least);
-    return (passes & (squared < least)) | (!passes & at_ends);
+    const i64 closer = (i64)(along < 0), passes = closer & (i64)(-along < length);
+    const i64 at_ends = (i64)(apart + (closer & (2 * along + length)) < limit);
+    const f64 side = __builtin_convertvector(across, f64), squared = side * side;
+    const f64 least = (double)limit * __builtin_convertvector(length, f64);
+    const f64 beyond = squared - least, unsure = SURELY * least;
+    *doubtful |= passes & (i64)(beyond <= unsure) & (i64)(-beyond <= unsure);
+    return (passes & (i64)(squared < least)) | (~passes & at_ends);
 }
 
-/* Return how a robot meets another, which moves or may stay, and if `mutual` also the reverse; or IN_DOUBT.
+ALWAYS i64 meeting_bits(i64 met, i64 side)
+{
+    return met & (MEETS | ((i64)(side > 0) & ON_LEFT) | ((i64)(side < 0) & ON_RIGHT));
+}
+
+/* Return which robots may stay: any, or those of a set. */
+ALWAYS i64 staying(const uint32_t *blocked, i64 robots, bool any)
+{
+    i64 lanes = (i64){0} - (int64_t)any;
+    for (int k = 0; !any && k < PAIRS; k++)
+        lanes[k] = -(int64_t)has(blocked, robots[k]);
+    return lanes;
+}
+
+/* Return how robots meet others, which move, or may stay; if `mutual` also the reverse; or IN_DOUBT.
  *
  * A stopped robot has step 0. Opposite to each other on the torus, both take the way round in the same direction:
  * so the one isn't the reverse of the other. */
-ALWAYS int32_t meeting_of(const struct state *s, int64_t i, int64_t j, bool j_may_stay, bool i_may_stay,
-                          const bool mutual)
+ALWAYS i64 meetings_of(const struct state *s, const struct encounters *e, bool any_stays, const bool mutual)
 {
-    const struct encounter e = encounter_of(s, i, j);
     const struct arena *arena = &s->params->arena;
-    const int64_t limit = (int64_t)s->params->robots.apart_limit, apart = e.way_x * e.way_x + e.way_y * e.way_y;
-    const int64_t along_i = -(e.way_x * e.ix + e.way_y * e.iy), across_i = e.way_y * e.ix - e.way_x * e.iy;
-    const int64_t along_j = e.way_x * e.jx + e.way_y * e.jy, across_j = e.way_x * e.jy - e.way_y * e.jx;
-    const int64_t length_i = e.ix * e.ix + e.iy * e.iy, length_j = e.jx * e.jx + e.jy * e.jy;
-    const int64_t length = length_i + length_j - 2 * (e.ix * e.jx + e.iy * e.jy);
-    const bool opposite_x = 2 * distance(e.way_x, 0) == arena->width;
-    const bool opposite_y = 2 * distance(e.way_y, 0) == arena->height;
-    bool doubtful = mutual & (opposite_x | opposite_y);
-    const bool both = meets(limit, apart, along_i + along_j, across_i + across_j, length, &doubtful);
-    const bool alone = meets(limit, apart, along_i, across_i, length_i, &doubtful);
-    int32_t meeting = meeting_bits(both | (alone & j_may_stay), across_i);
+    const int64_t limit = (int64_t)s->params->robots.apart_limit;
+    const i64 apart = dot(e->way_x, e->way_y, e->way_x, e->way_y);
+    const i64 along_i = -dot(e->way_x, e->way_y, e->ix, e->iy), across_i = cross(e->ix, e->iy, e->way_x, e->way_y);
+    const i64 along_j = dot(e->way_x, e->way_y, e->jx, e->jy), across_j = cross(e->way_x, e->way_y, e->jx, e->jy);
+    const i64 length_i = dot(e->ix, e->iy, e->ix, e->iy), length_j = dot(e->jx, e->jy, e->jx, e->jy);
+    const i64 length = length_i + length_j - 2 * dot(e->ix, e->iy, e->jx, e->jy);
+    i64 doubtful = {0};
+    const i64 both = meets(limit, apart, along_i + along_j, across_i + across_j, length, &doubtful);
+    const i64 alone = meets(limit, apart, along_i, across_i, length_i, &doubtful);
+    i64 meeting = meeting_bits(both | (alone & staying(s->sets[BLOCKED], e->j, any_stays)), across_i);
     if (mutual) {
-        const bool reverse = meets(limit, apart, along_j, across_j, length_j, &doubtful);
-        meeting |= meeting_bits(both | (reverse & i_may_stay), across_j) << REVERSE_BITS;
+        const i64 reverse = meets(limit, apart, along_j, across_j, length_j, &doubtful);
+        meeting |= meeting_bits(both | (reverse & staying(s->sets[BLOCKED], e->i, any_stays)), across_j) << REVERSE_BITS;
+        doubtful |= (i64)(2 * e->way_x == -arena->width) | (i64)(2 * e->way_y == -arena->height);
     }
-    return doubtful ? IN_DOUBT : meeting;
+    return (meeting & ~doubtful) | (doubtful & IN_DOUBT);
 }
 
 /* Put a robot that meets another one into sets. */
@@ -135,6 +178,38 @@ ALWAYS void collect(struct state *s, int64_t i, int32_t meeting)
     s->sets[MET][i >> 5] |= bit_if(meeting & MEETS, i);
     s->sets[MET_LEFT][i >> 5] |= bit_if(meeting & ON_LEFT, i);
     s->sets[MET_RIGHT][i >> 5] |= bit_if(meeting & ON_RIGHT, i);
+}
+
+/* Put the robots of a pair that meet the other into sets, and if it is in doubt, find out first. */
+ALWAYS void collect_pair(struct state *s, int64_t i, int64_t j, int32_t meeting, bool at_first, const bool mutual)
+{
+    const uint32_t *blocked = s->sets[BLOCKED];
+    if (RARELY(meeting == IN_DOUBT)) {
+        meeting = meets_exactly(s, i, j, at_first || has(blocked, j));
+        if (mutual)
+            meeting |= meets_exactly(s, j, i, at_first || has(blocked, i)) << REVERSE_BITS;
+    }
+    collect(s, i, meeting);
+    if (mutual)
+        collect(s, j, meeting >> REVERSE_BITS);
+}
+
+/* Put those first robots of listed pairs into sets that meet the others, and if `mutual` these, too; if not, they
+ * are numbered as in cells. The other one moves, or may stay: `at_first` any, later the blocked ones. */
+ALWAYS void test_pairs(struct state *s, struct part *part, int64_t listed, bool at_first, const bool mutual)
+{
+    for (int64_t k = listed; k < listed + PAIRS; k++) { /* the last pair again: which changes no set */
+        part->who[k] = part->who[listed ? listed - 1 : 0];
+        part->other[k] = part->other[listed ? listed - 1 : 0];
+    }
+    for (int64_t k = 0; k < listed; k += PAIRS) {
+        const i64 i = numbers_at(part->who + k), j = numbers_at(part->other + k) >> (mutual ? 0 : 1);
+        const struct encounters e = encounters_of(s, i, j);
+        const i64 meetings = meetings_of(s, &e, at_first, mutual);
+        if (any_of((u64)meetings))
+            for (int lane = 0; lane < PAIRS; lane++)
+                collect_pair(s, i[lane], j[lane], (int32_t)meetings[lane], at_first, mutual);
+    }
 }
 
 ALWAYS void clear_met(struct state *s, int64_t w) { s->sets[MET][w] = s->sets[MET_LEFT][w] = s->sets[MET_RIGHT][w] = 0; }
@@ -288,29 +363,12 @@ static inline int64_t keep_blocked(const struct state *s, struct part *part, int
     return kept;
 }
 
-/* Find which robots of listed pairs meet the other, and which of these have it on the left and right.
- *
- * The other one moves, or may stay: `at_first` any, later the blocked ones. */
+/* Find which robots of listed pairs meet the other, and which of these have it on the left and right. */
 static inline void find_meeting(struct state *s, struct part *part, int64_t listed, bool at_first)
 {
-    const uint32_t *blocked = s->sets[BLOCKED];
-    for (int64_t k = 0; k < listed; k++) {
-        const int64_t i = part->who[k], j = part->other[k];
-        part->third[k] = meeting_of(s, i, j, at_first | has(blocked, j), at_first | has(blocked, i), true);
-    }
     for (int64_t w = 0; w < s->words; w++)
         clear_met(s, w);
-    for (int64_t k = 0; k < listed; k++) {
-        const int64_t i = part->who[k], j = part->other[k];
-        int32_t meeting = part->third[k];
-        if (RARELY(meeting == IN_DOUBT))
-            meeting = meets_exactly(s, i, j, at_first || has(blocked, j)) |
-                      meets_exactly(s, j, i, at_first || has(blocked, i)) << REVERSE_BITS;
-        if (meeting == 0)
-            continue;
-        collect(s, i, meeting);
-        collect(s, j, meeting >> REVERSE_BITS);
-    }
+    test_pairs(s, part, listed, at_first, true);
 }
 
 /* Let the blocked robots turn away twice, as long as they are blocked; return whether some still are.
@@ -364,19 +422,6 @@ static inline void move_few(struct state *s, struct part *part)
 
 /* --- More robots --- */
 
-/* Find which robots of a word meet those queued for them, as find_meeting does. */
-static inline void find_met(struct state *s, const struct part *part, int64_t queued, bool at_first)
-{
-    for (int64_t k = 0; k < queued; k++) {
-        const int64_t i = part->who[k], j = part->other[k] >> 1;
-        const bool may_stay = at_first | has(s->sets[BLOCKED], j);
-        int32_t meeting = meeting_of(s, i, j, may_stay, may_stay, false);
-        if (RARELY(meeting == IN_DOUBT))
-            meeting = meets_exactly(s, i, j, may_stay);
-        collect(s, i, meeting);
-    }
-}
-
 /* Return which of some robots of a word are blocked; find which meet others, and have these on which side.
  *
  * Another robot moves, or may stay: `at_first` any, later the blocked ones. */
@@ -394,7 +439,7 @@ static inline uint32_t find_blocked(struct state *s, struct part *part, int64_t 
         queued = queue_near(s, part, &s->robot_cells, &robots->grid, i, robots->meet_limit, queued, (int32_t)i);
         left = without_lowest(left);
         if (queued > QUEUE_ROOM || left == 0) {
-            find_met(s, part, queued, at_first);
+            test_pairs(s, part, queued, at_first, false);
             queued = 0;
         }
     }
