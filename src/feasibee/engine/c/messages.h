@@ -29,15 +29,17 @@ ALWAYS void add_lanes(int64_t *counts, u32 lanes)
 /* Keep the values in messages that speaking robots of a word send to each robot that hears them. */
 APART void keep_values(struct state *s, int64_t other, uint32_t speaking)
 {
+    const uint32_t *sight = s->links[IN_SIGHT] + other * s->padded;
     for (int64_t i = 0; i < s->params->robots.count; i++)
-        for (uint32_t spoken = s->links[IN_SIGHT][other * s->padded + i] & speaking; spoken; spoken = without_lowest(spoken)) {
-            const int64_t j = lowest_member(other, spoken);
+        for (uint32_t left = sight[i] & speaking; left; left = without_lowest(left)) {
+            const int64_t j = lowest_member(other, left);
             s->inbox[VALUE][s->padded * i + j] = s->robots[SENT_VALUE][j];
         }
 }
 
 /* Add the messages of the speaking robots of a word in each robot's sight; those of `said` are for feasible. */
-static inline void receive_together(struct state *s, const struct part *part, int64_t other, uint32_t speaking, uint32_t said)
+static inline void receive_together(struct state *s, const struct part *part, int64_t other, uint32_t speaking,
+                                    uint32_t said)
 {
     const int64_t row = other * s->padded, robots = WORD * part->last;
     const uint32_t *restrict sight = s->links[IN_SIGHT] + row;
@@ -92,7 +94,8 @@ ALWAYS uint32_t same_or_free(const int32_t *at, int32_t sender)
  * chooses, and then in the next eight. */
 ALWAYS int64_t find_slot(const int32_t *senders, struct slots slots, int32_t sender)
 {
-    int64_t place = (int64_t)((uint32_t)sender * 0x9E3779B1u >> 8) & (slots.count - LINE); /* Knuth's multiplicative hash */
+    const uint32_t hashed = (uint32_t)sender * 0x9E3779B1u >> 8; /* Knuth's multiplicative hash */
+    int64_t place = hashed & (slots.count - LINE);
     uint32_t found = same_or_free(senders + slots.first + place, sender);
     while (RARELY(found == 0)) { /* all are taken by others */
         place = (place + LINE) & (slots.count - 1);
@@ -250,7 +253,8 @@ struct kept {
 
 ALWAYS bool keeps(const struct state *s, const struct kept *kept, int64_t place)
 {
-    return s->inbox[SENDER][place] >= 0 && (s->params->decision.inbox_size == 0 || s->inbox[WHEN][place] >= kept->oldest);
+    const bool limited = s->params->decision.inbox_size > 0;
+    return s->inbox[SENDER][place] >= 0 && (!limited || s->inbox[WHEN][place] >= kept->oldest);
 }
 
 /* Return the number of kept messages with an opinion and a sender below `senders`. */

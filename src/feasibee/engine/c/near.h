@@ -43,6 +43,12 @@ struct found {
     uint32_t one, other;
 };
 
+/* Return the place of a vector of both groups. */
+ALWAYS int64_t place_in(int64_t first, int64_t second, int k)
+{
+    return k < VECTORS ? first + k * LANES : second + (k - VECTORS) * LANES;
+}
+
 /* Return which of a vector of points are closer than a limit, by squared distances of each second one. */
 ALWAYS uint32_t closer(u64 even, u64 odd, uint64_t limit)
 {
@@ -55,7 +61,7 @@ ALWAYS struct found find_in(const struct arena *arena, const int32_t *xs, const 
 {
     struct found found = {0, 0};
     UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
-        const int64_t at = k < VECTORS ? first + k * LANES : second + (k - VECTORS) * LANES;
+        const int64_t at = place_in(first, second, k);
         const u64 way_x = (u64)ways(vector_at(xs + at), spread((uint32_t)x), (uint32_t)arena->width, wraps);
         const u64 way_y = (u64)ways(vector_at(ys + at), spread((uint32_t)y), (uint32_t)arena->height, wraps);
         const u64 even = product(way_x, way_x) + product(way_y, way_y);
@@ -132,8 +138,8 @@ static inline void repeat_columns(struct grid_cells *cells, const struct grid *g
 }
 
 /* Sort those of some points that are members of a set into cells: count, sum up, store. */
-static inline void sort_into_cells(struct grid_cells *cells, const struct grid *grid, const int32_t *xs, const int32_t *ys,
-                                   const int32_t *numbers, const uint32_t *members, int64_t count)
+static inline void sort_into_cells(struct grid_cells *cells, const struct grid *grid, const int32_t *xs,
+                                   const int32_t *ys, const int32_t *numbers, const uint32_t *members, int64_t count)
 {
     struct grid_cells own = *cells; /* copies, which no store can change */
     const struct grid over = *grid;
@@ -234,8 +240,8 @@ ALWAYS uint32_t those_of(const int32_t *numbers, struct groups of, int32_t robot
 {
     uint32_t same = 0;
     UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
-        const u32 number = vector_at(numbers + (k < VECTORS ? of.first + k * LANES : of.second + (k - VECTORS) * LANES));
-        same |= equal((u32)((i32)number >> 1), spread((uint32_t)robot)) << k * LANES;
+        const i32 number = (i32)vector_at(numbers + place_in(of.first, of.second, k));
+        same |= equal((u32)(number >> 1), spread((uint32_t)robot)) << k * LANES;
     }
     return same;
 }
@@ -244,25 +250,23 @@ ALWAYS uint32_t those_of(const int32_t *numbers, struct groups of, int32_t robot
 ALWAYS uint32_t those_loud(const int32_t *numbers, struct groups of)
 {
     uint32_t loud = 0;
-    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
-        const u32 number = vector_at(numbers + (k < VECTORS ? of.first + k * LANES : of.second + (k - VECTORS) * LANES));
-        loud |= signs(number << 31) << k * LANES;
-    }
+    UNROLL for (int k = 0; k < 2 * VECTORS; k++)
+        loud |= signs(vector_at(numbers + place_in(of.first, of.second, k)) << 31) << k * LANES;
     return loud;
 }
 
 /* Queue what is near a robot, robots or tasks; return how many are queued.
  *
  * A robot is near itself: it is left out as `but`, or -1 is. */
-static inline int64_t queue_near(struct state *s, struct part *part, const struct grid_cells *cells, const struct grid *grid,
-                                 int64_t i, uint64_t limit, int64_t queued, int32_t but)
+static inline int64_t queue_near(struct state *s, struct part *part, const struct grid_cells *cells,
+                                 const struct grid *grid, int64_t i, uint64_t limit, int64_t queued, int32_t but)
 {
     const int32_t x = s->robots[X][i], y = s->robots[Y][i], *numbers = cells->points[NUMBER];
     struct stretches left = block_at(cells, grid, x, y);
     do {
         const struct groups of = take_groups(&left);
-        const uint32_t close = find_within(&s->params->arena, cells->points, of.first, of.second, x, y, limit, limit).one;
-        queued = queue_chosen(part, queued, i, numbers, of, close & of.valid & ~those_of(numbers, of, but));
+        const struct found found = find_within(&s->params->arena, cells->points, of.first, of.second, x, y, limit, 0);
+        queued = queue_chosen(part, queued, i, numbers, of, found.one & of.valid & ~those_of(numbers, of, but));
     } while (RARELY(has_more(&left)));
     return queued;
 }
@@ -283,7 +287,10 @@ static inline void fill_cells(struct state *s)
 }
 
 /* Return which robots of a word explore. */
-ALWAYS uint32_t exploring_in(const struct state *s, int64_t w) { return ~s->sets[DISSEMINATING][w] & s->sets[WORKING][w]; }
+ALWAYS uint32_t exploring_in(const struct state *s, int64_t w)
+{
+    return ~s->sets[DISSEMINATING][w] & s->sets[WORKING][w];
+}
 
 /* What robots look through: copies, which no store can change. */
 struct lens {
@@ -300,7 +307,7 @@ ALWAYS struct lens lens_of(const struct state *s, const struct grid_cells *cells
                          s->robots[X], s->robots[Y]};
 }
 
-/* Count the robots in sight of a robot, itself included; queue those that it hears, and return how many are queued. */
+/* Count the robots in sight of a robot, itself included; queue those that it hears. Return how many are queued. */
 ALWAYS int64_t scan(struct part *part, const struct lens *lens, int64_t i, bool listens, int64_t queued, int64_t *seen)
 {
     const int32_t x = lens->x[i], y = lens->y[i], *numbers = lens->cells.points[NUMBER];

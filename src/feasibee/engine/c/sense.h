@@ -41,8 +41,8 @@ static inline void forget(struct state *s, struct part *part, int64_t i)
 /* Draw whether an event happens to each pair of a queue in this step: ones or zeros in part->third.
  *
  * Numbers of the second have so many bits below them that don't belong to them. */
-static inline void draw_lots(const struct state *s, struct part *part, int64_t queued, uint32_t purpose, int64_t probability,
-                             int bits)
+static inline void draw_lots(const struct state *s, struct part *part, int64_t queued, uint32_t purpose,
+                             int64_t probability, int bits)
 {
     const struct source from = source_of(s->params, s->clock->run, purpose);
     const u64 now = spread_long((uint32_t)(s->clock->step + 1)), limit = spread_long((uint64_t)probability);
@@ -146,7 +146,8 @@ APART void observe_queued(struct state *s, struct part *part, int64_t queued, bo
 }
 
 /* Observe each robot or each task in sight of exploring robots. */
-APART void observe_all(struct state *s, struct part *part, const struct grid_cells *cells, const struct grid *grid, bool robots)
+APART void observe_all(struct state *s, struct part *part, const struct grid_cells *cells, const struct grid *grid,
+                       bool robots)
 {
     int64_t queued = 0;
     for (int64_t w = part->first; w < part->last; w++)
@@ -171,8 +172,8 @@ static inline void observe_tasks(struct state *s, struct part *part)
 
 /* --- False sightings --- */
 
-/* Count false sightings of a robot, each with a hash of its own and the class of one drawn of `count` things: the robots
- * or tasks of the start, numbered from `first` on. */
+/* Count false sightings of a robot, each with a hash of its own and the class of one drawn of `count` things: the
+ * robots or tasks of the start, numbered from `first` on. */
 static inline void count_false(struct state *s, int64_t i, double mean, bool robots, int64_t first, int64_t count)
 {
     const int64_t now = s->clock->step + 1, of_class = robots ? FALSE_ROBOT_CLASS : FALSE_TASK_CLASS;

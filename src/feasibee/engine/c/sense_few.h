@@ -28,7 +28,8 @@ APART void drop_listed(struct state *s, struct part *part, int64_t listed, uint3
 }
 
 /* Leave those out of the sets of the robots of `asked` to which an event happens in this step. */
-static inline void drop_unlucky(struct state *s, struct part *part, const uint32_t *asked, uint32_t purpose, int64_t probability)
+static inline void drop_unlucky(struct state *s, struct part *part, const uint32_t *asked, uint32_t purpose,
+                                int64_t probability)
 {
     int64_t listed = 0;
     if (probability == 0)
