@@ -65,7 +65,7 @@ static void lay_messages(struct state *s, struct block *block)
     const int64_t delay = p->radio.delay, things = knowledge->robot_ids + knowledge->task_ids;
     const bool lines = !p->decision.inbox_is_set, values = p->strategy.value_scale > 0.0;
     int32_t **pending[] = {&s->pending_who, &s->pending_number, &s->pending_column, &s->pending_mark};
-    s->inbox[SENDER] = lines ? take(block, s->slots, sizeof(int32_t)) : NULL;
+    s->inbox[SENDER] = lines ? take(block, s->slots + WORD, sizeof(int32_t)) : NULL; /* vectors read beyond them */
     s->inbox[VALUE] = values ? take(block, s->slots, sizeof(int32_t)) : NULL;
     s->inbox[WHEN] = lines && p->decision.inbox_size > 0 ? take(block, s->slots, sizeof(int32_t)) : NULL;
     for (int copy = 0; copy < COPIES; copy++)
