@@ -17,7 +17,7 @@ from click.exceptions import NoArgsIsHelpError
 from feasibee.cli import interrupts, streams
 from feasibee.cli.benchmark import benchmark
 from feasibee.cli.decide import assess, recommend, size
-from feasibee.cli.lookup import compile_engines, new, presets, scenario, schema, strategies, truth
+from feasibee.cli.lookup import new, presets, scenario, schema, strategies, truth
 from feasibee.cli.own import check
 from feasibee.cli.predict import predict
 from feasibee.cli.robots import header, launch, replay, robot
@@ -115,7 +115,7 @@ GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Study": (sweep, results, reproduce),
     "Share": (page, lesson, animate),
     "Robots": (launch, robot, replay, header),
-    "Look up": (scenario, truth, strategies, presets, schema, compile_engines),
+    "Look up": (scenario, truth, strategies, presets, schema),
 }
 """All commands, by what they are for."""
 RENAMED = {

@@ -69,7 +69,7 @@ def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[P
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar
 
-    from feasibee.simulation.loading import stderr_console
+    from feasibee.cli.terminal import stderr_console
 
     terminal = sys.stderr.isatty()
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[done]}"))

@@ -1,4 +1,4 @@
-"""feasibee scenario, new, truth, strategies, presets, schema, compile: what there is to look up."""
+"""feasibee scenario, new, truth, strategies, presets, schema: what there is to look up."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from feasibee.cli.options import (
     console,
     file_type,
     flooding_lines,
-    folder_type,
     option,
     print_json,
 )
@@ -279,63 +278,3 @@ def _cell(value: Any) -> str:
         if value is True
         else str(value or "-")
     )
-
-
-@command("compile")
-def compile_engines(
-    *,
-    files: tuple[Path, ...] = argument(file_type, nargs=-1, metavar="[FILE]..."),
-    out: Path | None = option(
-        "Write the compiled code to this folder, too. FEASIBEE_CACHE=FOLDER uses it, or a copy of it.",
-        folder_type,
-        metavar="FOLDER",
-    ),
-    as_json: bool,
-) -> None:
-    """Compile the general engine and keep it on disk, so that later commands start at once.
-
-    FILE is a scenario, or a strategy if it ends in .py: only what these need is compiled. Without it, the
-    general engine and all built-in strategies are. It is for worlds beyond the paper's, and for swarms that
-    are looked at step by step. It compiles by itself when it is first needed, once on a machine.
-
-    The code runs on processors of the kind that it was compiled on. For a container image or a cluster, write
-    it to a folder; see the documentation's page on installing.
-
-    \b
-    Examples:
-      feasibee compile
-      feasibee compile mine.toml my_strategy.py
-      feasibee compile --out /opt/feasibee
-      FEASIBEE_CACHE=/opt/feasibee feasibee run
-    """
-    from feasibee.engine.compile import READABLE_FOLDER, cache_folder, processor
-    from feasibee.files.cache import own_folder
-    from feasibee.simulation.loading import prepare_engines
-
-    if out:
-        own_folder(out, READABLE_FOLDER, setting="--out")  # before anything is compiled
-    parts = []
-    for part in prepare_engines(files):
-        parts.append(part)
-        if not as_json:
-            state = "loaded from disk" if part.cached else "compiled"
-            click.echo(f"{part.name}: {state} in {part.seconds:.1f} s")
-    folder = _exported(out) if out else cache_folder()
-    if as_json:
-        answer = {"cache": str(cache_folder()), "out": out and str(folder), "processor": processor()}
-        print_json({**answer, "parts": [part._asdict() for part in parts]})
-        return
-    click.echo(f"The compiled code is in {folder}")
-    if out:
-        click.echo(f"It runs on processors of the kind {processor()}. To use it: FEASIBEE_CACHE={out}")
-    elif all(part.cached for part in parts):
-        click.echo("There was nothing to compile.")
-
-
-def _exported(out: Path) -> Path:
-    """Copy compiled code, of strategies too, to a folder that others may read; return where it is."""
-    from feasibee.engine import own
-    from feasibee.engine.compile import export
-
-    own.export(out)
-    return export(out)

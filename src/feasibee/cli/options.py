@@ -400,7 +400,7 @@ def progress(what: str, *, hidden: bool = False) -> Iterator[Callable[[float], N
     """Show a progress bar on standard error if it is a terminal; give the function that updates it."""
     from rich.progress import Progress
 
-    from feasibee.simulation.loading import stderr_console
+    from feasibee.cli.terminal import stderr_console
 
     with Progress(console=stderr_console(), transient=True, disable=hidden or not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)

@@ -30,7 +30,7 @@ from feasibee.robot.language import (
     Type,
 )
 from feasibee.robot.translate import Translation
-from feasibee.strategies import STRATEGIES, contract
+from feasibee.strategies import GOSSIP, STRATEGIES, contract
 from feasibee.strategies.contract import LIMITS, MUST, Strategy
 
 RULES: Final = ("quality", "dissemination", "decide", "say", "value", "lasting", "probability")
@@ -69,7 +69,7 @@ def built_in_strategies() -> str:
     True
     """
     translation = Translation(ENGINE)
-    tables = {name: _built_in(strategy, translation) for name, strategy in STRATEGIES.items()}
+    tables = {each.name: _built_in(each, translation) for each in (*STRATEGIES.values(), GOSSIP)}
     return "\n".join(
         [
             "/* The built-in strategies, translated from Python by feasibee.engine.generate. */\n",

@@ -6,10 +6,10 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
-from feasibee.engine.layout import Control, Lowered, Player, RunError
 from feasibee.engine.library import library, pointer
 from feasibee.engine.params import packed
 from feasibee.engine.state import Room, State, tables_of
+from feasibee.engine.tables import Control, Lowered, Player, RunError
 from feasibee.errors import FeasibeeError
 from feasibee.model.codes import UNDECIDED
 from feasibee.model.record import Record

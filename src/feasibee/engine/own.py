@@ -34,9 +34,7 @@ FLAGS: Final = (
 """No contraction: each operation rounds as in Python."""
 FOLDER: Final = "strategies"
 """Where a cache has the libraries."""
-READABLE_FOLDER, READABLE_FILE = 0o755, 0o644
 SUFFIX: Final = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
-_used: dict[str, Path] = {}  # libraries of this process, by their keys
 
 
 # --- The library ---
@@ -79,15 +77,7 @@ def compiled(strategy: Manifest) -> Path:
     text = own_strategy(_file(strategy), strategy.source)
     folder = own_folder(own_folder(cache_root()) / FOLDER)
     key = _key(text)
-    _used[key] = read_library(folder, key) or _made(text, folder, key)
-    return _used[key]
-
-
-def export(folder: Path) -> None:
-    """Copy the libraries that this process uses to a folder that others may read, as a cache of theirs."""
-    for key, library in _used.items():
-        target = own_folder(folder / FOLDER, READABLE_FOLDER, setting="--out")
-        write_library(target, key, library, READABLE_FILE, "--out")
+    return read_library(folder, key) or _made(text, folder, key)
 
 
 def _file(strategy: Manifest) -> str:

@@ -1,69 +1,14 @@
-"""The numbers of a scenario as kernels read them, and how compiled code takes numbers and arrays.
+"""The numbers of a scenario and a seed, as ``struct params`` of engine.h has them.
 
-numba passes a tuple of arrays as all the numbers that these consist of: 270 for a swarm. Each function that
-takes it and each call of one then has as many instructions more, which took a third of the time to compile.
-
-Lengths are in units of fixed point: see `feasibee.engine.layout`.
+Lengths are in units of fixed point: see state.h.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from enum import IntEnum
-from functools import cache
-from typing import Annotated, Any, Final, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, Final, NamedTuple, get_type_hints
 
 import numpy as np
-
-
-class Axes(NamedTuple):
-    """The kind of a contiguous array: what it holds, and its number of axes."""
-
-    dtype: np.dtype[Any]
-    count: int  # type: ignore[assignment]  # hides tuple.count
-
-
-@cache
-def fields_of(cls: Any) -> dict[str, Any]:
-    """Return the fields of a class by name: the `Axes` of an annotated array, ``int``, or such a class."""
-    return {name: _kind_of(each) for name, each in get_type_hints(cls, include_extras=True).items()}
-
-
-def _kind_of(annotation: Any) -> Any:
-    if get_origin(annotation) is not Annotated:
-        return annotation
-    array, *axes = get_args(annotation)
-    return Axes(np.dtype(get_args(get_args(array)[1])[0]), len(axes))
-
-
-class Struct:
-    """Base of frozen dataclasses of arrays, ints and tuples of these.
-
-    Compiled code reads a table of 64-bit words, in the order of the fields: an int, or an array's address and
-    then its length along each axis. So fields can't be replaced, and their arrays must be of their type.
-    """
-
-    def __post_init__(self) -> None:
-        table = np.array([*_words_of(type(self), self)], np.int64)
-        object.__setattr__(self, "_table", table)
-        object.__setattr__(self, "address", table.ctypes.data)
-
-
-def _words_of(cls: Any, value: Any) -> Iterator[int]:
-    for name, kind in fields_of(cls).items():
-        each = getattr(value, name)
-        if kind is int:
-            yield each
-        elif not isinstance(kind, Axes):
-            yield from _words_of(kind, each)
-        elif (each.dtype, each.ndim, each.flags.c_contiguous) == (kind.dtype, kind.count, True):
-            yield each.ctypes.data
-            yield from each.shape
-        else:
-            raise TypeError(
-                f"{cls.__name__}.{name} must be a contiguous array of {kind.dtype}, {kind.count} axes"
-            )
-
 
 ALWAYS, WHILE_DISSEMINATING = -1, 0
 """Values of `DecisionParams.listens_for` in addition to a number of steps."""
@@ -87,31 +32,8 @@ class Lie(IntEnum):
     COLLUDING = 4  # the opposite of the truth
 
 
-class Action(IntEnum):
-    """When a function of a strategy's knowledge is called (`feasibee.engine.knowledge`)."""
-
-    START = 0
-    SPEAK = 1
-    OBSERVE = 2
-    MERGE = 3
-    COUNT = 4
-    DECLARE = 5
-    JUDGE = 6
-
-
-class Moment(IntEnum):
-    """The moments of a step at which acting has its say, in their order."""
-
-    BEGIN = 0
-    MOVED = 1
-    SPEAK = 2
-    SEE = 3
-    HEAR = 4
-    END = 5
-
-
 class Grid(NamedTuple):
-    """A grid of cells over the arena; see `feasibee.engine.cells`."""
+    """A grid of cells over the arena; see cells.h and near.h."""
 
     columns: int
     rows: int
@@ -210,7 +132,7 @@ class RobotParams(NamedTuple):
 
 
 class ListParams(NamedTuple):
-    """The lists of tasks by cell; see `feasibee.engine.sensing`."""
+    """The lists of tasks by cell of the paper's world; see lists.h."""
 
     bits: int  # 2**bits cells a side; 0: no lists
     shift: np.uint32  # bits of a coordinate below those of a place in a list
@@ -389,7 +311,6 @@ class Params(NamedTuple):
     changes: bool  # whether robots or tasks come or go (model.md 6.17, 6.23)
     truth_stays: bool  # although they may
     together: bool  # whether all robots sense at once: few of them
-    in_space_order: bool  # whether robots are sorted in space: see `feasibee.engine.crowd`
     in_sender_order: bool  # whether robots must receive the messages of a step in the order of their senders
 
 
@@ -404,10 +325,7 @@ PARAMS: Final = record_type(Params)
 
 
 def packed(params: Params) -> Any:
-    """Return the numbers as one record, which kernels are passed as a pointer.
-
-    A tuple of sixty numbers is passed one by one: that took a third longer to compile.
-    """
+    """Return the numbers as one record, whose bytes are a ``struct params``."""
     record = np.recarray(1, dtype=PARAMS)
     record[0] = _plain(params)
     return record[0]

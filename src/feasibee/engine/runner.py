@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from feasibee.engine.layout import Control, Lowered
 from feasibee.engine.native import player_of
 from feasibee.engine.params import Params
+from feasibee.engine.tables import Control, Lowered
 from feasibee.model.record import Record
 
 CHUNK = 2_000_000  # robot-steps: about 20 ms, against 0.1 ms for the call
@@ -26,7 +27,7 @@ POLL = 0.1  # seconds between two looks at the progress
 def simulate(
     lowered: Lowered,
     record: Record,
-    threads: int,
+    threads: int | None = None,
     chunk: int | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> None:
@@ -38,8 +39,8 @@ def simulate(
         The scenario and the seed.
     record : Record
         Empty, with the length and first run wanted.
-    threads : int
-        Number of chunks simulated at a time.
+    threads : int, optional
+        Number of chunks simulated at a time; by default one for each processor.
     chunk : int, optional
         Runs per chunk; by default about 30 ms of work.
     progress : callable, optional
@@ -50,6 +51,7 @@ def simulate(
     RunError
         If the strategy raises an error.
     """
+    threads = threads or processors()
     team = team_size(lowered.params, record.runs, threads)
     play = player_of(lowered, team)
     length = chunk or _chunk_length(lowered.params, record.runs, threads)
@@ -65,6 +67,11 @@ def simulate(
             cancelled[0] = True
             pool.shutdown(wait=True, cancel_futures=True)
             raise
+
+
+def processors() -> int:
+    """Return the number of processors that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def team_size(params: Params, runs: int, threads: int) -> int:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.layout import Tables
 from feasibee.engine.library import library, pointer
 from feasibee.engine.params import Params
+from feasibee.engine.tables import Tables
 
 if TYPE_CHECKING:
     from feasibee.engine.native import Given

@@ -7,7 +7,6 @@ import logging
 import mimetypes
 import os
 import socket
-import time
 import webbrowser
 from collections.abc import Callable
 from concurrent.futures import Future
@@ -44,7 +43,6 @@ from feasibee.live.messages import (
 )
 from feasibee.live.page import STATIC
 from feasibee.live.session import Session
-from feasibee.simulation.loading import compilation
 
 FIRST_PORT: Final = 8765
 PORTS_TRIED: Final = 50
@@ -55,8 +53,6 @@ PATIENCE: Final = 0.05
 """Seconds that a swarm advances before the server looks for messages of its page."""
 SPARE: Final = 0.02
 """Seconds that a look ahead takes before the next message of the page."""
-GLANCE: Final = 0.25
-"""Seconds between two looks at what compiles while a page waits for its run."""
 TRY_LATER = 1013
 """WebSocket close code: the server is full."""
 
@@ -204,20 +200,8 @@ async def _seek(page: WebSocket, session: AnySession, asked: Seek, waiting: Wait
 
 
 async def _begin(page: WebSocket, session: AnySession, asked: Open) -> int:
-    """Begin a run and return the step to go to; report which engine compiles meanwhile, for any page."""
-    begun = asyncio.ensure_future(_in_daemon_thread(lambda: session.begin(asked)))
-    reported = None
-    try:
-        while not (await asyncio.wait([begun], timeout=GLANCE))[0]:
-            current = compilation()
-            if current is not None and current != reported:
-                reported = current
-                text = f"Compiling the {current.engine}, once for this machine"
-                seconds = round(time.monotonic() - current.since, 1)
-                await page.send_json({"type": "compiling", "text": text, "seconds": seconds})
-        step = begun.result()
-    finally:
-        begun.cancel()
+    """Begin a run and return the step to go to."""
+    step = await _in_daemon_thread(lambda: session.begin(asked))
     for each in session.openings():
         await _send(page, [each if isinstance(each, bytes) else {**each, "request": asked.request}])
     return step

@@ -9,7 +9,6 @@ from feasibee.errors import FeasibeeError, quoted
 from feasibee.model.record import Record
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.loading import load_engine, processors
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,7 +93,7 @@ def simulate_record(
     """
     check_size(scenario, runs, curves)
     check_progress(progress)
-    threads = processors() if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
+    threads = None if threads is None else check_integer("threads", threads, 1, THREADS_LIMIT)
     if not isinstance(backend, str) or backend not in ("engine", "reference"):
         rule = "must be 'engine' or 'reference'"
         raise FeasibeeError(f"backend = {quoted(backend)}: {rule}; leave it out for 'engine'")
@@ -105,9 +104,8 @@ def simulate_record(
         from feasibee import reference
 
         return reference.simulate(scenario, runs, curves)
-    load_engine(scenario)
     from feasibee.engine import runner
-    from feasibee.engine.layout import RunError
+    from feasibee.engine.tables import RunError
     from feasibee.simulation.lowering import lower
 
     length = scenario.run.steps + 1

@@ -19,8 +19,7 @@ from feasibee.model.record import Record
 from feasibee.results.statistics import declare_times
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation import gossip
-from feasibee.simulation.loading import load_engine, processors
+from feasibee.strategies import GOSSIP, gossip
 from feasibee.strategies.certified import NEVER
 
 SEED: Final = 28
@@ -139,14 +138,13 @@ def _steps(
     world: Scenario, first: int, runs: int, progress: Callable[[float], None] | None
 ) -> NDArray[np.int64]:
     """Return the step by which all counted robots know all names that they can, for each run; -1 if never."""
-    load_engine(world)
     from feasibee.engine import runner
     from feasibee.simulation.lowering import lower
 
     lowered, record = lower(world, SEED), Record.empty(first, runs, 0, 0)
-    ground = lowered.tables.ground._replace(sketch=_wanted(world))
-    lowered = lowered._replace(tables=lowered.tables._replace(ground=ground))
-    runner.simulate(lowered, record, processors(), None, progress)
+    setting = lowered.setting._replace(plan=_wanted(world).tobytes())
+    lowered = lowered._replace(setting=setting, strategy=GOSSIP)  # the same, compiled with the engine
+    runner.simulate(lowered, record, progress=progress)
     return record.declare_step.astype(np.int64)
 
 

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from feasibee.engine import params as numbers
-from feasibee.engine.layout import FEW, POOLED, WORD, Event, Int32s, Int64s, Lowered, Tables
 from feasibee.engine.params import Band, Lie, Placement
+from feasibee.engine.tables import FEW, WORD, Event, Int32s, Int64s, Lowered, Tables
 from feasibee.model.codes import exact
 from feasibee.scenario.acting import can_do, ranks_of, status_bits
 from feasibee.scenario.feasibility import truth
@@ -46,7 +46,7 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
     """Return the numbers of a scenario and a seed."""
     unit, setting = unit_of(scenario), scenario.setting
     arena, most = _arena(scenario, unit), scenario.most
-    together, knows = most.robots <= FEW, scenario.strategy.knowledge
+    together = most.robots <= FEW
     sensing = scenario.sensing
     numbered = arena.wraps and most.tasks <= NUMBERED and not (sensing.misname or sensing.position_error)
     sight, radio = (squared(reach, unit) for reach in (sensing.range, scenario.radio.range))
@@ -77,8 +77,6 @@ def params_of(scenario: Scenario, seed: int, fast: bool) -> numbers.Params:
         changes=scenario.in_motion,
         truth_stays=not scenario.dynamic,
         together=together,
-        in_space_order=scenario.robots.count > POOLED
-        and not (knows or scenario.in_motion or scenario.radio.delay or scenario.acts),
         in_sender_order=not fast and _in_sender_order(scenario),
     )
 
@@ -327,7 +325,7 @@ def _lists(tasks: int, limit: int) -> numbers.ListParams:
 
 
 def tables_of(scenario: Scenario, params: numbers.Params) -> Tables:
-    """Return the arrays of a scenario: classes, sets of skills, given points, the strategy's parameters."""
+    """Return the arrays of a scenario: classes, sets of skills, given points, events, place."""
     robots, tasks = scenario.robots, scenario.tasks
     return Tables(
         class_of=np.concatenate(
@@ -343,7 +341,6 @@ def tables_of(scenario: Scenario, params: numbers.Params) -> Tables:
                 _given_points(scenario, tasks, 0, params.arena),
             ]
         ),
-        parameters=np.array(list(scenario.decision.parameters.values()), np.float64),
         ranks=np.array(ranks_of(robots), np.int64),
         able=np.array(can_do(robots, tasks), np.int64),
         events=_events(scenario, params),

@@ -9,8 +9,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.layout import Ground, Int32s
 from feasibee.engine.params import PlaceParams
+from feasibee.engine.tables import Ground, Int32s
 from feasibee.model.codes import MOST_WALLS, exact
 from feasibee.scenario.bitmaps import Cells
 from feasibee.scenario.ground import Ground as Surface
@@ -55,7 +55,6 @@ def tables_of(scenario: Scenario) -> Ground:
             np.zeros(0, np.uint64),
             np.zeros(0, np.uint64),
             np.zeros(0, np.uint8),
-            np.zeros(0, np.uint8),
             np.zeros(0, np.uint64),
             none[:, 0].copy(),
             none,
@@ -75,7 +74,6 @@ def _tables(surface: Surface, most: Most, avoid_collisions: bool) -> Ground:
         walls=_words(surface.plan.walls),
         passable=_words(surface.passable),
         open_around=_open_around(surface.plan),
-        sketch=np.frombuffer(surface.sketch, np.uint8),
         limits=np.zeros(0, np.uint64),
         **_stands(surface, most, avoid_collisions),
     )

@@ -109,7 +109,7 @@ class Swarm:
                 self._begin(self._state.enlarged())  # repeat the run with more room
 
     def _play(self, until: int) -> None:
-        from feasibee.engine.layout import Control, RunError
+        from feasibee.engine.tables import Control, RunError
 
         unwatched = self._given.control(Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)))
         outcome = self._given.outcome(self._record)

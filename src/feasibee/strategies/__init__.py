@@ -46,3 +46,5 @@ STRATEGIES: Final[dict[str, Strategy]] = {
     )
 }
 """The built-in strategies, the paper's first."""
+GOSSIP: Final = _strategy_of("gossip")
+"""No strategy for users: `feasibee.simulation.flooding` simulates it."""

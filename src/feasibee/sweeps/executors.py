@@ -29,11 +29,11 @@ from threading import Thread
 from types import FrameType
 from typing import Any
 
+from feasibee.engine.runner import processors
 from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.simulation.loading import processors
 from feasibee.sweeps.plan import Study
 from feasibee.sweeps.schedule import FIRST_WORK, RunRange, Schedule, chunk_work, next_budget
 from feasibee.sweeps.schema import EncodedRuns, encode

@@ -16,12 +16,12 @@ from functools import partial
 from pathlib import Path
 from typing import NoReturn, Self
 
+from feasibee.engine.native import rules_of
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.model.record import Record
 from feasibee.simulation.ensemble import CURVES_LIMIT
 from feasibee.simulation.flooding import flooded
-from feasibee.simulation.loading import load_engine
 from feasibee.sweeps.executors import WorkerPool, Workers, counted_interrupts, threads
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.plan import Study
@@ -200,7 +200,7 @@ class Rounds:
             self.check()
         if self.execution.pool.is_local:  # compute here, once, what workers on this machine need
             for place in {piece.point: None for piece in schedule.queue}:
-                load_engine(flooded(study.points[place].scenario))
+                rules_of(flooded(study.points[place].scenario).strategy)
         self._report(schedule, False)
         interrupted = self._workers.work_off(schedule, partial(self._report, schedule))
         if interrupted:  # also in the last chunk: other rounds may follow

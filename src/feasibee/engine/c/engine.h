@@ -2,7 +2,7 @@
  *
  * Python reads this file (feasibee.engine.library), so it has declarations only. The numbers of a scenario have
  * their meaning in feasibee.engine.params, in whose order they stand. Lengths are in units of fixed point: see
- * feasibee.engine.layout. */
+ * state.h. */
 
 #ifndef ENGINE_H
 #define ENGINE_H
@@ -175,7 +175,7 @@ struct params {
     struct fault faults;
     struct run run;
     struct acting acting;
-    bool truth, changes, truth_stays, together, in_space_order, in_sender_order;
+    bool truth, changes, truth_stays, together, in_sender_order;
 };
 
 /* --- A strategy: feasibee.strategies.contract says what its functions are given and return --- */

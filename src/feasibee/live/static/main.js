@@ -335,7 +335,6 @@ const answers = {
     accepted = null;
     controls.showProblems(message.problems);
   },
-  compiling: (message) => veil.showTime(message.text, message.seconds),
   going: (message) => veil.show(`Going to step ${formatted(message.to)}: ${formatted(message.step)} so far`),
   full(message) {
     showBanner(message.text);

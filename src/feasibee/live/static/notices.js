@@ -26,11 +26,10 @@ export function showBanner(text, canRetry = true) {
   $("banner").hidden = false;
 }
 
-// The notice over the arena while the page waits: preparing, compiling, on the way to a step.
+// The notice over the arena while the page waits: preparing, on the way to a step.
 export class Veil {
   constructor() {
     this.waiting = 0;
-    this.ticking = 0;
   }
 
   // Show soon that a swarm is prepared, unless something else is shown before.
@@ -42,26 +41,8 @@ export class Veil {
   /** @param {string} text */
   show(text) {
     clearTimeout(this.waiting);
-    clearInterval(this.ticking);
     $("veil-text").textContent = text;
-    $("veil-time").textContent = "";
     $("veil").hidden = !text;
-  }
-
-  /**
-   * Show what takes long, with the time passed since it began.
-   * @param {string} text
-   * @param {number} seconds Time passed so far.
-   */
-  showTime(text, seconds) {
-    const start = performance.now() - 1000 * seconds;
-    const tick = () => {
-      $("veil-time").textContent = ` … ${Math.floor((performance.now() - start) / 1000)} s`;
-    };
-    this.show(text);
-    announce(text);
-    tick();
-    this.ticking = setInterval(tick, 1000);
   }
 
   hide() {
