@@ -20,8 +20,8 @@ enum meeting { MEETS = 1, ON_LEFT = 2, ON_RIGHT = 4, REVERSE_BITS = 3, IN_DOUBT 
 /* Wait until all threads have come here. */
 ALWAYS void wait_for_all(struct state *s)
 {
-    struct team *team = (struct team *)s->team;
-    if (comes_last(team))
+    struct team *team = s->team;
+    if (team->threads > 1 && comes_last(team))
         let_go(team);
 }
 
@@ -35,7 +35,9 @@ struct wide {
 ALWAYS struct wide wide_product(uint64_t a, uint64_t b)
 {
     const uint64_t a0 = a & UINT32_MAX, a1 = a >> 32, b0 = b & UINT32_MAX, b1 = b >> 32;
-    const uint64_t middle = a1 * b0 + (a0 * b0 >> 32), other = a0 * b1 + (middle & UINT32_MAX);
+    uint64_t low = a0 * b0;
+    __asm__("" : "+r"(low)); /* else LLVM finds the product, and calls a function that wasm hasn't */
+    const uint64_t middle = a1 * b0 + (low >> 32), other = a0 * b1 + (middle & UINT32_MAX);
     return (struct wide){a1 * b1 + (middle >> 32) + (other >> 32), a * b};
 }
 
