@@ -20,7 +20,7 @@ help:
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
 	@echo "make engine  the engine, compiled from C into src/feasibee/engine/lib, unless it is there; make test does it, too"
 	@echo "make wheels  the package for Linux, macOS and Windows, and its sources, in dist/; all from this machine"
-	@echo "make wasm    the world of \`feasibee page\`, compiled from C into src/feasibee/live/world/world.wasm"
+	@echo "make wasm    the engine of \`feasibee page\`, compiled from C into src/feasibee/engine/lib/feasibee.wasm"
 	@echo "make bench   speed, threads, start-up and memory, as ratios to other programs, and the live arena; QUICK=1 takes a"
 	@echo "             minute, SAVE=1 keeps the figures for docs/speed.md, AGAINST=../other/src compares two versions"
 	@echo "make sizes   flash and RAM of the C controller for each strategy and processor with a compiler here"
@@ -79,7 +79,7 @@ wheels: $(VENV)/with-wheels
 	$(BIN)/python -m hatchling build --target sdist
 
 wasm: $(VENV)/with-wasm
-	$(BIN)/python -m feasibee.live.world.build
+	$(BIN)/python -m feasibee.engine.build --wasm
 
 bench: $(VENV)/with-bench
 	$(BIN)/python benchmarks/bench.py $(if $(QUICK),--quick) $(if $(SAVE),--save) $(if $(AGAINST),--against $(AGAINST))

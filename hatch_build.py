@@ -12,8 +12,8 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 sys.path.insert(0, str(Path(__file__).parent / "src"))
 
 from feasibee.engine.build import build, tag_of
-from feasibee.engine.compilers import ZIGLANG, zig_has_wheels
-from feasibee.engine.platforms import LIBRARIES, PLATFORMS, native
+from feasibee.engine.compilers import ZIGLANG, zig, zig_has_wheels
+from feasibee.engine.platforms import LIBRARIES, PLATFORMS, WEBASSEMBLY, native
 from feasibee.errors import FeasibeeError
 
 PLATFORM = "FEASIBEE_PLATFORM"
@@ -37,6 +37,8 @@ class Engine(BuildHookInterface[Any]):
         else:
             target, folder = native(), LIBRARIES
         files = build(target, folder)
+        if zig():
+            files = [*files, *build(WEBASSEMBLY, folder)]  # which pages load
         if version == "editable":
             return
         build_data["pure_python"] = False

@@ -260,9 +260,11 @@ def test_a_wheel_of_another_platform_is_compiled_for_it(monkeypatch):
     given = []
     monkeypatch.setattr(made.module, "build", lambda *arguments: given.append(arguments) or [])
     monkeypatch.setattr(made.module, "tag_of", lambda target, folder: target.tag)
+    monkeypatch.setattr(made.module, "zig", lambda: True)
     data = {"force_include": {}}
     made.initialize("standard", data)
-    assert given == [(platforms.PLATFORMS["macos-arm64"], ROOT / "build" / "macos-arm64")]
+    wanted = platforms.PLATFORMS["macos-arm64"], platforms.WEBASSEMBLY
+    assert given == [(each, ROOT / "build" / "macos-arm64") for each in wanted]
     assert data["tag"] == "py3-none-macosx_11_0_arm64"
     monkeypatch.setenv(made.module.PLATFORM, "amiga")
     with pytest.raises(FeasibeeError, match="FEASIBEE_PLATFORM = amiga: must be one of linux-x86-64, "):

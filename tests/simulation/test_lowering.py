@@ -10,7 +10,7 @@ from feasibee import Scenario
 from feasibee.engine.params import ALWAYS, PARAMS, WHILE_DISSEMINATING, Lie, Params, Placement, packed
 from feasibee.model.codes import exact
 from feasibee.scenario.fields import Declare, Faults, Placed
-from feasibee.simulation.lowering import lower, unit_of
+from feasibee.simulation.lowering import MOST_ROBOTS, lower, unit_of
 
 
 def params_of(seed=0, **sections):
@@ -73,7 +73,7 @@ def test_every_word_of_a_scenario_has_its_code():
 @pytest.mark.parametrize("threshold", [0.5, 0.9, 2 / 3, 0.5666666666666667, 0.9000000000000001, 1 - 2**-53])
 def test_the_quorums_fraction_rounds_down_as_the_threshold_for_every_number_of_robots(threshold, most):
     share, whole = params_of(robots={"count": most}, decision={"threshold": threshold}).decision.quorum
-    assert whole <= most
+    assert whole <= MOST_ROBOTS
     for counted in {*range(min(most, 300)), most // 2, most - 1, most}:
         assert counted * share // whole == math.floor(exact(threshold) * counted), counted
 

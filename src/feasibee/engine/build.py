@@ -30,6 +30,17 @@ FLAGS: Final = (
     *("-fvisibility=hidden", "-fPIC"),
 )
 """No contraction and no fast mathematics: each operation rounds as in Python."""
+SMALL: Final = ("-Os", "-DSMALL", "-fno-vectorize", "-fno-slp-vectorize", "-mllvm", "-disable-lsr")
+SMALLEST: Final = (*SMALL, "-mllvm", "-inline-threshold=0", "-Xclang", "-Oz")
+"""In addition for a module that pages load; knowledge would take thrice as long by the second."""
+FOR_PAGES: Final = {
+    "few": (),
+    "strategies": SMALL,
+    "own": (*SMALL, "-w", "-Dfeasibee_rules=feasibee_own_rules"),
+}
+"""Options of some sources of that module: few.c plays the paper's swarms, and has all speed."""
+NATIVE: Final = ("crowd", "level")
+"""Sources that it leaves out: the general engine plays larger swarms, and any processor can run it."""
 
 
 def sources() -> list[Path]:
@@ -129,6 +140,8 @@ def tag_of(target: Platform, folder: Path) -> str:
 def compile_library(out: Path, target: Platform, level: str, by: Compiler, *more: str) -> None:
     """Compile all C, with the strategies that `build` wrote into its folder, into one library.
 
+    For a page, ``own.c`` in that folder may be a user's.
+
     Parameters
     ----------
     out : Path
@@ -147,15 +160,29 @@ def compile_library(out: Path, target: Platform, level: str, by: Compiler, *more
     FeasibeeError
         If the compiler fails.
     """
-    files = [*sorted(SOURCES.glob("*.c")), *out.parent.glob("strategies.c")]
+    own = list(out.parent.glob("own.c"))
+    files = [*sorted(SOURCES.glob("*.c")), *out.parent.glob("strategies.c"), *own]
     with tempfile.TemporaryDirectory(dir=out.parent) as name:
         compiling = [*by.options(target, level), *FLAGS, *more, "-c", "-I", str(SOURCES)]
+        if target is WEBASSEMBLY:
+            files = [each for each in files if each.stem not in NATIVE]
         objects = [f"{each.stem}.o" for each in files]
         for each, made in zip(files, objects, strict=True):
-            _run(by, level, Path(name), *compiling, str(each), "-o", made)
+            small = FOR_PAGES.get(each.stem, SMALLEST) if target is WEBASSEMBLY else ()
+            _run(by, level, Path(name), *compiling, *small, str(each), "-o", made)
         # Zig compiles system libraries for each level that it links for: so it links for one of them.
         lowest = by.options(target, next(iter(target.levels)))
-        _run(by, level, Path(name), *lowest, *more, "-o", out.name, *objects, *by.linking(target))
+        _run(
+            by,
+            level,
+            Path(name),
+            *lowest,
+            *more,
+            "-o",
+            out.name,
+            *objects,
+            *by.linking(target, maths=bool(own)),
+        )
         Path(name, out.name).replace(out)  # programs that run the old one keep it
 
 

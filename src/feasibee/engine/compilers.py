@@ -45,11 +45,16 @@ class Compiler(NamedTuple):
             return [*where, f"-mcpu={target.levels[level]}"]
         return [f"-march={level}"] if level in X86_64 else []
 
-    def linking(self, target: Platform) -> list[str]:
-        """Return the options that make a library of object files."""
+    def linking(self, target: Platform, *, maths: bool = False) -> list[str]:
+        """Return the options that make a library of object files, some of which may call ``maths``."""
         if target is WEBASSEMBLY:
             alone = ["-target", "wasm32-freestanding", "-nostdlib"]  # memory.c has what it needs
-            return [*alone, "-Wl,--no-entry", "-Wl,--export-dynamic", "-s"]
+            return [
+                *(["-mexec-model=reactor"] if maths else alone),
+                "-Wl,--no-entry",
+                "-Wl,--export-dynamic",
+                "-s",
+            ]
         if not self.crosses:
             return ["-shared", "-lm"]
         # Zig would compile parts of the C library and of its own, which takes 12 s, and the engine uses none.

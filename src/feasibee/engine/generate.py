@@ -49,6 +49,8 @@ TYPES: Final[Mapping[str, tuple[Type, ...]]] = {
     "bits": (MESSAGE, "me"),
 }
 """Types of the arguments of a user's functions: whole numbers all have 64 bits."""
+SIZES: Final = ("words", "message_words")
+"""Functions of knowledge that only pages call: elsewhere, Python does before a run."""
 STEADY: Final = ("id", "kind", "hash", "setting")
 """What of a robot never changes in a run."""
 _QUIETLY: Final = """#pragma GCC diagnostic push
@@ -86,9 +88,9 @@ def built_in_strategies() -> str:
 
 def _built_in(strategy: Strategy, translation: Translation) -> str:
     """Translate the functions of a strategy; return its part of update.h and its ``struct rules``."""
-    names = {
+    names: dict[str, str] = {
         each: translation.entry(each, inspect.unwrap(getattr(strategy, each))).name
-        for each in (*RULES, *KNOWLEDGE)
+        for each in (*RULES, *KNOWLEDGE, *SIZES)
         if each in strategy.functions or each in ALWAYS
     }
     prefix = constant(strategy.name)
@@ -99,7 +101,7 @@ def _built_in(strategy: Strategy, translation: Translation) -> str:
     return _update(prefix, names, repeats, len(strategy.parameters)) + _rules(prefix, names, prefix)
 
 
-def own_strategy(file: str, source: str) -> str:
+def own_strategy(file: str, source: str, *, pages: bool = False) -> str:
     """Return the library of a user's strategy, in C with Python's checks.
 
     Parameters
@@ -108,6 +110,8 @@ def own_strategy(file: str, source: str) -> str:
         What errors call the file.
     source : str
         Its text, which isn't run.
+    pages : bool
+        Whether it is for pages, which also call `SIZES`.
 
     Raises
     ------
@@ -117,7 +121,7 @@ def own_strategy(file: str, source: str) -> str:
     names, translation = Text(file, source), CheckedTranslation()
     translation.texts[file] = "own", source
     knows = "merge" in names
-    wanted = (*RULES, *KNOWLEDGE) if knows else RULES
+    wanted = (*RULES, *KNOWLEDGE, *(SIZES if pages else ())) if knows else RULES
     found = {each: _own(each, names, translation) for each in wanted if each in names or each in ALWAYS}
     lines = {each: names[each].tree.lineno for each in found if each in names}
     checks = [_checked(file, each, found[each], line) for each, line in lines.items()]
@@ -244,7 +248,7 @@ def _update(prefix: str, names: Mapping[str, str], repeats: bool, parameters: in
 
 def _rules(prefix: str, names: Mapping[str, str], updates: str = "") -> str:
     """Return the definition of a strategy's ``struct rules``."""
-    rules = {each: names[each] for each in RULES if each in names}
+    rules = {each: names[each] for each in (*RULES, *SIZES) if each in names}
     rules |= {"update": f"{updates}_update"} if updates else {}
     return "\n".join(
         [
@@ -275,5 +279,8 @@ def _found_by_name(names: Iterable[str]) -> Iterable[str]:
         "{",
     )
     for name in names:
+        alone = name == GOSSIP.name  # it times how names flood a place: no page shows it
+        yield from ("#ifndef __wasm__",) * alone
         yield from (f'    if (is(name, "{name}"))', f"        return &{constant(name)}_rules;")
+        yield from ("#endif",) * alone
     yield from ("    return 0;", "}", "")

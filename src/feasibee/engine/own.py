@@ -15,8 +15,12 @@ from pathlib import Path
 from platform import machine
 from typing import Any, Final, NamedTuple
 
+from feasibee.engine.build import build, compile_library, digest
+from feasibee.engine.compilers import zig
 from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
-from feasibee.engine.generate import RETURNING, own_strategy
+from feasibee.engine.generate import RETURNING, built_in_strategies, own_strategy
+from feasibee.engine.platforms import LIBRARIES, WEBASSEMBLY
+from feasibee.errors import FeasibeeError, how_to_install
 from feasibee.files.cache import cache_root, own_folder, read_library, write_library
 from feasibee.robot.compiler import run_compiler
 from feasibee.strategies.contract import MUST, Manifest
@@ -102,6 +106,32 @@ def _made(text: str, folder: Path, key: str) -> Path:
         source.write_text(text, encoding="utf-8")
         run_compiler(*FLAGS, f"-I{HEADERS}", str(source), "-o", str(made), "-lm")
         return write_library(folder, key, made)
+
+
+def module(strategy: Manifest) -> bytes:
+    """Return the engine in WebAssembly, for pages, with a user's strategy if it is one; compile it if needed.
+
+    Raise a FeasibeeError if it has to be compiled, and ziglang isn't installed.
+    """
+    whole = LIBRARIES / f"feasibee{WEBASSEMBLY.suffix}"
+    if whole.exists() and not strategy.source:
+        return whole.read_bytes()
+    by = zig()
+    if by is None:
+        raise FeasibeeError(f"ziglang: not installed; {how_to_install('c')}")
+    if not strategy.source:
+        return build(WEBASSEMBLY)[0].read_bytes()
+    text = own_strategy(_file(strategy), strategy.source, pages=True)
+    folder, key = own_folder(own_folder(cache_root()) / FOLDER), _key(text + digest())
+    found = read_library(folder, key)
+    if found is None:
+        with tempfile.TemporaryDirectory(prefix=".", dir=folder) as own:
+            out = Path(own, whole.name)
+            out.with_name("own.c").write_text(text, encoding="utf-8")
+            out.with_name("strategies.c").write_text(built_in_strategies(), encoding="utf-8")
+            compile_library(out, WEBASSEMBLY, next(iter(WEBASSEMBLY.levels)), by)
+            found = write_library(folder, key, out)
+    return found.read_bytes()
 
 
 # --- Why it failed ---

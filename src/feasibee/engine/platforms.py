@@ -46,7 +46,13 @@ PLATFORMS: Final = {
     "windows-x86-64": Platform("win_amd64", "x86_64-windows-gnu", ".dll", X86_64),
 }
 """Those of which `make wheels` makes wheels on any machine."""
-WEBASSEMBLY: Final = Platform("wasm32", "wasm32-wasi", ".wasm", {"simd128": "generic+simd128+bulk_memory"})
+WEBASSEMBLY: Final = Platform(
+    "wasm32",
+    "wasm32-wasi",
+    ".wasm",
+    {"simd128": "generic+simd128+bulk_memory+sign_ext+nontrapping_fptoint"},
+)
+"""What pages load: browsers have these instructions since 2023."""
 
 
 def native() -> Platform:

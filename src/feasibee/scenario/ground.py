@@ -112,13 +112,13 @@ def _ground(
     plan, radius, passable, pieces = _surface(text, size, bodies)
     most = _least(bodies, plan, radius) // (16 * 4**plan.bits)
     (count, zone, points), (tasks_count, tasks_zone, tasks_points) = robots, tasks
-    own = _stands(pieces, plan.zones.get(zone), np.ones(int(pieces.max()) + 1, bool))
+    own = stands_in(pieces, plan.zones.get(zone), np.ones(int(pieces.max()) + 1, bool))
     if points is None:
         own = own._replace(piece=shares(np.diff(own.first), count))
     else:
         own = own._replace(piece=np.array([pieces.flat[cell] for cell in cells_at(plan, points)], np.int64))
     held = np.isin(np.arange(pieces.max() + 1), own.piece)
-    others = _stands(pieces, plan.zones.get(tasks_zone), held)
+    others = stands_in(pieces, plan.zones.get(tasks_zone), held)
     if tasks_points is None:
         others = others._replace(piece=shares(np.diff(others.first), tasks_count))
     else:
@@ -215,7 +215,7 @@ def _leaps(pieces: NDArray[np.int32], most: int) -> tuple[Numbers, Numbers]:
     return first, second
 
 
-def _stands(pieces: NDArray[np.int32], zone: Cells | None, held: Cells) -> Stands:
+def stands_in(pieces: NDArray[np.int32], zone: Cells | None, held: Cells) -> Stands:
     """Return the cells of a zone, piece by piece, in those pieces that are held."""
     chosen = held[pieces] & (pieces > 0)
     if zone is not None:

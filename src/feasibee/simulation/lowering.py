@@ -27,6 +27,8 @@ from feasibee.strategies.contract import Setting
 
 Numbers = TypeVar("Numbers")
 TURN = 2**32
+MOST_ROBOTS = 2**24
+"""Robots of the largest swarm; play.c has it, too."""
 NUMBERED = 128
 """Tasks that a few robots look through by number; among more, cells find those in sight sooner."""
 
@@ -225,7 +227,7 @@ def _decision(scenario: Scenario, most: int) -> numbers.DecisionParams:
             rounds=rule.rounds if rule else 0,
             heard=rule.heard if rule else 0,
         ),
-        quorum=_quorum(exact(decision.threshold), most),
+        quorum=_quorum(exact(decision.threshold)),
     )
 
 
@@ -234,17 +236,17 @@ def _listens_for(listen: Any) -> int:
     return words[listen] if isinstance(listen, str) else int(listen["last"])
 
 
-def _quorum(threshold: Fraction, most: int) -> numbers.QuorumParams:
-    """Return a fraction whose products with whole numbers up to ``most`` round down as the threshold's.
+def _quorum(threshold: Fraction) -> numbers.QuorumParams:
+    """Return a fraction whose products with numbers of robots round down as the threshold's.
 
-    That is the largest one not above it whose denominator isn't above ``most``, so that nothing overflows.
+    That is the largest one not above it whose denominator isn't above `MOST_ROBOTS`: nothing overflows.
     """
-    near = threshold.limit_denominator(most)
+    near = threshold.limit_denominator(MOST_ROBOTS)
     if near <= threshold:
         return numbers.QuorumParams(near.numerator, near.denominator)
     # Of two neighbours among these fractions, the lower is p / q with near * q - p = 1 / denominator.
     inverse = pow(near.numerator, -1, near.denominator)
-    below = most - (most - inverse) % near.denominator
+    below = MOST_ROBOTS - (MOST_ROBOTS - inverse) % near.denominator
     return numbers.QuorumParams((near.numerator * below - 1) // near.denominator, below)
 
 

@@ -238,6 +238,8 @@ struct rules {
     double (*value)(struct mind *mind);
     double (*lasting)(struct mind *mind, double gain);
     double (*probability)(struct mind *mind, struct known known, const struct setting *setting);
+    int64_t (*words)(const struct setting *setting); /* only pages call these two */
+    int64_t (*message_words)(const struct setting *setting);
     /* Calls the functions for knowledge for so many robots that wait for an action; returns the bits sent. */
     int64_t (*update)(struct state *s, int32_t action, int64_t number);
 };

@@ -489,6 +489,10 @@ ALWAYS bool play(const struct job *job, struct swarm *s, int64_t row, const int 
 
 #define PLAY(count) \
     APART bool play_##count(const struct job *job, struct swarm *s, int64_t row) { return play(job, s, row, count, true); }
+#if VECTOR < 32
+PLAY(5)
+#endif
+#ifndef __wasm__ /* a page loads the paper's swarm only */
 PLAY(1)
 PLAY(2)
 #if VECTOR < 64
@@ -496,10 +500,10 @@ PLAY(3)
 PLAY(4)
 #endif
 #if VECTOR < 32
-PLAY(5)
 PLAY(6)
 PLAY(7)
 PLAY(8)
+#endif
 #endif
 APART bool play_more(const struct job *job, struct swarm *s, int64_t row, int vectors)
 {
@@ -511,6 +515,10 @@ static bool play_run(const struct job *job, struct swarm *s, int64_t run, int64_
     const int vectors = (int)((job->params->robots.count + LANES - 1) / LANES);
     begin(job, s, run);
     switch (vectors) {
+#if VECTOR < 32
+    case 5: return play_5(job, s, row);
+#endif
+#ifndef __wasm__
     case 1: return play_1(job, s, row);
     case 2: return play_2(job, s, row);
 #if VECTOR < 64
@@ -518,10 +526,10 @@ static bool play_run(const struct job *job, struct swarm *s, int64_t run, int64_
     case 4: return play_4(job, s, row);
 #endif
 #if VECTOR < 32
-    case 5: return play_5(job, s, row);
     case 6: return play_6(job, s, row);
     case 7: return play_7(job, s, row);
     case 8: return play_8(job, s, row);
+#endif
 #endif
     default: return play_more(job, s, row, vectors);
     }

@@ -48,5 +48,9 @@ int64_t feasibee_play(const struct params *params, const struct rules *rules, co
                       int64_t memory, int64_t first_run, const struct outcome *outcome, struct control *control)
 {
     const struct job job = {params, rules, setting, outcome, control, memory};
-    return params->robots.count > FEW ? crowd_play(&job, first_run) : few_play(&job, first_run);
+#ifndef __wasm__
+    if (params->robots.count > FEW)
+        return crowd_play(&job, first_run);
+#endif
+    return few_play(&job, first_run);
 }
