@@ -1,64 +1,90 @@
-"""Runs by the engine in WebAssembly, in node."""
+"""Runs by the engine in WebAssembly, in node: those that pages show."""
 
 from __future__ import annotations
 
 import json
 import shutil
 import subprocess
-from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from feasibee.engine.build import build
 from feasibee.engine.compilers import zig
-from feasibee.engine.library import ffi
-from feasibee.engine.native import struct_of
-from feasibee.engine.params import packed
-from feasibee.engine.platforms import WEBASSEMBLY
+from feasibee.live.packet import wasm_of
+from feasibee.live.page import given_of
+from feasibee.model.outcomes import ACCOUNT
+from feasibee.scenario.runs import Runs
 
 HARNESS = Path(__file__).with_name("wasm.mjs")
-ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
-"""Of a record, in the order of ``struct outcome``."""
+NUMBERS = ("robots", "there", "tasks", "counted", "feasible", "infeasible", "needed", "decision", "missing")
+"""Of a step, as in world.js."""
 
 
-@cache
-def module():
-    """Return the path of the engine in WebAssembly; skip the test without ziglang or node."""
+def given_in_node(scenario):
+    """Return what a page is given of a scenario; skip the test without ziglang or node."""
     if shutil.which("node") is None:
         pytest.skip("no node in PATH")
     if zig() is None:
         pytest.skip("ziglang isn't installed: it compiles WebAssembly")
-    return build(WEBASSEMBLY)[0]
+    return given_of(scenario, Runs.single(0, 0), [scenario]) | {"wasm": wasm_of(scenario)}
 
 
-def play_in_node(lowered, record, *options):
-    """Fill in a record of runs of a scenario with a built-in strategy; return what node says."""
-    setting, (plan, parameters) = struct_of(ffi(), lowered.setting)
-    kept = [getattr(record, name) for name in ARRAYS]
-    given = [
-        packed(lowered.params).tobytes(),
-        *(bytes(ffi().buffer(each)) for each in (setting, plan, parameters)),
+def shown_in_node(scenario, seed, run=0, given=None):
+    """Return what a page shows at each step of a run; ``given`` may be that of other numbers of robots."""
+    given = given or given_in_node(scenario)
+    said = _played(given, [{"settings": _settings(scenario, seed, run), "steps": scenario.run.steps}])
+    return list(_read(said, scenario.run.steps + 1))
+
+
+def ended_in_node(scenario, seed, runs, chunk):
+    """Return decision, step, missing robots and account of runs that stop; a call plays ``chunk`` steps."""
+    jobs = [
+        {
+            "settings": _settings(scenario, seed, run),
+            "steps": scenario.run.steps,
+            "stops": True,
+            "chunk": chunk,
+        }
+        for run in range(runs)
     ]
-    job = {
-        "strategy": lowered.strategy.name,
-        "memory": lowered.strategy.memory,
-        "first_run": record.first_run,
-        "runs": record.runs,
-        "curve_length": record.feasible_count.shape[1],
-        "columns": record.account.shape[1],
-        "given": [len(each) for each in given],
-        "arrays": [each.nbytes for each in kept],
-        "offset_of_plan": ffi().offsetof("struct setting", "plan"),
-        "offset_of_parameters": ffi().offsetof("struct setting", "parameters"),
-    }
-    command = ["node", str(HARNESS), str(module()), *options]
-    sent = json.dumps(job).encode() + b"\n" + b"".join([*given, *(each.tobytes() for each in kept)])
-    done = subprocess.run(command, input=sent, capture_output=True, check=False)
+    said = _played(given_in_node(scenario), jobs)
+    kind = np.dtype([("head", "<i4", 4), ("account", "<i8", len(ACCOUNT))])
+    found = np.frombuffer(said, kind)
+    return *found["head"].T[:3], found["account"]
+
+
+def _settings(scenario, seed, run):
+    events = [each.model_dump(exclude_defaults=True) for each in scenario.events]
+    counts = {"robots": scenario.robots.count, "tasks": scenario.tasks.count}
+    return {**counts, "strategy": 0, "seed": str(seed), "run": run, "events": events}
+
+
+def _played(given, runs):
+    job = {"given": given, "runs": runs, "columns": len(ACCOUNT)}
+    command = ["node", str(HARNESS)]
+    done = subprocess.run(command, input=json.dumps(job).encode(), capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()
+    return done.stdout
+
+
+def _read(said, steps):
+    """Yield the numbers and arrays of each step."""
     at = 0
-    for each in kept:
-        each.reshape(-1).view("uint8")[:] = memoryview(done.stdout)[at : at + each.nbytes]
-        at += each.nbytes
-    assert at == len(done.stdout)
-    return done.stderr.decode()
+
+    def taken(kind, count):
+        nonlocal at
+        found = np.frombuffer(said, kind, count, at)
+        at += found.nbytes
+        return found
+
+    for _ in range(steps):
+        *values, acts = taken("<i4", len(NUMBERS) + 1).tolist()
+        now = dict(zip(NUMBERS, values, strict=True))
+        robots, tasks = now["robots"], now["tasks"]
+        for names, count in (("x y flags", robots), ("task_x task_y task_numbers", tasks)):
+            now |= {name: taken("<u2", count) for name in names.split()}
+        now["aims"], now["looks"] = taken("<u2", robots * acts), taken("<u2", tasks * acts)
+        now["heading"], now["kinds"] = taken("u1", robots), taken("<i4", robots)
+        yield now
+    assert at == len(said)

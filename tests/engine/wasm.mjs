@@ -1,36 +1,36 @@
-// Play runs with the engine in WebAssembly: node wasm.mjs feasibee.wasm, with a job in standard input.
+// Play runs in the module that pages load: node wasm.mjs, with a page's Given and its settings in standard input.
 //
-// A job is a line of JSON and then the bytes of its parts: params, setting, plan and parameters, and the arrays of
-// a record in the order of struct outcome. These arrays are written to standard output, filled in.
+// Each run gives, for each step, its numbers and arrays as the page reads them; one that stops its decision, step, missing
+// robots and account. They are written to standard output.
 import { readFileSync, writeSync } from "node:fs";
+import { worldsOf } from "../../src/feasibee/live/static/world.js";
 
-const input = readFileSync(0);
-const end = input.indexOf(10);
-const job = JSON.parse(input.subarray(0, end).toString());
-const { instance } = await WebAssembly.instantiate(readFileSync(process.argv[2]));
-const { memory, feasibee_room, feasibee_play_flat } = instance.exports;
+const { given, runs, columns } = JSON.parse(readFileSync(0, "utf8"));
+const [world] = await worldsOf(given, 1);
+const { memory, feasibee_to, feasibee_play_on, feasibee_decision, feasibee_missing, feasibee_account } =
+  world.exports;
 
-let at = end + 1;
-const put = (bytes) => {
-  const place = feasibee_room(Math.max(bytes.length, 1));
-  if (place === 0) throw new Error("no memory");
-  new Uint8Array(memory.buffer, place, bytes.length).set(bytes);
-  return place;
-};
-const take = (size) => put(input.subarray(at, (at += size)));
+function write(array) {
+  const bytes = new Uint8Array(array.buffer, array.byteOffset, array.byteLength);
+  for (let at = 0; at < bytes.length;) at += writeSync(1, bytes, at);
+}
 
-const name = put(Buffer.from(`${job.strategy}\0`));
-const [params, setting, plan, parameters] = job.given.map(take);
-const view = new DataView(memory.buffer);
-view.setUint32(setting + job.offset_of_plan, plan, true);
-view.setUint32(setting + job.offset_of_parameters, parameters, true);
-const arrays = job.arrays.map(take);
-const sizes = [job.runs, job.curve_length, job.columns];
-const begin = process.cpuUsage();
-const run = [job.memory, BigInt(job.first_run), ...sizes, ...arrays];
-const complete = feasibee_play_flat(params, name, setting, ...run);
-if (complete !== BigInt(job.runs)) throw new Error(`${complete} of ${job.runs} runs are complete`);
-if (process.argv[3] === "--time") console.error(process.cpuUsage(begin).user, "microseconds of CPU");
-for (const [k, place] of arrays.entries())
-  for (let done = 0; done < job.arrays[k]; )
-    done += writeSync(1, new Uint8Array(memory.buffer, place + done, job.arrays[k] - done));
+for (const { settings, steps, stops, chunk } of runs) {
+  if (!world.begin(settings, stops)) throw new Error("no memory");
+  if (stops) {
+    let step = 0;
+    while (feasibee_decision() < 0 && step < steps) step = feasibee_play_on(chunk);
+    write(Int32Array.of(feasibee_decision(), step, feasibee_missing(), 0));
+    write(new BigInt64Array(memory.buffer, feasibee_account(), columns).slice());
+    continue;
+  }
+  for (let step = 0; step <= steps; step++) {
+    if (feasibee_to(step) !== step) throw new Error("no memory");
+    const { x, y, flags, aims, taken, taskX, taskY, taskNumbers, kinds, heading, ...now } = world.shown();
+    write(Int32Array.from([...Object.values(now), aims ? 1 : 0]));
+    for (const each of [x, y, flags, taskX, taskY, taskNumbers, aims ?? [], taken ?? []])
+      write(Uint16Array.from(each));
+    write(Uint8Array.from(heading));
+    write(Int32Array.from(kinds));
+  }
+}

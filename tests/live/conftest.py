@@ -1,50 +1,14 @@
-"""An engine that compiles as long as a test wants, and the world of a page, played by node."""
+"""Servers of tests, and their pages."""
 
 from __future__ import annotations
 
-import json
-import shutil
 import socket
-import subprocess
-from pathlib import Path
-from threading import Event
 
-import numpy as np
 import pytest
-from numba.core.compiler_lock import global_compiler_lock
 
 from feasibee import Scenario
-from feasibee.engine import compiled
-from feasibee.engine.compile import on_compile
 from feasibee.live import server
 from feasibee.live.catalogue import Catalogue
-from feasibee.live.world.build import WASM
-from feasibee.live.world.lowering import numbers_of, place_of
-from feasibee.simulation import loading
-from feasibee.simulation.loading import load_engine
-from feasibee.simulation.lowering import unit_of
-
-PLAYER = Path(__file__).parent / "play.mjs"
-
-
-@pytest.fixture
-def slow_engine(monkeypatch):
-    """An engine for more than 128 robots that isn't on disk: it compiles until the event is set."""
-    ready, done = compiled.engine_functions, Event()
-
-    def compile_slowly(strategy, words, *form):
-        if words == 0:
-            with global_compiler_lock:
-                on_compile.get()("advance_general")
-                assert done.wait(300)
-        return ready(strategy, words, *form)
-
-    for count in (20, 200):
-        load_engine(Scenario(robots={"count": count}), stepwise=True)
-    monkeypatch.setattr(compiled, "engine_functions", compile_slowly)
-    monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[1]})
-    yield done
-    done.set()
 
 
 @pytest.fixture(scope="session")
@@ -111,46 +75,3 @@ def visit(new_page):
 
     opened.errors = new_page.errors
     return opened
-
-
-@pytest.fixture(scope="session")
-def node():
-    """The JavaScript engine that runs the compiled world."""
-    program = shutil.which("node")
-    if program is None:
-        pytest.skip("no node in PATH: install the Debian package nodejs")
-    return program
-
-
-@pytest.fixture
-def play(node):
-    """Give a function that plays runs; each gives flags by step and robot, last positions, missing robots."""
-
-    def played(runs, world=WASM):
-        cases = [
-            {
-                "named": numbers_of(scenario),
-                "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
-                "unit": [str(part) for part in unit_of(scenario).as_integer_ratio()],
-                "place": place_of(scenario),
-                "seed": str(seed),
-                "run": run,
-                "steps": scenario.run.steps,
-            }
-            for scenario, seed, run in runs
-        ]
-        said = subprocess.run(
-            [node, str(PLAYER), str(world)], input=json.dumps(cases).encode(), capture_output=True, check=True
-        ).stdout
-        at = 0
-        for scenario, _, _ in runs:
-            robots, steps = scenario.most.robots, scenario.run.steps + 1
-            flags = np.frombuffer(said, "<u2", robots * steps, at).reshape(steps, robots)
-            at += flags.nbytes
-            places = np.frombuffer(said, "<u4", 2 * robots, at).reshape(2, robots).T
-            (missing,) = np.frombuffer(said, "<u4", 1, at + places.nbytes)
-            at += places.nbytes + missing.nbytes
-            yield flags, places, missing
-        assert at == len(said)
-
-    return played

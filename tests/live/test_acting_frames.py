@@ -9,10 +9,9 @@ import pytest
 from playing import swarm_at
 from serving import decode
 
-from feasibee import Scenario, ScenarioError, Swarm
+from feasibee import Scenario, Swarm
 from feasibee.live.messages import NO_TASK, encode_frame
 from feasibee.live.reasons import reasons_of
-from feasibee.live.world.lowering import check_scenario
 from feasibee.simulation.snapshot import FLAGS
 
 SCENARIO = Scenario(acting={"start": 30}, robots={"know_count": True}, run={"steps": 200})
@@ -111,11 +110,3 @@ def test_a_robot_walks_to_a_task_that_is_done():
         words += [said(swarm, robot) for robot in range(20)]
     assert any("saw or heard that it is free, but it is done;" in each for each in words)
     assert swarm.acting.achieved.endswith(f" of 20 tasks and have done {(swarm.holders == -2).sum()}")
-
-
-def test_a_page_in_one_file_says_that_its_robots_do_not_act():
-    with pytest.raises(ScenarioError) as told:
-        check_scenario(SCENARIO)
-    (problem,) = told.value.problems
-    assert problem.path == "acting.start"
-    assert "leave out acting.start, or use feasibee watch" in str(problem)

@@ -1,20 +1,23 @@
-"""The file that `feasibee page` writes, and what it can't simulate."""
+"""The file that `feasibee page` writes, and what it can't show."""
 
 from __future__ import annotations
 
 import json
 import re
 
+import numpy as np
 import pytest
 from commands import invoke, refused
 
 from feasibee import Scenario, ScenarioError
+from feasibee.engine import own
+from feasibee.errors import how_to_install
+from feasibee.live.packet import check_scenario, variants_of
 from feasibee.live.page import page_of
 from feasibee.live.prediction import prediction_of
-from feasibee.live.world.lowering import check_scenario, variants_of
-from feasibee.scenario.fields import Event, fields
-from feasibee.scenario.supported import PAGE
 from feasibee.strategies import STRATEGIES
+
+OWN = "def decide(mind, inbox):\n    return mind.opinion\n"
 
 
 def given(text):
@@ -61,56 +64,30 @@ def test_no_name_can_end_the_data():
 def test_all_that_a_page_cannot_simulate_is_told_at_once(tmp_path):
     out = tmp_path / "run.html"
     out.write_text("before")
-    said = refused(
-        *("page", "--out", str(out), "--set", "robots.placement=clusters", "--set", "faults.byzantine=0.1"),
-        *("--set", "tasks.count=401", "--set", "decision.strategy=roster"),
-        *("--set", "decision.parameters.tolerates=9"),
-    )
-    assert [line.split(" = ")[0] for line in said] == [
-        f"feasibee: {path}"
-        for path in ("robots.placement", "faults.byzantine", "tasks.count", "decision.strategy")
+    said = refused("page", "--out", str(out), "--set", "tasks.count=20001", "--set", "run.steps=10001")
+    assert said == [
+        "feasibee: tasks.count = 20001: must be at most 20,000 in a page; use 20,000 or less",
+        "feasibee: run.steps = 10001: must be at most 10,000 in a page; use 10,000 or less",
     ]
-    assert "feasibee: tasks.count = 401: must be at most 400 in a page; use 400 or less" in said
-    assert said[0].endswith('; set robots.placement = "uniform", or use feasibee watch')
     assert out.read_text() == "before"
 
 
-def test_a_remedy_is_a_value_as_in_a_file():
-    changes = {"robots.avoid_collisions": True, "robots.classes": [{"name": "eye", "count": 3}]}
-    with pytest.raises(ScenarioError) as told:
-        check_scenario(Scenario().replace(changes))
-    assert [(problem.path, problem.remedy) for problem in told.value.problems] == [
-        ("robots.avoid_collisions", "set robots.avoid_collisions = false, or use feasibee watch"),
-        ("robots.classes", "leave out robots.classes, or use feasibee watch"),
-    ]
-
-
 @pytest.mark.parametrize(
-    ("changes", "paths"),
+    ("changes", "path"),
     [
-        ({"robots.count": 201, "run.steps": 10_001}, ["robots.count", "run.steps"]),
-        ({"events": [{"step": 5, "sensing": {"miss": 0.1}}]}, ["events"]),
-        ({"events": [{"step": 5, "robots": 181, "tasks": 381}]}, ["robots.count", "tasks.count"]),
-        ({"decision.inbox": "every-message", "decision.strategy": "dc"}, ["decision.inbox"]),
-        ({"decision.inbox": "every-message", "decision.gain": 100.0}, ["decision.inbox"]),
-        ({"decision.declare": {"quorum": 0.123457}}, ["decision.declare.quorum"]),
-        ({"decision.declare": {"rounds": 65_536}}, ["decision.declare.rounds"]),
-        ({"robots.placement": "clusters"}, ["robots.placement"]),
+        ({"events": [{"step": 5, "robots": 19_981}]}, "robots.count"),
+        ({"decision.strategy": "roster", "robots.count": 9000, "tasks.count": 9000}, "robots.count"),
     ],
 )
-def test_what_a_page_cannot_simulate(changes, paths):
+def test_what_a_page_cannot_simulate(changes, path):
     with pytest.raises(ScenarioError) as told:
         check_scenario(Scenario().replace(changes))
-    assert [problem.path for problem in told.value.problems] == paths
+    assert [problem.path for problem in told.value.problems] == [path]
 
 
 @pytest.mark.parametrize("preset", ["valentini-2016", "minimize-surprise", "ros2swarm-majority"])
 def test_a_page_simulates_the_presets(preset):
     check_scenario(Scenario(preset=preset))
-
-
-def test_the_pages_fields_are_fields():
-    assert {*fields(), *(f"events.{name}" for name in Event.model_fields)} >= PAGE
 
 
 def test_a_page_offers_all_strategies_that_go_with_its_scenario():
@@ -122,10 +99,38 @@ def test_a_page_offers_all_strategies_that_go_with_its_scenario():
         name for name, each in STRATEGIES.items() if not (each.knowledge or each.starts_neutral)
     ]
     strategies = given(page_of(Scenario()))["strategies"]
-    assert [each["numbers"]["given_knows_count"] for each in strategies] == [
-        each.needs_count for each in STRATEGIES.values()
-    ]
+    assert [each["knows"] for each in strategies] == [each.needs_count for each in STRATEGIES.values()]
     assert [each["declares"] for each in strategies] == [each.declares for each in STRATEGIES.values()]
+
+
+def test_a_page_of_ones_own_strategy_offers_it_in_place_of_the_one_of_its_name(tmp_path):
+    file = tmp_path / "dmmd.py"
+    file.write_text(OWN, encoding="utf-8")
+    mine = Scenario(decision={"strategy": str(file)})
+    assert [each.decision.strategy for each in variants_of(mine)][:2] == [str(file), "dmvd"]
+
+
+def test_without_a_compiler_a_page_of_ones_own_strategy_says_how_to_get_it(tmp_path, monkeypatch):
+    file = tmp_path / "mine.py"
+    file.write_text(OWN, encoding="utf-8")
+    monkeypatch.setattr(own, "zig", lambda: None)
+    (said,) = refused("page", "--strategy", str(file), "--out", str(tmp_path / "run.html"))
+    assert said == f"feasibee: ziglang: not installed; {how_to_install('c')}"
+
+
+def test_a_hall_of_forty_obstacles_makes_the_page_30_kb_larger_at_most():
+    draw, walls = np.random.default_rng(4), []
+    for _ in range(40):
+        middle, (wide, high) = draw.uniform(2, 18, 2), draw.uniform(0.5, 2, 2)
+        turn = draw.uniform(0, np.pi / 2)
+        across = wide / 2 * np.array([np.cos(turn), np.sin(turn)])
+        along = high / 2 * np.array([-np.sin(turn), np.cos(turn)])
+        corners = (middle + i * across + j * along for i, j in ((1, 1), (-1, 1), (-1, -1), (1, -1)))
+        walls.append([[round(x, 2), round(y, 2)] for x, y in corners])
+    hall = Scenario(arena={"side": 20.0, "boundary": "walls"}, robots={"diameter": 0.5})
+    shelves = hall.replace({"place.walls": walls, "place.cell": 0.05})
+    assert shelves.plan.walls.shape == (400, 400)
+    assert len(page_of(shelves).encode()) - len(page_of(hall).encode()) <= 30_000
 
 
 def test_the_file_must_be_html(tmp_path):

@@ -12,6 +12,7 @@ from visiting import at, change, click, control_of, drag, focus_nothing, press, 
 
 from feasibee import Scenario
 from feasibee.live.catalogue import Catalogue
+from feasibee.live.packet import MOST
 from feasibee.live.page import write_page
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
@@ -221,9 +222,12 @@ def test_hands_change_the_world_of_a_page_of_one_file(new_page, file):
     expect_page(page, 90, events)
 
 
-def test_a_page_of_one_file_refuses_more_robots_than_it_simulates(new_page, file):
+def test_a_page_of_one_file_refuses_more_robots_than_it_simulates(new_page, tmp_path, monkeypatch):
+    for name, most in (("robots.count", 200), ("tasks.count", 400)):
+        monkeypatch.setitem(MOST, name, most)
+    write_page(Scenario(), tmp_path / "run.html", seed=1)
     page = new_page(reduced_motion="reduce")
-    page.goto(file)
+    page.goto((tmp_path / "run.html").as_uri())
     page.locator("#seek").fill("30")
     page.locator("#tasks-slider").fill("100")
     page.locator("#robots-slider").fill("90")

@@ -177,6 +177,52 @@ def test_rooms_are_the_engines(visit, tmp_path):
     expect(page.locator("#truth")).to_have_text("Yes: just enough")
 
 
+def test_robots_that_act_and_faulty_ones_are_the_engines(visit, tmp_path):
+    changes = {"acting.start": 15, "faults.stopped": {"count": 2}, "faults.stop_step": 5, "tasks.count": 19}
+    scenario = Scenario().replace({**changes, "events": [{"step": 30, "tasks": 1, "radio": {"loss": 0.5}}]})
+    write_page(scenario, file := tmp_path / "acts.html", seed=1)
+    page = visit(file)
+    for name, shown in {"free": True, "taken": True, "task": False, "stopped": True, "liar": False}.items():
+        assert page.locator(f"#legend-{name}").is_visible() == shown
+    expect(page.locator("#touching")).to_contain_text("The numbers at the start are those of the scenario")
+    swarm = Swarm(scenario, seed=1)
+    swarm.advance(45)
+    page.locator("#seek").fill("45")
+    expect(page.locator("#now")).to_have_text("45")
+    expect(page.locator("#feasible")).to_have_text(str(swarm.feasible_count))
+    expect(page.locator("#infeasible")).to_have_text(str(swarm.infeasible_count))
+    robot = int(swarm.standing.nonzero()[0][0])
+    point_at(page, swarm, robot, "move")
+    expect(page.locator("#tip")).to_contain_text("stands at a task")
+    page.locator("#tasks-slider").fill("25")
+    expect(page.locator("#question")).to_have_text("Can 20 robots do 25 tasks?")
+    added = [*scenario.events, {"step": 46, "tasks": 5}]
+    told = Scenario.from_toml(page.locator("#toml").text_content())
+    assert told == scenario.replace({"events": added})
+    expect(page.locator("#swarms")).to_have_attribute("aria-busy", "false")
+    page.reload()
+    expect(page.locator("#now")).to_have_text("0")
+    page.locator("#seek").fill("46")
+    expect(page.locator("#question")).to_have_text("Can 20 robots do 25 tasks?")
+
+
+@pytest.mark.slow  # it compiles the strategy
+def test_a_strategy_that_fails_ends_the_run_and_says_its_line(visit, tmp_path):
+    pytest.importorskip("ziglang", reason="ziglang isn't installed")
+    strategy, file = tmp_path / "mine.py", tmp_path / "mine.html"
+    strategy.write_text(
+        "def decide(mind, inbox):\n    return mind.opinion + 0 // (1 - inbox.feasible_votes)\n"
+    )
+    write_page(Scenario(decision={"strategy": str(strategy)}, tasks={"count": 5}), file, seed=1)
+    page = visit(file)
+    page.keyboard.press("d")
+    expect(page.locator("#decision")).to_have_text("Line 2 of the strategy fails here.")
+    assert 0 < step_of(page) < 1000
+    page.get_by_label("Strategy").select_option("voter")
+    page.keyboard.press("d")
+    expect(page.locator("#decision")).to_contain_text("The swarm decided")
+
+
 def test_sliders_change_the_swarm_and_the_address_keeps_it(visit, file):
     page = visit(file)
     page.get_by_label("Tasks, slider").focus()
@@ -204,7 +250,7 @@ def test_sliders_change_the_swarm_and_the_address_keeps_it(visit, file):
 def test_an_invalid_number_is_marked_and_changes_nothing(visit, file):
     page = visit(file)
     robots = page.get_by_label("Robots", exact=True)
-    robots.fill("201")
+    robots.fill("20001")
     expect(robots).to_have_attribute("aria-invalid", "true")
     expect(page.locator("#question")).to_have_text("Can 20 robots do 50 tasks?")
     robots.press("Tab")

@@ -9,14 +9,7 @@ from hypothesis import strategies as st
 from feasibee import Scenario
 from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
 from feasibee.scenario.feasibility import kinds_of
-from feasibee.scenario.supported import (
-    FAST_PATH,
-    IN_C,
-    PAGE,
-    THEORY,
-    takes_fast_path,
-    unsupported,
-)
+from feasibee.scenario.supported import FAST_PATH, THEORY, takes_fast_path, unsupported
 from feasibee.strategies.certified import NEVER
 
 SKILLS = ("arm", "eye", "leg")
@@ -150,8 +143,8 @@ def test_robots_that_must_declare_first_act_from_no_step_on():
     assert (Scenario().acts, Scenario().acts_from) == (False, NEVER)
 
 
-@pytest.mark.parametrize("supported", [FAST_PATH, IN_C, PAGE, THEORY])
-def test_only_the_general_engine_and_the_reference_have_robots_that_act(supported):
+@pytest.mark.parametrize("supported", [FAST_PATH, THEORY])
+def test_the_fast_path_and_the_theory_have_no_robots_that_act(supported):
     (problem,) = unsupported(acting(), supported, "isn't simulated here")
     assert str(problem) == "acting.start = 40: isn't simulated here; leave out acting.start"
     assert not takes_fast_path(acting())

@@ -36,15 +36,15 @@ def page(
     ),
     seed: int,
     run: int,
-    out: Path = option("HTML file to write; about 200 KB.", path_type, "run.html"),
+    out: Path = option("HTML file to write; about 250 KB.", path_type, "run.html"),
     opens: bool = option("Open the file in the browser.", name="--open", is_flag=True),
 ) -> None:
     """Write one HTML file that simulates swarms, without server or network.
 
     FILE is a scenario in TOML; without one, the paper's defaults. The page begins with its values, and has
     sliders for robots, tasks, strategy, seed and run. Its opinions are those of `feasibee run` at every step.
-    It has all strategies, on a torus or within walls, with up to 200 robots and 400 tasks. Your own strategy
-    is compiled, which needs the extra 'c'.
+    It has all strategies and worlds, with up to 20,000 robots and tasks. Your own strategy is compiled, which
+    needs the extra 'c'.
 
     \b
     Examples:
@@ -70,7 +70,7 @@ def lesson(
     """Write a lesson as one HTML file: predict what swarms decide, then watch them.
 
     Its questions lead from twenty robots among fifty tasks to names, lies, rooms, and robots that ask first
-    or start. The page simulates its swarms without server or network; a few are simulated by this command.
+    or start. The page simulates its swarms without server or network.
 
     \b
     Example:

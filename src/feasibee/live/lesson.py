@@ -5,13 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from feasibee.errors import ScenarioError
 from feasibee.files import write_text
-from feasibee.live.page import filled, given_of, wasm_of
+from feasibee.live.packet import wasm_of
+from feasibee.live.page import filled, given_of
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.ensemble import simulate_record
 
 TITLE: Final = "Can these robots do it? A lesson with swarms"
 SEED: Final = 1
@@ -59,7 +58,7 @@ def figures() -> dict[str, Figure]:
 
 
 def lesson() -> str:
-    """Return the lesson as HTML; some swarms are simulated here, since a page can't."""
+    """Return the lesson as HTML."""
     asked = {name: _asked(figure) for name, figure in figures().items()}
     return filled("lesson", TITLE, "lesson", {"wasm": wasm_of(Scenario()), "figures": asked})
 
@@ -70,13 +69,8 @@ def write_lesson(out: Path) -> None:
 
 
 def _asked(figure: Figure) -> dict[str, Any]:
-    """Return a figure as lesson.js takes it: with its world, or with the outcomes of 100 swarms."""
-    scenario, runs = figure.scenario, Runs(100, SEED, 0)
-    own = {**figure._asdict(), "right": int(truth(scenario)), "outcomes": None}
+    """Return a figure as lesson.js takes it."""
+    scenario = figure.scenario
+    own = {**figure._asdict(), "right": int(truth(scenario))}
     del own["scenario"], own["variants"]
-    try:
-        return {**given_of(scenario, runs, figure.variants or [scenario]), **own}
-    except ScenarioError:
-        record = simulate_record(scenario, runs)
-        outcomes = zip(record.decision.tolist(), record.decision_step.tolist(), strict=True)
-        return own | {"outcomes": list(outcomes)}
+    return {**given_of(scenario, Runs(100, SEED, 0), figure.variants or [scenario]), **own}

@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import re
 from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from string import Template
-from tempfile import TemporaryDirectory
 from typing import Any, Final
 from urllib.parse import quote
 
 from feasibee.files import write_text
 from feasibee.live.lane import why_fixed
+from feasibee.live.packet import (
+    MOST,
+    check_scenario,
+    packets_of,
+    reached_of,
+    variants_of,
+    wasm_of,
+    why_counted,
+)
 from feasibee.live.prediction import prediction_of
 from feasibee.live.scene import scene_of
-from feasibee.live.world.build import WASM, compile_world
-from feasibee.live.world.lowering import (
-    ROBOTS_LIMIT,
-    TASKS_LIMIT,
-    check_scenario,
-    numbers_of,
-    place_of,
-    strategies_of,
-    variants_of,
-)
 from feasibee.scenario.plugins import rule_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.flooding import flooded
-from feasibee.simulation.lowering import fixed, unit_of
+from feasibee.simulation.lowering import unit_of
 
 STATIC: Final = Path(__file__).parent / "static"
 IMPORTED: Final = re.compile(r'(?m)^import [^;]+ from "\./(\w+)\.js";\n')
@@ -93,19 +90,22 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
     return {
         "version": version("feasibee"),
         "toml": scenario.to_toml(),
-        "place": place_of(scenario),
+        "packets": packets_of(variants),
+        "reached": reached_of(scenario),
         "strategies": [
             {
                 "name": each.decision.strategy,
                 "rule": rule_of(each.manifest),
                 "declares": each.declares,
                 "fixed": why_fixed(each),
-                "numbers": numbers_of(each),
+                "knows": each.robots.know_count,
             }
             for each in variants
         ],
         "threshold": scenario.decision.threshold,
-        "most": {"robots": ROBOTS_LIMIT, "tasks": TASKS_LIMIT},
+        "most": {"robots": MOST["robots.count"], "tasks": MOST["tasks.count"]},
+        "counted": why_counted(scenario),
+        "legend": _legend_of(scenario),
         "settings": {
             "robots": scenario.robots.count,
             "tasks": scenario.tasks.count,
@@ -114,19 +114,21 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
             "run": runs.first,
             "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
         },
-        "lengths": {**scene_of(scenario), "units": fixed(max(scenario.arena.size), unit_of(scenario))},
+        "lengths": {
+            **scene_of(scenario),
+            "changes": scenario.replace({"events": ()}).dynamic,  # without them, which may be taken out
+            "robotClasses": [each.name for each in scenario.robots.classes],
+        },
         "unit": [str(part) for part in unit_of(scenario).as_integer_ratio()],
         "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},
     }
 
 
-def wasm_of(scenario: Scenario) -> str:
-    """Return the compiled world in base64: that of the package, or one with the user's own strategy."""
-    if not scenario.strategy.source:
-        return base64.b64encode(WASM.read_bytes()).decode()
-    with TemporaryDirectory() as folder:
-        compile_world(out := Path(folder) / "world.wasm", strategies_of(scenario))
-        return base64.b64encode(out.read_bytes()).decode()
+def _legend_of(scenario: Scenario) -> dict[str, bool]:
+    """Return which entries of the legend a scenario needs, of those that not all need."""
+    stopped, byzantine, _ = scenario.faulty
+    acts = dict.fromkeys(("free", "taken"), scenario.acts) | {"task": not scenario.acts}
+    return {**acts, "done": bool(scenario.tasks.work), "stopped": stopped > 0, "liar": byzantine > 0}
 
 
 def joined(name: str, seen: set[str] | None = None) -> str:

@@ -27,20 +27,8 @@ COMMON: Final = frozenset(
 """Fields that every backend supports."""
 FAST_PATH: Final = COMMON | {"robots.know_count", "units.metres", "units.seconds"}
 """Fields that the fast path of the engine implements; the general engine simulates any other scenario."""
-IN_C: Final = COMMON | {
-    *("decision.inbox_size", "decision.declare"),
-    *("arena.boundary", "sensing.miss", "radio.loss"),
-}
-"""Fields that a world around the controller in C has."""
 TOGETHER: Final = 128
 """Robots of the largest swarm that the engine plays with sets of robots in sight."""
-PAGE: Final = IN_C | {
-    *("radio.id_bits", "robots.know_count", "units.metres", "units.seconds"),
-    *("place.map", "place.walls", "place.keepout", "place.cell", "place.zones"),
-    *("robots.zone", "tasks.zone", "radio.walls"),
-    *("events.step", "events.tasks", "events.robots", "events.task", "events.robot", "events.at"),
-}
-"""Fields that a page simulates."""
 THEORY: Final = (COMMON - {"decision.dissemination_floor"}) | {
     *("faults.byzantine", "faults.byzantine_says", "faults.stubborn"),
     *("sensing.miss", "radio.loss", "robots.know_count", "units.metres", "units.seconds"),

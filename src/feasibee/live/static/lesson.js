@@ -15,11 +15,10 @@ import { worldsOf } from "./world.js";
 
 /**
  * A figure, from lesson.py: it asks for a decision, for tasks in sight of robot 0, or for the number of right swarms. Each
- * choice has the highest number for which it is right. Outcomes of 100 swarms are given if this page can't simulate them.
- * With "free" it asks for nothing: its strategies are the ranges of sight 1 to SIGHTS, first without names of tasks.
+ * choice has the highest number for which it is right. With "free" it asks for nothing: its strategies are the ranges of sight 1 to SIGHTS, first without names of tasks.
  * @typedef {Given & {
  *   question: string, choices: [string, number][], asks: "decision" | "sight" | "share" | "free", lasts: number,
- *   outcomes: [number, number][] | null, right: number,
+ *   right: number,
  * }} Asked
  */
 
@@ -56,7 +55,6 @@ class Figure {
     const stage = make("div", { className: "stage" }, this.canvas),
       told = make("div", { className: "told" }, this.form, this.result, this.runs),
       row = make("div", { className: "row" }, this.now, this.again, this.play);
-    stage.hidden = row.hidden = asked.outcomes !== null;
     place.querySelector(".figure")?.append(make("div", {}, stage, row), told);
     this.arena = new Arena(this.canvas, this.shades, () => this.player.wake());
     this.player = new Player(
@@ -141,7 +139,6 @@ class Figure {
   // Make the worlds, and show the first step.
   async start() {
     const { asked, arena } = this;
-    if (asked.outcomes) return;
     const [world, other] = await worldsOf(asked, 2);
     this.world = world;
     this.recording = new Recording(world, asked.settings);
@@ -235,7 +232,7 @@ class Figure {
 
   showShare() {
     const { asked, swarms, recording } = this,
-      outcomes = asked.outcomes?.map(([decision, step]) => ({ decision, step })) ?? swarms?.outcomes ?? [],
+      outcomes = swarms?.outcomes ?? [],
       right = outcomes.filter((each) => each.decision === asked.right).length;
     drawRuns(this.runs, { outcomes }, -1, this.shades);
     this.runs.ariaLabel = `A mark for the decision of each of ${outcomes.length} swarms`;
@@ -295,7 +292,7 @@ function explain(word, k) {
 }
 
 document.querySelectorAll("dfn").forEach(explain);
-$("legend-undecided").hidden = $("legend-declared").hidden = false;
+for (const name of ["undecided", "declared", "liar", "free", "taken"]) $(`legend-${name}`).hidden = false;
 /** @type {NodeListOf<HTMLInputElement>} */ (document.querySelectorAll(".number")).forEach(letDrag);
 
 /** @type {{wasm: string, figures: Record<string, Asked>}} */

@@ -3,9 +3,11 @@
 import { formatted } from "./elements.js";
 import { DISSEMINATING, FEASIBLE, NEUTRAL } from "./frames.js";
 
+const MOST_KEPT = 2 ** 25; // robots times steps that are kept
+
 /** @import { Arena } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
-/** @import { Settings, World } from "./world.js" */
+/** @import { Settings, Shown, World } from "./world.js" */
 
 export class Recording {
   /**
@@ -17,13 +19,11 @@ export class Recording {
     const { steps, stops } = world.given.run;
     this.world = world;
     this.settings = settings;
-    this.last = steps;
     this.stops = stops;
-    world.begin(settings);
-    this.changes = settings.events.length > 0;
-    this.taskX = world.places("world_task_x"); // at the start
-    this.taskY = world.places("world_task_y");
-    /** @type {Pick<Frame, "x" | "y" | "flags" | "heading" | "taskX" | "taskY" | "taskNumbers" | "decision">[]} */
+    if (!world.begin(settings)) throw new RangeError("no memory");
+    this.last = Math.min(steps, Math.floor(MOST_KEPT / (settings.robots + 1)));
+    this.changes = settings.events.length > 0 || world.given.lengths.changes;
+    /** @type {Shown[]} */
     this.steps = [];
     /** @type {number[]} */
     this.missing = []; // robots without which the tasks aren't feasible, at each step
@@ -38,6 +38,14 @@ export class Recording {
     this.decision = -1;
     this.decisionStep = -1;
     this.record();
+    this.taskX = this.steps[0].taskX; // at the start
+    this.taskY = this.steps[0].taskY;
+  }
+
+  // Let the world go on with this run after another one.
+  resume() {
+    this.world.begin(this.settings);
+    this.world.play("feasibee_to", this.known);
   }
 
   /**
@@ -49,8 +57,9 @@ export class Recording {
       { robots, tasks, strategy } = settings,
       { lengths, strategies } = world.given,
       { declares } = strategies[strategy],
-      shown = { robots, numbers: world.robots, tasks, last, changes, truth: missing[0] === 0, declares };
-    arena.open({ ...lengths, ...shown });
+      [{ robots: numbers, kinds }] = this.steps,
+      shown = { robots, numbers, tasks, last, changes, truth: missing[0] === 0, declares };
+    arena.open({ ...lengths, ...shown, kinds });
     arena.setTasks({ x: taskX, y: taskY });
   }
 
@@ -69,33 +78,24 @@ export class Recording {
    */
   until(step) {
     while (this.known < Math.min(step, this.last)) {
-      this.world.exports.world_step();
-      this.record();
+      if (this.world.play("feasibee_to", this.known + 1) < 0) this.last = this.known;
+      else this.record();
     }
     return Math.min(step, this.last);
   }
 
   record() {
-    const { world, known, steps } = this,
-      { world_feasible, world_infeasible, world_decision, world_missing, world_needed, world_there } =
-        world.exports,
-      isSame = known >= 0 && !this.settings.events.some((each) => each.step === known + 1);
-    this.steps.push({
-      x: world.places("world_x"),
-      y: world.places("world_y"),
-      flags: world.flags.slice(),
-      heading: world.headings.slice(),
-      taskX: isSame ? steps[known].taskX : world.places("world_task_x"),
-      taskY: isSame ? steps[known].taskY : world.places("world_task_y"),
-      taskNumbers: isSame ? steps[known].taskNumbers : world.taskNumbers,
-      decision: world_decision(),
-    });
-    this.missing.push(world_missing());
-    this.needed.push(world_needed());
-    this.feasible.push(world_feasible());
-    this.infeasible.push(world_infeasible());
-    this.counted.push(world_there());
-    if (this.decision < 0 && (this.decision = world_decision()) >= 0) {
+    const shown = this.world.shown(),
+      before = this.steps.at(-1);
+    if (before && !this.changes)
+      Object.assign(shown, { taskX: before.taskX, taskY: before.taskY, kinds: before.kinds });
+    this.steps.push(shown);
+    this.missing.push(shown.missing);
+    this.needed.push(shown.needed);
+    this.feasible.push(shown.feasible);
+    this.infeasible.push(shown.infeasible);
+    this.counted.push(shown.counted);
+    if (this.decision < 0 && (this.decision = shown.decision) >= 0) {
       this.decisionStep = this.known;
       if (this.stops) this.last = this.known;
     }
@@ -125,16 +125,7 @@ export class Recording {
    * @returns {Frame}
    */
   frame(step) {
-    const at = this.until(step),
-      shown = this.steps[at];
-    return /** @type {Frame} */ ({
-      ...shown,
-      step: at,
-      robots: shown.x.length,
-      there: this.counted[at],
-      tasks: shown.taskX.length,
-      feasible: this.feasible[at],
-      infeasible: this.infeasible[at],
-    });
+    const at = this.until(step);
+    return { ...this.steps[at], step: at };
   }
 }

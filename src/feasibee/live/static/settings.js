@@ -12,7 +12,8 @@ const PAUSE = 200; // milliseconds: browsers limit how often a page may write it
 /** @type {("robots" | "tasks" | "seed" | "run")[]} */
 const FIELDS = ["robots", "tasks", "seed", "run"]; // each with a slider
 const PLACE = "\\d{1,7}(\\.\\d{1,9})?",
-  CHANGE = `,"((robots|tasks)":-?|(robot|task)":)\\d{1,3}|,"at":\\[${PLACE},${PLACE}\\]`,
+  CHANCE = `,"(sensing":\\{"miss|radio":\\{"loss)":${PLACE}\\}`,
+  CHANGE = `,"((robots|tasks)":-?|(robot|task)":)\\d{1,5}|,"at":\\[${PLACE},${PLACE}\\]|${CHANCE}`,
   LISTED = new RegExp(`^\\[(\\{"step":\\d{1,5}(${CHANGE})*\\}(,(?!\\])|(?=\\])))*\\]$`); // in the address
 const SLIDER = 100; // most robots or tasks on a slider, unless the file has more
 
@@ -25,7 +26,8 @@ const input = (id) => /** @type {HTMLInputElement} */ ($(id));
 export class Controls {
   /**
    * @param {Given} given
-   * @param {(settings: Settings, step: number) => void} changed The page shall show a run from a step on.
+   * @param {(settings: Settings, step: number) => boolean} changed The page shall show a run from a step on; false if it
+   *   has no memory for it.
    * @param {() => (Frame & {playing: boolean}) | null} present The step after which sliders change the world; null if
    *   they start the run again.
    */
@@ -33,14 +35,15 @@ export class Controls {
     this.given = given;
     this.changed = changed;
     this.present = present;
-    this.settings = { ...given.settings };
+    const first = given.settings;
+    this.settings = { ...first };
     /** @type {HTMLInputElement | null} */
     this.moved = null; // the slider that the reader moves
     this.late = 0;
     /** @type {Record<string, [number, number | bigint]>} */
     this.limits = {
-      robots: [1, given.most.robots],
-      tasks: [0, given.most.tasks],
+      robots: given.counted ? [first.robots, first.robots] : [1, given.most.robots],
+      tasks: given.counted ? [first.tasks, first.tasks] : [0, given.most.tasks],
       strategy: [0, given.strategies.length - 1],
       seed: [0, 2n ** 64n - 1n],
       run: [0, 2 ** 32 - 1],
@@ -120,12 +123,11 @@ export class Controls {
   take(settings, step, typed) {
     const { strategies, most } = this.given,
       taken = strategies[settings.strategy].fixed ? { ...settings, events: [] } : settings;
-    if (!canHappen(taken, most)) return false;
+    if (!canHappen(taken, most) || !this.changed(taken, step)) return false;
     this.settings = taken;
     this.show(typed);
     clearTimeout(this.late);
     this.late = setTimeout(() => this.writeAddress(), PAUSE);
-    this.changed(taken, step);
     return true;
   }
 
@@ -164,7 +166,7 @@ export class Controls {
     const { name, rule, fixed } = this.given.strategies[this.settings.strategy];
     input("strategy").value = String(this.settings.strategy);
     $("rule").textContent = rule && capital(rule);
-    sayTouching(fixed);
+    sayTouching(fixed, this.given.counted);
     document.title = `feasibee: ${this.settings.robots} robots, ${this.settings.tasks} tasks, ${name}`;
   }
 

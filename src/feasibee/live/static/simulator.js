@@ -61,12 +61,13 @@ class Page {
     this.controls = new Controls(
       given,
       (settings, step) => this.begin(settings, step),
-      () => (this.present?.step ? this.present : null),
+      () => (this.present?.step || given.counted ? this.present : null),
     );
     const lanes = [{ frame: $("frame"), arena: this.arena }],
       sketch = sketching(lanes, () => this.player.wake()),
       hands = new Hands(this.happen.bind(this), sketch, announce);
     this.tools = new Tools($("tools"), lanes, hands.tools);
+    for (const [name, isNeeded] of Object.entries(given.legend)) $(`legend-${name}`).hidden = !isNeeded;
     this.player.play(!this.player.calm.matches);
     this.setSpeed(this.player.speed);
     this.listen();
@@ -96,6 +97,7 @@ class Page {
 
   /**
    * Begin a run, and show it from a step on; time goes on if it did before.
+   * Return whether there is memory for it.
    * @param {Settings} settings
    * @param {number} step
    */
@@ -103,7 +105,13 @@ class Page {
     const { given, player } = this,
       { declares } = given.strategies[settings.strategy],
       playing = player.playing || player.ended;
-    this.recording = new Recording(this.world, settings);
+    try {
+      this.recording = new Recording(this.world, settings);
+    } catch (error) {
+      if (!(error instanceof RangeError) || !this.recording) throw error;
+      this.recording.resume();
+      return false;
+    }
     this.recording.openIn(this.arena);
     $("legend-declared").hidden = !declares;
     this.restart(step);
@@ -117,6 +125,7 @@ class Page {
     this.swarms?.begin(settings);
     this.said = "";
     this.showSwarms();
+    return true;
   }
 
   restart(step = 0) {
@@ -159,8 +168,8 @@ class Page {
     seek.setAttribute("aria-valuetext", `step ${frame.step} of ${recording.last}`);
     $("now").textContent = formatted(frame.step);
     $("last").textContent = formatted(recording.last);
-    const { feasible, infeasible, there, tasks } = frame,
-      none = there - feasible - infeasible,
+    const { feasible, infeasible, there, tasks, counted } = frame,
+      none = counted - feasible - infeasible,
       { question, answer } = questionOf({ robots: there, tasks }, recording.missing[frame.step]);
     $("question").textContent = question;
     $("truth").textContent = answer;
@@ -170,7 +179,7 @@ class Page {
     $("none-row").hidden = $("legend-undecided").hidden = !none;
     const { right, text } = decisionOf(recording, frame);
     $("verdict").dataset.verdict = right === null ? "" : right ? "right" : "wrong";
-    $("decision").textContent = text;
+    $("decision").textContent = (frame.step === recording.last && this.world.problem) || text;
     if (right !== null && this.said !== text) announce((this.said = text));
     drawCurve(canvasOf("curve"), recording, frame.step, this.given.threshold, this.shades, this.prediction);
     if (rests || frame.step % 50 === 0) this.describe(frame);

@@ -43,19 +43,21 @@ export class Swarms {
 
   beginRun() {
     this.step = 0;
-    if (this.settings) this.world.begin({ ...this.settings, run: this.outcomes.length });
+    if (this.settings) this.world.begin({ ...this.settings, run: this.outcomes.length }, true);
   }
 
   work() {
     const { world } = this,
       { steps } = world.given.run,
-      chunk = Math.max(1, Math.round(CHUNK / (world.robots + 1))),
+      { feasibee_decision, feasibee_missing } = world.exports,
+      chunk = Math.max(1, Math.round(CHUNK / ((this.settings?.robots ?? 0) + 1))),
       until = performance.now() + SLICE;
     while (this.outcomes.length < RUNS && performance.now() < until) {
-      this.step += world.exports.world_play(Math.min(chunk, steps - this.step));
-      const decision = world.exports.world_decision();
+      this.step = world.play("feasibee_play_on", chunk);
+      if (this.step < 0) return; // the run that is shown says why
+      const decision = feasibee_decision();
       if (decision < 0 && this.step < steps) continue;
-      const isRight = decision === Number(world.exports.world_missing() === 0);
+      const isRight = decision === Number(feasibee_missing() === 0);
       this.outcomes.push({ decision, step: this.step, isRight });
       if (this.outcomes.length < RUNS) this.beginRun();
     }

@@ -8,9 +8,9 @@ import { $, unfold } from "./elements.js";
 export const EVENTS = { "robots.count": "robots", "tasks.count": "tasks" }; // what an event can change, by its field
 
 /**
- * How many come at a step, or go; or where; or which one goes or is put there.
+ * How many come at a step, or go; or where; or which one goes or is put there. A scenario's may also change its errors.
  * @typedef {{robots?: number, tasks?: number, robot?: number, task?: number, at?: [number, number]}} Change
- * @typedef {{step: number} & Change} Event
+ * @typedef {{step: number, sensing?: {miss?: number}, radio?: {loss?: number}} & Change} Event
  */
 
 /**
@@ -56,19 +56,28 @@ export function handled(events, now, change, playing) {
  * @param {Settings} settings
  */
 export function scenarioOf({ toml, strategies, settings: first }, { robots, tasks, strategy, events }) {
-  const { name, numbers } = strategies[strategy],
-    rows = events.map((each) => {
-      const fields = Object.entries(each).map(([name, value]) => `${name} = ${JSON.stringify(value)}`);
-      return `    { ${fields.join(", ")} },\n`;
-    });
+  const { name, knows } = strategies[strategy],
+    rows = events.map((each) => `    ${inToml(each)},\n`);
   let text = toml.replace(/^events = \[\n[^]*?\n\]\n+/, "");
   text = withValue(withValue(text, "robots", "count", robots), "tasks", "count", tasks);
   if (strategy !== first.strategy) {
-    text = withValue(text, "robots", "know_count", Boolean(numbers.given_knows_count));
+    text = withValue(text, "robots", "know_count", knows);
     text = withValue(text, "decision", "strategy", JSON.stringify(name));
     text = text.replace(/^\[decision\.parameters\]\n(.+\n)*\n/m, ""); // they have the new one's defaults
   }
   return rows.length ? `events = [\n${rows.join("")}]\n\n${text}` : text;
+}
+
+/**
+ * Return a value as TOML has it.
+ * @param {any} value
+ * @returns {string}
+ */
+function inToml(value) {
+  if (Array.isArray(value) || typeof value !== "object") return JSON.stringify(value);
+  return `{ ${Object.entries(value)
+    .map(([name, each]) => `${name} = ${inToml(each)}`)
+    .join(", ")} }`;
 }
 
 /**
@@ -83,11 +92,15 @@ function withValue(toml, section, key, value) {
   return toml.replace(found, (_, before) => `${before}${value}`);
 }
 
-/** @param {string} fixed Why events can't change the world; empty if they can. */
-export function sayTouching(fixed) {
+/**
+ * @param {string} fixed Why events can't change the world; empty if they can.
+ * @param {string} [counted] Why the numbers at the start can't be changed; likewise.
+ */
+export function sayTouching(fixed, counted = "") {
+  const start = counted && `${counted}. `;
   $("touching").textContent = fixed
-    ? `Each change starts this run again. ${fixed}.`
-    : "During a run, the sliders of robots and tasks change the world from the next step on.";
+    ? `${start}Each change starts this run again. ${fixed}.`
+    : `${start}During a run, the sliders of robots and tasks change the world from the next step on.`;
 }
 
 /** @param {string} id Of a button that copies the scenario that the page shows. */

@@ -1,1 +1,0 @@
-"""The world of `feasibee page`: in C, compiled to WebAssembly."""
