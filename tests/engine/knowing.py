@@ -52,8 +52,9 @@ class Swarm:
         knowledge.words, knowledge.message_words, knowledge.task_ids = known, told, setting.task_ids
         self.clock = self._one("struct clock")
         state.params, state.rules, state.clock = self.params, self.rules.rules, self.clock
-        state.setting, arrays = struct_of(ffi, setting)
-        self.kept += [state.setting, arrays]
+        given, arrays = struct_of(ffi, setting)
+        state.setting = given
+        self.kept += [given, arrays]
         state.words, state.padded, state.copy_words = WORDS, padded, max(known, told)
         state.memory_length, state.tables.classes = self.strategy.memory, classes
         self.robots = self._rows(state.robots, 24, padded, np.int32, "int32_t")
