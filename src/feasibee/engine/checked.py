@@ -31,7 +31,6 @@ from feasibee.robot.language import (
 )
 from feasibee.robot.translate import Body, Translation
 
-
 OWN: Final = ENGINE._replace(inlined="static inline")
 """The engine's structs; not all is inlined, since a user waits for the compiler."""
 
