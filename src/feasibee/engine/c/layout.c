@@ -100,6 +100,7 @@ static void lay_tasks(struct state *s, struct block *block)
     s->told = acts ? take(block, (p->radio.delay + 1) * news, sizeof *s->told) : NULL;
     s->ways = ways ? take(block, (count + 2) * cells, sizeof *s->ways) : NULL;
     s->task_places = p->tasks.numbered ? take(block, count + WORD, sizeof *s->task_places) : NULL;
+    s->tasks_seen = p->tasks.numbered ? take(block, s->task_words * s->padded, sizeof *s->tasks_seen) : NULL;
     lay_cells(&s->task_cells, block, count, &p->tasks.grid);
     lay_cells(&s->robot_cells, block, p->together ? 0 : p->robots.count, &p->robots.grid);
     s->class_of = take(block, p->robots.count + count, sizeof *s->class_of);

@@ -17,33 +17,42 @@ static inline void find_sight(struct state *s, uint64_t limit, struct band band)
         keep_only(s, IN_SIGHT, s->sets[THERE]);
 }
 
+/* Sets of robots or tasks that each robot sees or hears: word of them, robot. */
+struct sets {
+    uint32_t *of;
+    int64_t words;
+};
+
 /* Leave the second of a listed pair out of the first one's set if an event happens to it in this step. */
-APART void drop_listed(struct state *s, struct part *part, int64_t listed, uint32_t purpose, int64_t probability)
+APART void drop_listed(struct state *s, struct part *part, struct sets sets, int64_t listed, uint32_t purpose,
+                       int64_t probability)
 {
     draw_lots(s, part, listed, purpose, probability, 0);
     for (int64_t k = 0; k < listed; k++) {
         const int32_t other = part->other[k];
-        s->links[IN_SIGHT][(other >> 5) * s->padded + part->who[k]] &= ~((uint32_t)part->third[k] & bit(other));
+        sets.of[(other >> 5) * s->padded + part->who[k]] &= ~((uint32_t)part->third[k] & bit(other));
     }
 }
 
 /* Leave those out of the sets of the robots of `asked` to which an event happens in this step. */
-static inline void drop_unlucky(struct state *s, struct part *part, const uint32_t *asked, uint32_t purpose,
-                                int64_t probability)
+static inline void drop_unlucky(struct state *s, struct part *part, struct sets sets, const uint32_t *asked,
+                                uint32_t purpose, int64_t probability)
 {
     int64_t listed = 0;
     if (probability == 0)
         return;
-    for (int64_t other = part->first; other < part->last; other++)
-        for (int64_t i = 0; i < s->params->robots.count; i++) {
-            if (has(asked, i))
-                listed = list_members(part, listed, i, s->links[IN_SIGHT][other * s->padded + i], WORD * other);
-            if (listed > QUEUE_ROOM) {
-                drop_listed(s, part, listed, purpose, probability);
-                listed = 0;
+    for (int64_t w = part->first; w < part->last; w++)
+        for (uint32_t left = asked[w]; left; left = without_lowest(left)) {
+            const int64_t i = lowest_member(w, left);
+            for (int64_t other = 0; other < sets.words; other++) {
+                listed = list_members(part, listed, i, sets.of[other * s->padded + i], WORD * other);
+                if (listed > QUEUE_ROOM) {
+                    drop_listed(s, part, sets, listed, purpose, probability);
+                    listed = 0;
+                }
             }
         }
-    drop_listed(s, part, listed, purpose, probability);
+    drop_listed(s, part, sets, listed, purpose, probability);
 }
 
 /* Count the robots in sight of those of a word that look. */
@@ -80,12 +89,12 @@ static inline void count_sightings(struct state *s, int64_t i, uint32_t seen, in
             s->seen[i * s->tables.classes + classes + s->class_of[first + lowest(seen)]]++;
 }
 
-/* Observe the robots in sight of a robot. */
-ALWAYS void observe_neighbours(struct state *s, const struct part *part, int64_t i)
+/* Observe the robots that a robot sees. */
+ALWAYS void observe_neighbours(struct state *s, const struct part *part, const uint32_t *sight, int64_t i)
 {
     for (int64_t other = part->first; other < part->last; other++) {
         const uint32_t itself = bit_if(s->params->sensing.count_self == 1 && i >> 5 == other, i);
-        const uint32_t seen = new_ones(s, i, other, s->links[IN_SIGHT][other * s->padded + i] | itself);
+        const uint32_t seen = new_ones(s, i, other, sight[other * s->padded + i] | itself);
         if (s->params->sensing.only_counts)
             s->counts[ROBOTS_SEEN][i] += members(seen);
         else
@@ -115,41 +124,56 @@ ALWAYS uint32_t tasks_near(const struct state *s, int64_t w, int32_t x, int32_t 
     return close;
 }
 
-/* Return which of the tasks of a word that are in sight a robot doesn't miss. */
-ALWAYS uint32_t not_missed(const struct state *s, struct part *part, int64_t i, uint32_t tasks, int64_t w)
+/* Store the tasks in sight of the robots that look, 32 at a time by number. */
+static inline void find_tasks(struct state *s, const struct part *part, const uint32_t *looking)
 {
-    if (s->clock->miss == 0)
-        return tasks;
-    const int64_t listed = list_members(part, 0, i, tasks, WORD * w);
-    draw_lots(s, part, listed, MISS_TASK, s->clock->miss, 0);
-    for (int64_t k = 0; k < listed; k++)
-        tasks &= ~((uint32_t)part->third[k] & bit(part->other[k]));
-    return tasks;
+    for (int64_t w = part->first; w < part->last; w++)
+        for (uint32_t left = looking[w]; left; left = without_lowest(left)) {
+            const int64_t i = lowest_member(w, left);
+            const int32_t x = s->robots[X][i], y = s->robots[Y][i];
+            const bool hides = s->params->sensing.hides && may_hide(s, i);
+            for (int64_t k = 0; k < s->task_words; k++) {
+                const uint32_t near = tasks_near(s, k, x, y);
+                s->tasks_seen[k * s->padded + i] = hides && near ? seen_tasks(s, near, k, i) : near;
+            }
+        }
 }
 
-/* Observe the tasks in sight of a robot, 32 at a time by number; return how many count. */
-ALWAYS int64_t observe_numbered(struct state *s, struct part *part, int64_t i)
+/* Observe the tasks that a robot sees. */
+ALWAYS void observe_numbered(struct state *s, const struct part *part, int64_t i)
 {
     const struct params *p = s->params;
-    const int32_t x = s->robots[X][i], y = s->robots[Y][i];
-    const bool hides = p->sensing.hides && may_hide(s, i);
     int64_t total = 0;
-    for (int64_t w = 0; w < s->task_words; w++) {
-        uint32_t seen = tasks_near(s, w, x, y);
-        if (hides && seen)
-            seen = seen_tasks(s, seen, w, i);
-        if (!p->sensing.counts_all) {
-            seen = not_missed(s, part, i, seen, w);
-            if (seen && p->acting.acts)
-                see_tasks(s, i, w, seen);
-            seen = new_ones(s, i, part->last + w, seen);
-        }
+    for (int64_t k = 0; k < s->task_words; k++) {
+        uint32_t seen = s->tasks_seen[k * s->padded + i];
+        if (seen && p->acting.acts)
+            see_tasks(s, i, k, seen);
+        seen = new_ones(s, i, part->last + k, seen);
         if (p->sensing.only_counts)
             total += members(seen);
         else
-            count_sightings(s, i, seen, p->robots.count + WORD * w, p->robots.classes);
+            count_sightings(s, i, seen, p->robots.count + WORD * k, p->robots.classes);
     }
-    return total;
+    s->counts[TASKS_SEEN][i] += total;
+}
+
+/* Store whom and what the robots that look see; return the sets of robots that they do. */
+static inline const uint32_t *look(struct state *s, struct part *part, const uint32_t *looking)
+{
+    const struct params *p = s->params;
+    const struct sets robots = {s->links[SEEN], s->words}, tasks = {s->tasks_seen, s->task_words};
+    find_sight(s, p->sensing.limit, p->sensing.band);
+    if (p->sensing.hides)
+        drop_hidden(s, part, looking);
+    if (p->tasks.numbered)
+        find_tasks(s, part, looking);
+    if (s->clock->miss == 0)
+        return s->links[IN_SIGHT];
+    memcpy(robots.of, s->links[IN_SIGHT], (size_t)(s->words * s->padded) * sizeof *robots.of);
+    drop_unlucky(s, part, robots, looking, MISS_ROBOT, s->clock->miss);
+    if (p->tasks.numbered)
+        drop_unlucky(s, part, tasks, looking, MISS_TASK, s->clock->miss);
+    return robots.of;
 }
 
 /* Observe the robots and tasks in sight of the exploring robots (model.md 6.3). */
@@ -157,22 +181,18 @@ static inline void observe_few(struct state *s, struct part *part)
 {
     const struct params *p = s->params;
     uint32_t *looking = s->sets[LOOKING];
-    find_sight(s, p->sensing.limit, p->sensing.band);
     for (int64_t w = part->first; w < part->last; w++)
         looking[w] = exploring_in(s, w);
-    if (p->sensing.hides)
-        drop_hidden(s, part, looking);
-    if (!p->sensing.counts_all)
-        drop_unlucky(s, part, looking, MISS_ROBOT, s->clock->miss);
+    const uint32_t *sight = look(s, part, looking);
     for (int64_t w = part->first; w < part->last; w++) {
         if (p->sensing.counts_all)
             count_in_sight(s, part, w, looking[w]);
         for (uint32_t left = looking[w]; left; left = without_lowest(left)) {
             const int64_t i = lowest_member(w, left);
             if (!p->sensing.counts_all)
-                observe_neighbours(s, part, i);
+                observe_neighbours(s, part, sight, i);
             if (p->tasks.numbered)
-                s->counts[TASKS_SEEN][i] += observe_numbered(s, part, i);
+                observe_numbered(s, part, i);
         }
     }
     if (!p->tasks.numbered)
@@ -243,14 +263,15 @@ static inline void hear_few(struct state *s, struct part *part)
         anyone |= s->sets[SPEAKING][w];
     if (anyone == 0)
         return;
-    if (!p->radio.as_sight || s->clock->miss > 0) {
+    if (!p->radio.as_sight) {
         find_sight(s, p->radio.limit, p->radio.band);
         if (p->arena.place.exists)
             drop_cut(s, part, RADIO, p->arena.place.radio);
     }
     for (int64_t other = part->first; other < part->last; other++)
         find_heard(s, part, other);
-    drop_unlucky(s, part, s->sets[LISTENING], LOSS, s->clock->loss);
+    const struct sets heard = {s->links[IN_SIGHT], s->words};
+    drop_unlucky(s, part, heard, s->sets[LISTENING], LOSS, s->clock->loss);
     if (p->strategy.knowledge.enabled || p->acting.acts)
         merge_heard(s, part);
     if (p->decision.declare.enabled || !p->strategy.knowledge.enabled)

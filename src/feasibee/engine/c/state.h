@@ -88,7 +88,8 @@ enum count_row {
 
 /* For each robot a set of up to 128 robots: rows of words of others, each of all robots. */
 enum link {
-    IN_SIGHT,
+    IN_SIGHT,       /* or in radio range */
+    SEEN,           /* those in sight that it doesn't miss */
     HEARD,          /* senders in the inbox */
     HEARD_FEASIBLE, /* senders in the inbox with opinion 1 */
     CLOSE,          /* robots that it may meet within a step */
@@ -207,6 +208,7 @@ struct state {
     int32_t *told;            /* step, robot, task: versions in messages of this and the last steps */
     int32_t *ways;            /* task, then two queues, cell: if robots act in a place; see way.h */
     uint32_t *task_places;    /* packed, if few robots look through tasks by number */
+    uint32_t *tasks_seen;     /* word of tasks, robot: sets, likewise */
     struct grid_cells task_cells, robot_cells;
     int32_t *class_of;        /* robots, then tasks; those that join and appear are drawn */
     struct clock *clock;
