@@ -17,10 +17,10 @@ static inline void find_sight(struct state *s, uint64_t limit, struct band band)
         keep_only(s, IN_SIGHT, s->sets[THERE]);
 }
 
-/* Sets of robots or tasks that each robot sees or hears: word of them, robot. */
+/* Sets of robots or tasks, for each robot: word of them, robot. */
 struct sets {
     uint32_t *of;
-    int64_t words;
+    int64_t words, first; /* first: the number of the first robot or task in all of them */
 };
 
 /* Leave the second of a listed pair out of the first one's set if an event happens to it in this step. */
@@ -42,64 +42,67 @@ static inline void drop_unlucky(struct state *s, struct part *part, struct sets 
     if (probability == 0)
         return;
     for (int64_t w = part->first; w < part->last; w++)
-        for (uint32_t left = asked[w]; left; left = without_lowest(left)) {
-            const int64_t i = lowest_member(w, left);
-            for (int64_t other = 0; other < sets.words; other++) {
-                listed = list_members(part, listed, i, sets.of[other * s->padded + i], WORD * other);
-                if (listed > QUEUE_ROOM) {
-                    drop_listed(s, part, sets, listed, purpose, probability);
-                    listed = 0;
-                }
+        for (int64_t other = 0; other < sets.words; other++) {
+            const uint32_t *of = sets.of + other * s->padded + WORD * w;
+            listed += write_pairs(part->who + listed, part->other + listed, of, w, asked[w], WORD * other);
+            if (listed > QUEUE_ROOM) {
+                drop_listed(s, part, sets, listed, purpose, probability);
+                listed = 0;
             }
         }
     drop_listed(s, part, sets, listed, purpose, probability);
 }
 
-/* Count the robots in sight of those of a word that look. */
-ALWAYS void count_in_sight(struct state *s, const struct part *part, int64_t w, uint32_t looking)
+/* Leave things that a robot remembers out of what it sees, if things count once, and remember the others. */
+static inline void keep_new(struct state *s, struct sets sets, int64_t i, int64_t place)
 {
-    const uint32_t *sight = s->links[IN_SIGHT] + WORD * w;
-    for (int k = 0; k < WORD; k += LANES) {
-        u32 seen = spread((uint32_t)s->params->sensing.count_self);
-        for (int64_t other = part->first; other < part->last; other++)
-            seen += ones_of(*(const u32 *)(sight + other * s->padded + k));
-        add_lanes(s->counts[ROBOTS_SEEN] + WORD * w + k, seen & lanes_of(looking >> k));
+    for (int64_t k = 0; k < sets.words; k++) {
+        uint32_t *remembered = s->remembered + i * s->remembered_words + place + k;
+        uint32_t *seen = sets.of + k * s->padded + i;
+        *seen &= ~*remembered;
+        *remembered |= *seen;
     }
 }
 
-/* Return the things of a word that count, if things count once: those not remembered; remember them. */
-ALWAYS uint32_t new_ones(struct state *s, int64_t i, int64_t w, uint32_t things)
+/* Count the members of the sets of robots that look. */
+ALWAYS void count_members(struct state *s, const struct part *part, struct sets sets, const uint32_t *looking,
+                          int64_t *counts)
 {
-    if (!s->params->sensing.unique)
-        return things;
-    uint32_t *remembered = s->remembered + i * s->remembered_words + w;
-    things &= ~*remembered;
-    *remembered |= things;
-    return things;
+    for (int64_t w = part->first; w < part->last; w++)
+        for (int k = 0; k < WORD; k += LANES) {
+            u32 seen = spread(0);
+            for (int64_t other = 0; other < sets.words; other++)
+                seen += ones_of(*(const u32 *)(sets.of + other * s->padded + WORD * w + k));
+            add_lanes(counts + WORD * w + k, seen & lanes_of(looking[w] >> k));
+        }
 }
 
-/* Count the members of a word of robots or tasks by class, or add them to what the robot knows: `first` is the number
- * of the lowest, and `classes` that of the classes before theirs. */
-static inline void count_sightings(struct state *s, int64_t i, uint32_t seen, int64_t first, int64_t classes)
+/* Count the members of a word of a robot's set by class; `classes` is the number of those before theirs. */
+static inline void count_classes(struct state *s, int64_t i, uint32_t seen, int64_t first, int64_t classes)
 {
-    if (s->params->strategy.knowledge.enabled)
-        defer_members(s, OBSERVE, i, seen, first);
-    else
-        for (; seen; seen = without_lowest(seen))
-            s->seen[i * s->tables.classes + classes + s->class_of[first + lowest(seen)]]++;
+    for (; seen; seen = without_lowest(seen))
+        s->seen[i * s->tables.classes + classes + s->class_of[first + lowest(seen)]]++;
 }
 
-/* Observe the robots that a robot sees. */
-ALWAYS void observe_neighbours(struct state *s, const struct part *part, const uint32_t *sight, int64_t i)
+/* Count what robots that look see, or add it to what they know. */
+static inline void observe_sets(struct state *s, const struct part *part, struct sets sets, const uint32_t *looking,
+                                enum count_row row)
 {
-    for (int64_t other = part->first; other < part->last; other++) {
-        const uint32_t itself = bit_if(s->params->sensing.count_self == 1 && i >> 5 == other, i);
-        const uint32_t seen = new_ones(s, i, other, sight[other * s->padded + i] | itself);
-        if (s->params->sensing.only_counts)
-            s->counts[ROBOTS_SEEN][i] += members(seen);
-        else
-            count_sightings(s, i, seen, WORD * other, 0);
+    const int64_t classes = row == TASKS_SEEN ? s->params->robots.classes : 0;
+    if (s->params->sensing.only_counts) {
+        count_members(s, part, sets, looking, s->counts[row]);
+        return;
     }
+    for (int64_t w = part->first; w < part->last; w++)
+        for (int64_t other = 0; other < sets.words; other++) {
+            const uint32_t *of = sets.of + other * s->padded + WORD * w;
+            const int64_t first = sets.first + WORD * other;
+            if (s->params->strategy.knowledge.enabled)
+                defer_sets(s, OBSERVE, of, w, looking[w], first);
+            else
+                for (uint32_t left = looking[w]; left; left = without_lowest(left))
+                    count_classes(s, lowest_member(w, left), of[lowest(left)], first, classes);
+        }
 }
 
 /* Return which of the tasks of a word are in sight of a place. */
@@ -139,62 +142,49 @@ static inline void find_tasks(struct state *s, const struct part *part, const ui
         }
 }
 
-/* Observe the tasks that a robot sees. */
-ALWAYS void observe_numbered(struct state *s, const struct part *part, int64_t i)
+/* Let robots that look count themselves, act on the tasks that they see, and remember what they have seen. */
+static inline void attend(struct state *s, const struct part *part, const uint32_t *looking, struct sets robots,
+                          struct sets tasks)
 {
-    const struct params *p = s->params;
-    int64_t total = 0;
-    for (int64_t k = 0; k < s->task_words; k++) {
-        uint32_t seen = s->tasks_seen[k * s->padded + i];
-        if (seen && p->acting.acts)
-            see_tasks(s, i, k, seen);
-        seen = new_ones(s, i, part->last + k, seen);
-        if (p->sensing.only_counts)
-            total += members(seen);
-        else
-            count_sightings(s, i, seen, p->robots.count + WORD * k, p->robots.classes);
-    }
-    s->counts[TASKS_SEEN][i] += total;
-}
-
-/* Store whom and what the robots that look see; return the sets of robots that they do. */
-static inline const uint32_t *look(struct state *s, struct part *part, const uint32_t *looking)
-{
-    const struct params *p = s->params;
-    const struct sets robots = {s->links[SEEN], s->words}, tasks = {s->tasks_seen, s->task_words};
-    find_sight(s, p->sensing.limit, p->sensing.band);
-    if (p->sensing.hides)
-        drop_hidden(s, part, looking);
-    if (p->tasks.numbered)
-        find_tasks(s, part, looking);
-    if (s->clock->miss == 0)
-        return s->links[IN_SIGHT];
-    memcpy(robots.of, s->links[IN_SIGHT], (size_t)(s->words * s->padded) * sizeof *robots.of);
-    drop_unlucky(s, part, robots, looking, MISS_ROBOT, s->clock->miss);
-    if (p->tasks.numbered)
-        drop_unlucky(s, part, tasks, looking, MISS_TASK, s->clock->miss);
-    return robots.of;
+    const bool itself = s->params->sensing.count_self, unique = s->params->sensing.unique;
+    for (int64_t w = part->first; w < part->last; w++)
+        for (uint32_t left = looking[w]; left; left = without_lowest(left)) {
+            const int64_t i = lowest_member(w, left);
+            robots.of[w * s->padded + i] |= bit_if(itself, i);
+            for (int64_t k = 0; k < tasks.words && s->params->acting.acts; k++)
+                see_tasks(s, i, k, tasks.of[k * s->padded + i]);
+            if (unique) {
+                keep_new(s, robots, i, 0);
+                keep_new(s, tasks, i, s->words);
+            }
+        }
 }
 
 /* Observe the robots and tasks in sight of the exploring robots (model.md 6.3). */
 static inline void observe_few(struct state *s, struct part *part)
 {
     const struct params *p = s->params;
+    const struct sensing *sensing = &p->sensing;
     uint32_t *looking = s->sets[LOOKING];
+    struct sets robots = {s->links[IN_SIGHT], s->words, 0};
+    struct sets tasks = {s->tasks_seen, p->tasks.numbered ? s->task_words : 0, p->robots.count};
     for (int64_t w = part->first; w < part->last; w++)
         looking[w] = exploring_in(s, w);
-    const uint32_t *sight = look(s, part, looking);
-    for (int64_t w = part->first; w < part->last; w++) {
-        if (p->sensing.counts_all)
-            count_in_sight(s, part, w, looking[w]);
-        for (uint32_t left = looking[w]; left; left = without_lowest(left)) {
-            const int64_t i = lowest_member(w, left);
-            if (!p->sensing.counts_all)
-                observe_neighbours(s, part, sight, i);
-            if (p->tasks.numbered)
-                observe_numbered(s, part, i);
-        }
+    find_sight(s, sensing->limit, sensing->band);
+    if (sensing->hides)
+        drop_hidden(s, part, looking);
+    if (p->tasks.numbered)
+        find_tasks(s, part, looking);
+    if (s->clock->miss > 0 || sensing->unique || sensing->count_self) { /* they hear those whom they don't see */
+        robots.of = s->links[SEEN];
+        memcpy(robots.of, s->links[IN_SIGHT], (size_t)(s->words * s->padded) * sizeof *robots.of);
     }
+    drop_unlucky(s, part, robots, looking, MISS_ROBOT, s->clock->miss);
+    drop_unlucky(s, part, tasks, looking, MISS_TASK, s->clock->miss);
+    if (sensing->unique || sensing->count_self || p->acting.acts)
+        attend(s, part, looking, robots, tasks);
+    observe_sets(s, part, robots, looking, ROBOTS_SEEN);
+    observe_sets(s, part, tasks, looking, TASKS_SEEN);
     if (!p->tasks.numbered)
         observe_tasks(s, part);
 }
@@ -211,16 +201,21 @@ ALWAYS void find_heard(struct state *s, const struct part *part, int64_t other)
             *(u32 *)(heard + WORD * w + k) &= spread(speaking) & lanes_of(listening[w] >> k);
 }
 
-/* Let robots add what they hear of tasks and of the rest to what they know. */
-static inline void merge_heard(struct state *s, const struct part *part)
+/* Let robots add what they hear of tasks to what they know. */
+static inline void hear_of_tasks(struct state *s, const struct part *part)
 {
     for (int64_t i = 0; i < s->params->robots.count; i++)
+        for (int64_t other = part->first; other < part->last; other++)
+            hear_tasks(s, i, other, s->links[IN_SIGHT][other * s->padded + i]);
+}
+
+/* Let robots add what they hear to what they know. */
+static inline void merge_heard(struct state *s, const struct part *part)
+{
+    for (int64_t w = part->first; w < part->last; w++)
         for (int64_t other = part->first; other < part->last; other++) {
-            const uint32_t heard = s->links[IN_SIGHT][other * s->padded + i];
-            if (heard && s->params->acting.acts)
-                hear_tasks(s, i, other, heard);
-            if (s->params->strategy.knowledge.enabled)
-                defer_members(s, MERGE, i, heard, WORD * other);
+            const uint32_t *heard = s->links[IN_SIGHT] + other * s->padded + WORD * w;
+            defer_sets(s, MERGE, heard, w, s->sets[LISTENING][w], WORD * other);
         }
 }
 
@@ -270,9 +265,11 @@ static inline void hear_few(struct state *s, struct part *part)
     }
     for (int64_t other = part->first; other < part->last; other++)
         find_heard(s, part, other);
-    const struct sets heard = {s->links[IN_SIGHT], s->words};
+    const struct sets heard = {s->links[IN_SIGHT], s->words, 0};
     drop_unlucky(s, part, heard, s->sets[LISTENING], LOSS, s->clock->loss);
-    if (p->strategy.knowledge.enabled || p->acting.acts)
+    if (p->acting.acts)
+        hear_of_tasks(s, part);
+    if (p->strategy.knowledge.enabled)
         merge_heard(s, part);
     if (p->decision.declare.enabled || !p->strategy.knowledge.enabled)
         receive_heard(s, part);

@@ -193,6 +193,7 @@ struct state {
     int64_t *seen;            /* robot, class of robots, then of tasks; NULL unless there are several */
     uint32_t *remembered;     /* robot, word of robots, then of tasks; NULL unless observation is unique */
     int32_t *inbox[SLOT_ROWS]; /* see messages.h */
+    void *heading_pools, *phase_pools; /* of each robot: see draws.h; NULL in larger swarms */
     double *quality;          /* rated quality of feasible */
     double *memory;           /* robot, number: the strategy's own */
     int32_t *knowledge[COPIES]; /* robot, word */
