@@ -25,7 +25,8 @@ def main() -> None:
 def run_seconds(cache: str, strategy: Path) -> float:
     """Return the CPU time of a run of a strategy, with a folder for compiled code."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    command = [sys.executable, "-m", "feasibee", "run", "--runs", "10", "--set", f"decision.strategy={strategy}"]
+    options = ["--runs", "10", "--set", f"decision.strategy={strategy}"]
+    command = [sys.executable, "-m", "feasibee", "run", *options]
     environment = {**os.environ, "FEASIBEE_CACHE": cache}
     subprocess.run(command, env=environment, check=True, capture_output=True)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
