@@ -113,7 +113,7 @@ class Given:
 
 
 class AnyWorld:
-    """Plays runs by the general engine, each by so many threads."""
+    """Plays runs by the general path, each by so many threads."""
 
     def __init__(self, given: Given, team: int) -> None:
         self.given, self.team = given, team

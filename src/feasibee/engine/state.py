@@ -102,7 +102,7 @@ class State:
         return self._rows("tasks", "enum point", self._params.tasks.count)
 
     def array(self, name: str, *shape: int) -> NDArray[Any]:
-        """Return an array of ``struct state`` of a shape; its last axis is empty if there is none."""
+        """Return an array of ``struct state``; the last axis of one that the world doesn't need is empty."""
         return self._view(getattr(self.struct, name), *shape)
 
     def known(self) -> NDArray[np.int32]:

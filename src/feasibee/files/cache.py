@@ -161,11 +161,11 @@ def _cant_be_written(folder: Path, error: OSError, setting: str = SETTING) -> Fe
     why = f"can't be written: {error.strerror}"
     remedy = "name a folder that you may write to"
     if setting == SETTING:
-        remedy += ", or one that feasibee compile --out filled on such a machine, with these versions"
+        remedy += ", or copy one that has this code from such a machine"
     return FeasibeeError(f"{setting} = {named(folder)}: {why}; {remedy}")
 
 
 @cache
 def _say_damaged(folder: Path) -> None:
-    text = f"feasibee: {folder}: compiled code is damaged; compiling it again, up to 20 s ..."
+    text = f"feasibee: {folder}: compiled code is damaged; compiling it again ..."
     print(text, file=sys.stderr, flush=True)

@@ -139,7 +139,7 @@ def failure_of(scenario: Scenario, run: Runs, error: Exception) -> Exception:
     """Return the error to raise when a strategy failed in one run.
 
     The reference simulates the run again, if that takes seconds, and names line, arguments and value. The
-    engine in C has told line and values; the general engine knows only the error.
+    engine has told line and values.
     """
     strategy = scenario.strategy
     if not strategy.source:

@@ -1,4 +1,4 @@
-/* One swarm at one step, in any world: the arrays that the general engine works on.
+/* One swarm at one step, in any world: the arrays that the general path works on.
  *
  * Python reads this file after engine.h, so it has declarations only. Robots are padded to whole words of 32;
  * robot i is bit i % 32 of word i / 32 of a set. All arrays lie in one block of memory, so a copy of the block
