@@ -14,12 +14,12 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from feasibee.engine.compile import cache_folder, careful, entry, export, on_compile
 
 from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.engine import compile as compile_
 from feasibee.engine import compiled as general
-from feasibee.engine.compile import cache_folder, careful, entry, export, on_compile
 from feasibee.files import cache
 from feasibee.files.cache import check_cache, own_folder, read_sealed, write_sealed
 from feasibee.strategies import STRATEGIES

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from feasibee.engine.compile import entry
 from hypothesis import given
 from hypothesis import strategies as st
 from numba import float64, int32, types, uint32
 
 from feasibee.engine import draws
-from feasibee.engine.compile import entry
 from feasibee.model import purposes
 from feasibee.reference import draws as reference
 

@@ -6,15 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from feasibee.engine.compile import entry
+from feasibee.engine.layout import Link, Robot, Set, empty_state, first_room
+from feasibee.engine.signatures import PARAMS, PART, STATE
+from feasibee.engine.team import parts_of
 from numba import boolean, void
 
 from feasibee import Scenario
 from feasibee.engine import few
-from feasibee.engine.compile import entry
-from feasibee.engine.layout import Link, Robot, Set, empty_state, first_room
 from feasibee.engine.params import packed
-from feasibee.engine.signatures import PARAMS, PART, STATE
-from feasibee.engine.team import parts_of
 from feasibee.reference.robot import eighth, steps_of
 from feasibee.reference.world import World
 from feasibee.simulation.lowering import lower

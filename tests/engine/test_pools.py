@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 import pytest
+from feasibee.engine.compile import entry
+from feasibee.engine.layout import BATCH, POOL, POOLED, Clock, Heard, Robot, empty_state, first_room
+from feasibee.engine.signatures import PARAMS, STATE
 from numba import float64, int32, int64, types, uint32
 
 from feasibee import Scenario
 from feasibee.engine import draws
-from feasibee.engine.compile import entry
-from feasibee.engine.layout import BATCH, POOL, POOLED, Clock, Heard, Robot, empty_state, first_room
 from feasibee.engine.params import packed
-from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.model.purposes import PHASE, WALK
 from feasibee.reference import draws as reference
 from feasibee.simulation.lowering import lower

@@ -7,12 +7,12 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
+from feasibee.engine.compile import entry
+from feasibee.engine.signatures import type_of
 from numba import types
 from numpy.typing import NDArray
 
-from feasibee.engine.compile import entry
 from feasibee.engine.params import Struct
-from feasibee.engine.signatures import type_of
 
 
 class Inner(NamedTuple):

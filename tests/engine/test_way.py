@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from feasibee.engine.compile import entry
+from feasibee.engine.layout import Point, Robot, empty_state, first_room
+from feasibee.engine.signatures import PARAMS, STATE
 from numba import int64, void
 
 from feasibee import Scenario, ScenarioError
 from feasibee.engine import way
-from feasibee.engine.compile import entry
-from feasibee.engine.layout import Point, Robot, empty_state, first_room
 from feasibee.engine.params import packed
-from feasibee.engine.signatures import PARAMS, STATE
 from feasibee.reference.place import ground_of
 from feasibee.reference.way import Ways
 from feasibee.simulation.lowering import lower
