@@ -14,7 +14,7 @@ from feasibee import Scenario, reference
 from feasibee.engine import library, native, platforms
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
-from feasibee.engine.layout import Control, RunError
+from feasibee.engine.tables import Control, RunError
 from feasibee.model.record import Record
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.lowering import lower

@@ -15,7 +15,7 @@ import pytest
 from feasibee.engine import library, native, platforms
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
-from feasibee.engine.layout import Control
+from feasibee.engine.tables import Control
 from feasibee.model.record import Record
 from feasibee.simulation.lowering import lower
 from tests import worlds
