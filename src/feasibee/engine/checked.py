@@ -31,12 +31,15 @@ from feasibee.robot.language import (
 )
 from feasibee.robot.translate import Body, Translation
 
+OWN: Final = ENGINE._replace(inlined="static inline")
+"""The engine's structs; not all is inlined, since a user waits for the compiler."""
+
 
 @dataclass
 class CheckedTranslation(Translation):
     """A user's functions in C, with Python's checks."""
 
-    target: Target = ENGINE._replace(inlined="static inline")  # a user waits for the compiler
+    target: Target = OWN
 
     @property
     def body(self) -> type[Body]:

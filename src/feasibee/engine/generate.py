@@ -86,7 +86,7 @@ def built_in_strategies() -> str:
 
 def _built_in(strategy: Strategy, translation: Translation) -> str:
     """Translate the functions of a strategy; return its part of update.h and its ``struct rules``."""
-    names = {
+    names: dict[str, str] = {
         each: translation.entry(each, inspect.unwrap(getattr(strategy, each))).name
         for each in (*RULES, *KNOWLEDGE)
         if each in strategy.functions or each in ALWAYS

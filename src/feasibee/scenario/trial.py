@@ -140,9 +140,7 @@ def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
             raise FeasibeeError(f"{file}, line {line}: {_call(name, arguments)} returns {shown}; {rule}")
         if name == "count" and not all(is_whole(each, COUNT_LIMIT) for each in arguments[1]):
             line, written = function.__code__.co_firstlineno, repr(list(arguments[1]))[:SHOWN]
-            raise FeasibeeError(
-                f"{file}, line {line}: count writes {written} into counts; {MUST['count']}"
-            )
+            raise FeasibeeError(f"{file}, line {line}: count writes {written} into counts; {MUST['count']}")
         return result
 
     return call

@@ -106,15 +106,21 @@ static inline void hear_crowd(struct state *s, struct part *part)
     receive_queued(s, part, queued);
 }
 
-/* Do what sense_few does, in a swarm of more than 128. Threads wait until all have fixed what they send, and one has
- * sorted all robots. */
+/* Sort all robots into cells once all threads have come here. */
+static inline void fill_cells_together(struct state *s)
+{
+    struct team *team = s->team;
+    if (comes_last(team)) {
+        fill_cells(s);
+        let_go(team);
+    }
+}
+
+/* Do what sense_few does, in a swarm of more than 128. */
 static inline void sense_crowd(struct state *s, struct part *part)
 {
     publish(s, part);
-    if (comes_last(s->team)) {
-        fill_cells(s);
-        let_go(s->team);
-    }
+    fill_cells_together(s);
     if (!counts_while_hearing(s->params))
         observe_all(s, part, &s->robot_cells, &s->params->robots.grid, true);
     observe_tasks(s, part);

@@ -209,6 +209,8 @@ ALWAYS void step_few(struct state *s, struct part *part, const struct job *job)
 
 ALWAYS void step_crowd(struct state *s, struct part *part, const struct job *job)
 {
+    if (s->clock->step == 0)
+        fill_cells_together(s); /* later ones are those of the step before */
     begin_step(s, part);
     move_crowd(s, part);
     if (s->params->acting.acts)
