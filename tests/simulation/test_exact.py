@@ -44,7 +44,9 @@ class Engine(World):
     """A swarm of standing robots in the engine, arranged by hand."""
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
-        spots = {"tasks.placement": "points", "tasks.points": tasks} if tasks else {}
+        inside = 0.25 / UNIT  # a place in a scenario is rounded down
+        at = [(x + inside, y + inside) for x, y in tasks]
+        spots = {"tasks.placement": "points", "tasks.points": at} if tasks else {}
         self.scenario = scenario.replace(spots)
         self.swarm = Swarm(self.scenario)
         self.state, count = self.swarm._state, len(places)
