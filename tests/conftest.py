@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import subprocess
 import sys
 from collections import defaultdict
 
@@ -17,17 +16,6 @@ from feasibee.engine.compilers import zig
 from feasibee.engine.platforms import WEBASSEMBLY
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
-COMPILE = """
-import sys
-from feasibee import Scenario
-from feasibee.simulation.loading import load_engine
-from feasibee.strategies import STRATEGIES
-half = int(sys.argv[1])
-load_engine(Scenario(robots={"count": 33 if half else 32}), stepwise=True)
-for name in list(STRATEGIES)[half::2]:
-    load_engine(Scenario(robots={"know_count": True}, decision={"strategy": name}), stepwise=True)
-"""
-"""Compile half of what most tests need; both halves take equally long."""
 
 
 def pytest_configure(config):
@@ -77,17 +65,11 @@ def pytest_collection_modifyitems(items):
 
 
 def pytest_sessionstart(session):
-    """Compile the engines once, in two processes: workers would all compile the same at the same time.
-
-    The one in C is compiled again if its files have changed.
-    """
+    """Compile the engine if its files have changed, and the world of a page: workers would do so together."""
     if "PYTEST_XDIST_WORKER" not in os.environ:
         build()
         if zig():
             build(WEBASSEMBLY)
-    if getattr(session.config.option, "numprocesses", None):  # not in a worker, nor without workers
-        for half in [subprocess.Popen([sys.executable, "-c", COMPILE, half]) for half in "01"]:
-            assert half.wait() == 0
 
 
 @pytest.fixture(scope="module")  # for a whole session, its event loop would be in the way of others

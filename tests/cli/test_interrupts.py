@@ -51,13 +51,6 @@ run.steps = 50_000_000
 """
 
 
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """Compile before the clock runs: a process that compiles says so in another line."""
-    for strategy in ("dmmd", "census"):
-        simulate(Scenario(decision={"strategy": strategy}, run={"steps": 1}), runs=1, seed=1)
-
-
 def start(folder, *arguments, study=STUDY):
     """Start a command in a session of its own, as a terminal does; return when its main begins."""
     folder.mkdir(exist_ok=True)

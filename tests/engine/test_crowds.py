@@ -9,12 +9,12 @@ from time import sleep
 
 import numpy as np
 import pytest
-from feasibee.engine.layout import Control, RunError
 
 from feasibee import Scenario, reference
 from feasibee.engine import given, library, platforms, players
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
+from feasibee.engine.tables import Control, RunError
 from feasibee.model.record import Record
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.lowering import lower

@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from feasibee.engine.layout import Control
 
-from feasibee.engine import given, library, platforms
+from feasibee.engine import given, library, platforms, players
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
+from feasibee.engine.tables import Control
 from feasibee.model.record import Record
 from feasibee.simulation.lowering import lower
 from tests import worlds

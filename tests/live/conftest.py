@@ -1,4 +1,4 @@
-"""An engine that compiles as long as a test wants, and the world of a page, played by node."""
+"""Servers of tests, their pages, and the world of a page, played by node."""
 
 from __future__ import annotations
 
@@ -7,44 +7,18 @@ import shutil
 import socket
 import subprocess
 from pathlib import Path
-from threading import Event
 
 import numpy as np
 import pytest
-from numba.core.compiler_lock import global_compiler_lock
 
 from feasibee import Scenario
-from feasibee.engine import compiled
-from feasibee.engine.compile import on_compile
 from feasibee.live import server
 from feasibee.live.catalogue import Catalogue
 from feasibee.live.world.build import WASM
 from feasibee.live.world.lowering import numbers_of, place_of
-from feasibee.simulation import loading
-from feasibee.simulation.loading import load_engine
 from feasibee.simulation.lowering import unit_of
 
 PLAYER = Path(__file__).parent / "play.mjs"
-
-
-@pytest.fixture
-def slow_engine(monkeypatch):
-    """An engine for more than 128 robots that isn't on disk: it compiles until the event is set."""
-    ready, done = compiled.engine_functions, Event()
-
-    def compile_slowly(strategy, words, *form):
-        if words == 0:
-            with global_compiler_lock:
-                on_compile.get()("advance_general")
-                assert done.wait(300)
-        return ready(strategy, words, *form)
-
-    for count in (20, 200):
-        load_engine(Scenario(robots={"count": count}), stepwise=True)
-    monkeypatch.setattr(compiled, "engine_functions", compile_slowly)
-    monkeypatch.setattr(loading, "_loaded", {each for each in loading._loaded if each[1]})
-    yield done
-    done.set()
 
 
 @pytest.fixture(scope="session")

@@ -58,7 +58,7 @@ class Page:
     def until(self, kind):
         """Return the next message of a kind, and skip others."""
         while (received := self.receive())["type"] != kind:
-            assert received["type"] in ("compiling", "going", "opened", "tasks", "robot"), received
+            assert received["type"] in ("going", "opened", "tasks", "robot"), received
         return received
 
     def open(self, **message):

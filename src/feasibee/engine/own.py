@@ -7,7 +7,6 @@ checks. A check that fails ends the run, and `explained` says where and why.
 from __future__ import annotations
 
 import sys
-import tempfile
 from collections.abc import Mapping
 from functools import cache
 from hashlib import sha256
@@ -17,7 +16,7 @@ from typing import Any, Final, NamedTuple
 
 from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
 from feasibee.engine.generate import RETURNING, own_strategy
-from feasibee.files.cache import cache_root, own_folder, read_library, write_library
+from feasibee.files.cache import cache_root, own_folder, read_library, scratch_folder, write_library
 from feasibee.robot.compiler import run_compiler
 from feasibee.strategies.contract import MUST, Manifest
 
@@ -97,7 +96,7 @@ def _key(text: str) -> str:
 
 def _made(text: str, folder: Path, key: str) -> Path:
     """Compile a library into the cache; return it."""
-    with tempfile.TemporaryDirectory(prefix=".", dir=folder) as own:
+    with scratch_folder(folder) as own:
         source, made = Path(own, "own.c"), Path(own, f"own{SUFFIX}")
         source.write_text(text, encoding="utf-8")
         run_compiler(*FLAGS, f"-I{HEADERS}", str(source), "-o", str(made), "-lm")

@@ -85,6 +85,14 @@ def write_library(folder: Path, key: str, made: Path) -> Path:
     return path
 
 
+def scratch_folder(folder: Path) -> tempfile.TemporaryDirectory[str]:
+    """Return a folder for a while, within a folder of the cache."""
+    try:
+        return tempfile.TemporaryDirectory(prefix=".", dir=folder)
+    except OSError as error:
+        raise _cant_be_written(folder, error) from None
+
+
 def _check_owner(path: Path, found: os.stat_result) -> None:
     """Raise an error if another user than this one and root may have written a file or folder."""
     if not hasattr(os, "geteuid"):
