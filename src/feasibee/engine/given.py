@@ -8,7 +8,7 @@ import numpy as np
 
 from feasibee.engine.library import library, pointer
 from feasibee.engine.params import packed
-from feasibee.engine.tables import Control, Lowered, RunError, Tables
+from feasibee.engine.tables import Control, EndlessLoopError, Lowered, RunError, Tables
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
 from feasibee.strategies.contract import Setting, Strategy
@@ -55,10 +55,12 @@ class Given:
             raise MemoryError(NO_MEMORY)
         found = shared.failure
         if found.what:
+            from feasibee.engine.failing import Failing
             from feasibee.engine.own import Failure, explained
 
+            kind = EndlessLoopError if found.what == Failing.ENDLESS else FeasibeeError
             failure = Failure(found.what, found.line, found.first, found.second)
-            raise RunError(record.first_run + complete, FeasibeeError(explained(self.strategy, failure)))
+            raise RunError(record.first_run + complete, kind(explained(self.strategy, failure)))
 
     def control(self, control: Control) -> Any:
         """Return what a simulating thread shares with the one that waits for it."""

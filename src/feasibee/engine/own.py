@@ -14,7 +14,7 @@ from pathlib import Path
 from platform import machine
 from typing import Any, Final, NamedTuple
 
-from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
+from feasibee.engine.failing import DOMAIN, OF_MATH, PASSES, RANGE, RESULT, Failing
 from feasibee.engine.generate import RETURNING, own_strategy
 from feasibee.files.cache import cache_root, own_folder, read_library, scratch_folder, write_library
 from feasibee.robot.compiler import run_compiler
@@ -178,13 +178,15 @@ def explained(strategy: Manifest, failure: Failure) -> str:
         name = RETURNING[failure.what - RESULT]
         does = "count writes {} into counts" if name == "count" else f"{name} returns {{}}"
         return f"{where}: {does.format(_shown(failure.first))}; {MUST[name]}"
+    if failure.what == Failing.ENDLESS:
+        return f"{where}: a loop has passed {PASSES:,} times; end it sooner"
     kind, what, remedy = _reason(failure)
     return f"{where}: fails: {kind}: {what}; {remedy}"
 
 
 def kind_of(failure: Failure) -> str:
-    """Return the name of the error that Python raises there; empty for a result that breaks its rule."""
-    return "" if failure.what >= RESULT else _reason(failure)[0]
+    """Return the name of the error that Python raises there; empty if it raises none."""
+    return "" if failure.what >= RESULT or failure.what == Failing.ENDLESS else _reason(failure)[0]
 
 
 def _reason(failure: Failure) -> tuple[str, str, str]:
