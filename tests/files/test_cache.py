@@ -11,7 +11,14 @@ import pytest
 from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.files import cache
-from feasibee.files.cache import own_folder, read_library, read_sealed, scratch_folder, write_library, write_sealed
+from feasibee.files.cache import (
+    own_folder,
+    read_library,
+    read_sealed,
+    scratch_folder,
+    write_library,
+    write_sealed,
+)
 
 owned = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows tells access otherwise")
 CODE = bytes(range(256)) * 20

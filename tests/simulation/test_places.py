@@ -10,10 +10,9 @@ import pytest
 from feasibee import Scenario, ScenarioError, Swarm, simulate
 from feasibee.reference.place import Ground
 from feasibee.reference.place import ground_of as reference_ground
-from feasibee.reference.swarm import play
 from feasibee.simulation import place
+from tests.equal import assert_equal
 from tests.places import bitmap, random_cells, rectangle, rooms
-from tests.simulation.test_equivalence import assert_equal
 
 STRATEGIES = (
     "dmmd",
@@ -81,58 +80,6 @@ def places(seed, counts):
         except ScenarioError:
             continue
     raise AssertionError("no valid place in 50 draws")
-
-
-def assert_same_way(scenario, seed):
-    """See that robots are at the same positions in each step of engine and reference; likewise the truth."""
-    swarm = Swarm(scenario, seed=seed)
-    for step, reference in enumerate(play(scenario, seed, 0)):
-        if step:
-            swarm.advance(1)
-        expected = [reference.world.in_units(robot.place) for robot in reference.robots]
-        np.testing.assert_array_equal(swarm.positions[swarm.present], np.reshape(expected, (-1, 2)))
-        assert swarm.truth == reference.truth
-
-
-FURTHER = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(100, 140)]
-
-
-@pytest.mark.parametrize("seed", [*range(12), *FURTHER])
-def test_engine_and_reference(seed):
-    """Few robots in random places have the same runs, bit for bit."""
-    scenario = places(seed, [3, 20, 45])
-    assert_equal(scenario, seed)
-    assert_same_way(scenario, seed)
-
-
-ACTING = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(5, 30)]
-
-
-@pytest.mark.parametrize("seed", [*range(5), *ACTING])
-def test_robots_that_act(seed):
-    """Robots go around walls to the same tasks, step by step (model.md 6.25.15 to 6.25.17)."""
-    random, scenario = np.random.default_rng(seed), places(seed, [3, 20, 45])
-    how = {"acting.hold": str(random.choice(["stand", "tag"]))}
-    if random.random() < 0.3:
-        how = {"acting.choose": "rank"}
-    changes = {
-        "acting.start": int(random.choice([0, 5, 15])),
-        "acting.reach": max(1.0, scenario.robots.speed),
-        "tasks.count": int(random.choice([6, 12, 30])),
-        "robots.work": None,
-        "robots.charge": None,
-    }
-    scenario = scenario.replace(changes | how)
-    assert_equal(scenario, seed)
-    assert_same_way(scenario, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(200, 208))
-def test_crowd(seed):
-    """Many robots, which are sorted into cells, have the same runs, too."""
-    scenario = places(seed, [140]).replace({"run.steps": 12})
-    assert_equal(scenario, seed)
 
 
 @pytest.fixture(params=[place.SHARP, 0])

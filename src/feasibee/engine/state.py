@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.library import library, pointer
+from feasibee.engine.library import pointer
 from feasibee.engine.params import Params
 from feasibee.engine.tables import Tables
 
@@ -50,7 +50,7 @@ class State:
     """
 
     def __init__(self, given: Given, room: Room, threads: int = 1) -> None:
-        self._ffi, self._engine = library()
+        self._ffi, self._engine = given.ffi, given.engine
         self._given, self.room, self._params = given, room, given.params
         self.struct = _struct_of(given, threads)
         self.block = _aligned(self._lay_out(self._ffi.NULL))
@@ -125,16 +125,14 @@ class State:
 
 def size_of(given: Given, room: Room) -> int:
     """Return how many bytes a swarm takes that one thread simulates."""
-    ffi, engine = library()
-    return int(engine.feasibee_lay_out(_struct_of(given, 1), room, ffi.NULL))
+    return int(given.engine.feasibee_lay_out(_struct_of(given, 1), room, given.ffi.NULL))
 
 
 def _struct_of(given: Given, threads: int) -> Any:
     """Return a ``struct state`` without its arrays."""
     params, rules, setting, memory = given.job
     numbers = {"params": params, "rules": rules, "setting": setting, "tables": given.tables}
-    ffi, _ = library()
-    return ffi.new("struct state *", numbers | {"memory_length": memory, "threads": threads})
+    return given.ffi.new("struct state *", numbers | {"memory_length": memory, "threads": threads})
 
 
 _KINDS: Final = {
