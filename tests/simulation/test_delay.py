@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.simulation.lowering import lower
 
 
 def late(changes, delay):
@@ -29,12 +28,6 @@ def test_robots_hear_what_others_would_have_said_some_steps_before(robots):
             inboxes[i] = {} if ends else inboxes[i] | others
             assert {sender: opinion for sender, opinion, _ in swarm.robot(i).heard} == inboxes[i], (step, i)
     assert changed > 8
-
-
-def test_a_crowd_whose_messages_wait_is_not_sorted_in_space():
-    """Else messages would wait in the queues of other robots, since these aren't sorted."""
-    sorted_ones = [lower(late({"robots.count": 2000}, delay), 1).params.in_space_order for delay in (0, 1)]
-    assert sorted_ones == [True, False]
 
 
 @pytest.mark.parametrize("strategy", ["voter", "census"])

@@ -59,7 +59,7 @@ def test_on_a_torus_a_chain_may_cross_the_edge_and_the_engine_finds_it_among_man
         }
     )
     swarm = Swarm(scenario, 1)
-    names = swarm._state.names.tolist()
+    names = swarm._state.array("names", len(spots)).tolist()
     assert names == [*reference.Swarm(scenario, 1, 0)._called.values()]
     assert (names[1], names[3]) == (0, 2)
     assert 100 < len(set(names)) < 298
