@@ -16,7 +16,6 @@ from threading import Timer
 import pytest
 from commands import python
 
-from feasibee import Scenario, simulate
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schedule import CHUNK_WORK, FIRST_WORK, LEAST_WORK, chunk_work, next_budget
 

@@ -35,7 +35,9 @@ class Bodies:
         self.plain.step()
         found = np.array([numbers[row][:count] for row in ("X", "Y")]).T.astype(np.uint32)
         np.testing.assert_array_equal(found, [each.place for each in self.plain.robots])
-        return [self.world.way(place, robot.place) for place, robot in zip(places, self.plain.robots, strict=True)]
+        return [
+            self.world.way(place, robot.place) for place, robot in zip(places, self.plain.robots, strict=True)
+        ]
 
 
 @pytest.mark.quick(4)

@@ -1,4 +1,4 @@
-"""The random numbers: published vectors, laws of what is drawn, and durations that rounding leaves in doubt."""
+"""The random numbers: published vectors, laws of what is drawn, and durations in doubt."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_rounding_up_hides_the_last_bit_of_the_logarithm():
 def test_the_engine_draws_durations_that_rounding_leaves_in_doubt_as_the_reference(
     robots, steps, field, purpose, word, row
 ):
-    """The engine's quick logarithm can't tell them: the exponential of this mean is a whole number of steps."""
+    """The exponential of this mean is a whole number of steps, which a quick logarithm can't tell."""
     for seed in range(5):
         own = draws.philox(seed, 0, 3, 0, purpose)[word]
         exact = steps / -math.log((own + 1) / 2**32)

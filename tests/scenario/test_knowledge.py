@@ -89,7 +89,7 @@ COSTLY_WORLDS = [
     pytest.param(name, marks=[] if name in ("paper", "classes and liars") else [pytest.mark.slow])
     for name in WORLDS
 ]
-"""Each file is compiled for 3 s, so the fast tests have two worlds."""
+"""The reference takes seconds, so the fast tests have two worlds."""
 
 
 def scenario_of(path, **changes):

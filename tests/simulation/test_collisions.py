@@ -184,7 +184,7 @@ def test_a_blocked_robot_deflects_by_45_or_90_degrees_and_keeps_that_heading(bou
 def test_the_order_of_robots_doesnt_matter(boundary, contact):
     """The reference visits its robots in the order of a list: shuffled before each step, nothing changes.
 
-    The engine equals the reference bit for bit (test_equivalence), so its order doesn't matter either.
+    The engine equals the reference bit for bit (test_conformance), so its order doesn't matter either.
     """
     scenario = crowd((6.0, 5.0), boundary, 18, speed=0.4, contact=contact)
     plain, mixed = reference.Swarm(scenario, 4, 0), reference.Swarm(scenario, 4, 0)

@@ -205,6 +205,8 @@ ALWAYS void step_few(struct state *s, struct part *part, const struct job *job)
     end_sensing(s, part, job);
     turn_all(s, part);
     end_phases(s, part, job);
+    if (s->params->acting.acts)
+        choose_targets(s);
 }
 
 ALWAYS void step_crowd(struct state *s, struct part *part, const struct job *job)
@@ -221,6 +223,8 @@ ALWAYS void step_crowd(struct state *s, struct part *part, const struct job *job
     end_sensing(s, part, job);
     turn_all(s, part);
     end_phases(s, part, job);
+    if (s->params->acting.acts)
+        choose_targets(s);
 }
 
 #endif
