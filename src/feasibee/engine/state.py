@@ -10,11 +10,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-<<<<<<< HEAD
 from feasibee.engine.given import KINDS, Given
-=======
-from feasibee.engine.library import pointer
->>>>>>> tests
 from feasibee.engine.params import Params
 
 LINE: Final = 64
@@ -133,19 +129,6 @@ def _struct_of(given: Given, threads: int) -> Any:
     params, rules, setting, memory = given.job
     numbers = {"params": params, "rules": rules, "setting": setting, "tables": given.tables}
     return given.ffi.new("struct state *", numbers | {"memory_length": memory, "threads": threads})
-<<<<<<< HEAD
-=======
-
-
-_KINDS: Final = {
-    "int32_t": np.int32,
-    "uint32_t": np.uint32,
-    "int64_t": np.int64,
-    "uint8_t": np.uint8,
-    "uint64_t": np.uint64,
-    "double": np.float64,
-}
->>>>>>> tests
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:

@@ -138,13 +138,8 @@ def check_size(scenario: Scenario, runs: Runs, curves: bool) -> None:
 def failure_of(scenario: Scenario, run: Runs, error: Exception) -> Exception:
     """Return the error to raise when a strategy failed in one run.
 
-<<<<<<< HEAD
     The engine has told line and values. The reference simulates the run again, if that takes seconds, and
     names the arguments too.
-=======
-    The engine names line and value. The reference simulates the run again, if that takes seconds, and names
-    the arguments, too.
->>>>>>> tests
     """
     from feasibee.engine.tables import EndlessLoopError
 
