@@ -13,7 +13,7 @@ from cffi import FFI
 
 import feasibee.engine
 from feasibee.engine.generate import RULES, built_in_strategies
-from feasibee.engine.native import struct_of
+from feasibee.engine.given import struct_of
 from feasibee.engine.own import Failure
 from feasibee.strategies.contract import ARGUMENTS, Inbox, Mind, Setting
 

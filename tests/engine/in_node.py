@@ -12,8 +12,8 @@ import pytest
 
 from feasibee.engine.build import build
 from feasibee.engine.compilers import zig
+from feasibee.engine.given import struct_of
 from feasibee.engine.library import ffi
-from feasibee.engine.native import struct_of
 from feasibee.engine.params import packed
 from feasibee.engine.platforms import WEBASSEMBLY
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from feasibee.engine.native import struct_of
+from feasibee.engine.given import struct_of
 from feasibee.robot.knowledge import Knowledge
 from feasibee.strategies.contract import Me, Setting, Strategy, Thing
 from feasibee.strategies.words import Words

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, reference
-from feasibee.engine import library, native, platforms
+from feasibee.engine import given, library, platforms
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
-from feasibee.engine.native import AnyWorld, Given
+from feasibee.engine.given import Given
+from feasibee.engine.players import AnyWorld
 from feasibee.engine.tables import Control
 from feasibee.model.record import Record
 from feasibee.scenario.fields import fields
@@ -89,7 +90,7 @@ def library_of(tmp_path_factory):
 def engine(request, library_of, monkeypatch):
     """A backend in place of the engine."""
     file = library_of(request.param)
-    monkeypatch.setattr(native, "library", lambda: (library.ffi(), library.load(file)))
+    monkeypatch.setattr(given, "library", lambda: (library.ffi(), library.load(file)))
 
 
 def records(kind, numbers):

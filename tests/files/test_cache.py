@@ -11,14 +11,7 @@ import pytest
 from feasibee import FeasibeeError
 from feasibee.cli.options import keep_matplotlib_in_cache
 from feasibee.files import cache
-from feasibee.files.cache import (
-    own_folder,
-    read_library,
-    read_sealed,
-    scratch_folder,
-    write_library,
-    write_sealed,
-)
+from feasibee.files.cache import own_folder, read_library, scratch_folder, write_library
 
 owned = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="Windows tells access otherwise")
 CODE = bytes(range(256)) * 20
@@ -37,10 +30,6 @@ def folder(tmp_path, monkeypatch):
 def library_of(folder):
     (path,) = folder.glob("*.so")
     return path
-
-
-def name_of(folder):
-    return folder / "own.name"
 
 
 def test_a_library_is_found_again_under_its_key_only(folder):
@@ -69,7 +58,6 @@ def flipped(data, share, bit):
 DAMAGES = {
     "emptied": lambda data: b"",
     "one byte left": lambda data: data[:1],
-    "no more than the seal": lambda data: data[: cache.SEAL],
     "a byte short": lambda data: data[:-1],
     "a byte long": lambda data: data + b"\0",
     "zeros": lambda data: bytes(len(data)),
@@ -81,9 +69,8 @@ DAMAGES = {
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-@pytest.mark.parametrize("which", [library_of, name_of])
-def test_a_damaged_file_is_never_loaded(folder, capfd, which, damage):
-    place = which(folder)
+def test_a_damaged_file_is_never_loaded(folder, capfd, damage):
+    place = library_of(folder)
     place.write_bytes(DAMAGES[damage](place.read_bytes()))
     assert read_library(folder, "own") is None
     assert read_library(folder, "own") is None
@@ -93,7 +80,7 @@ def test_a_damaged_file_is_never_loaded(folder, capfd, which, damage):
 
 @owned
 @pytest.mark.parametrize("mode", [0o770, 0o707, 0o1777, 0o720])
-@pytest.mark.parametrize("which", [lambda folder: folder, library_of, name_of])
+@pytest.mark.parametrize("which", [lambda folder: folder, library_of])
 def test_what_others_can_write_is_not_loaded(folder, which, mode):
     place = which(folder)
     place.chmod(mode)
@@ -106,7 +93,7 @@ def test_what_others_can_write_is_not_loaded(folder, which, mode):
 
 
 @owned
-@pytest.mark.parametrize("which", [lambda folder: folder, library_of, name_of])
+@pytest.mark.parametrize("which", [lambda folder: folder, library_of])
 def test_what_belongs_to_somebody_else_is_not_loaded_unless_that_is_root(folder, monkeypatch, which):
     """As in a container's image that root made, and another user runs."""
     place, owner = which(folder), os.geteuid()
@@ -161,21 +148,18 @@ def test_matplotlib_doesnt_make_the_folder_with_rights_for_others(tmp_path, monk
     assert oct((tmp_path / "cache").stat().st_mode & 0o777) == "0o700"
 
 
-def test_readers_and_writers_of_one_file_meet_whole_contents_only(tmp_path):
-    path = own_folder(tmp_path / "cache") / "own.name"
-    contents = [bytes([number]) * 200_000 for number in range(4)]
-    write_sealed(path, contents[0])
-    stop = threading.Event()
+def test_readers_and_writers_of_one_file_meet_whole_contents_only(folder, tmp_path):
+    stop, place = threading.Event(), library_of(folder)
 
-    def write(content):
+    def write():
         while not stop.is_set():
-            write_sealed(path, content)
+            write_library(folder, "own", tmp_path / "made.so")
 
-    with ThreadPoolExecutor(4) as pool:
-        for content in contents:
-            pool.submit(write, content)
+    with ThreadPoolExecutor(3) as pool:
+        for _ in range(3):
+            pool.submit(write)
         try:
-            assert {read_sealed(path) for _ in range(300)} <= set(contents)
+            assert {read_library(folder, "own") for _ in range(300)} == {place}
         finally:
             stop.set()
-    assert [each.name for each in path.parent.iterdir()] == [path.name]
+    assert [each.name for each in folder.iterdir()] == [place.name]

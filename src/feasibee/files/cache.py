@@ -15,8 +15,6 @@ from typing import Final
 from feasibee.errors import FeasibeeError
 from feasibee.files import named
 
-SEAL: Final = hashlib.sha256().digest_size
-"""Length in bytes of the SHA-256 checksum at the start of a sealed file."""
 ROOT: Final = 0
 """User number of root, whose files are trusted as the user's own: root may change those, too."""
 SETTING: Final = "FEASIBEE_CACHE"
@@ -38,82 +36,41 @@ def own_folder(path: Path) -> Path:
     folder = Path(os.path.realpath(path))  # the link's target, also if the link changes later
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        if not folder.is_dir():
-            folder.mkdir(mode=0o700, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
         _check_owner(folder, folder.stat())
     except OSError as error:
         raise _cant_be_written(folder, error) from None
     return folder
 
 
-def read_sealed(path: Path) -> bytes | None:
-    """Return the bytes that `write_sealed` wrote; None if the file is missing or damaged.
-
-    Damage is reported on standard error, once per folder. Raise a FeasibeeError if the file can't be read, or
-    another user may have written it.
-    """
-    try:
-        with path.open("rb") as file:
-            _check_owner(path, os.fstat(file.fileno()))  # of the open file, not of the path
-            seal, data = file.read(SEAL), file.read()
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise FeasibeeError(f"{named(path)}: can't be read: {error.strerror}; delete the file") from None
-    if hashlib.sha256(data).digest() == seal:
-        return data
-    _say_damaged(path.parent)
-    return None
-
-
-def write_sealed(path: Path, data: bytes) -> None:
-    """Write a file with its checksum; concurrent readers get the complete old or the complete new content."""
-    _write(path, hashlib.sha256(data).digest() + data)
-
-
 def read_library(folder: Path, key: str) -> Path | None:
     """Return the library that `write_library` wrote; None if it is missing or damaged.
 
-    The system loads it, so its checksum is its name, which a sealed file holds. Raise a FeasibeeError if
-    another user may have written either.
+    The system loads it, so its checksum is in its name. Damage is reported on standard error, once per
+    folder. Raise a FeasibeeError if another user may have written it.
     """
-    name = read_sealed(folder / f"{key}.name")
-    if name is None:
-        return None
-    path = folder / name.decode()
-    try:
-        with path.open("rb") as file:
-            _check_owner(path, os.fstat(file.fileno()))
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError:
-        return None
-    if digest == path.stem:
-        return path
-    _say_damaged(folder)
+    for path in sorted(folder.glob(f"{key}.*")):
+        try:
+            with path.open("rb") as file:
+                _check_owner(path, os.fstat(file.fileno()))  # of the open file, not of the path
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError as error:
+            raise FeasibeeError(f"{named(path)}: can't be read: {error.strerror}; delete the file") from None
+        if path.name.split(".")[1] == digest:
+            return path
+        _say_damaged(folder)
     return None
 
 
 def write_library(folder: Path, key: str, made: Path) -> Path:
-    """Copy a library that was made into the cache, under a key; return where it is."""
+    """Copy a library that was made into the cache, under a key; return where it is.
+
+    Concurrent readers get the complete old or the complete new content.
+    """
     data = made.read_bytes()
-    path = folder / f"{hashlib.sha256(data).hexdigest()}{made.suffix}"
-    _write(path, data)
-    write_sealed(folder / f"{key}.name", path.name.encode())
-    return path
-
-
-def scratch_folder(folder: Path) -> tempfile.TemporaryDirectory[str]:
-    """Return a folder for a while, within a folder of the cache."""
+    path = folder / f"{key}.{hashlib.sha256(data).hexdigest()}{made.suffix}"
     try:
-        return tempfile.TemporaryDirectory(prefix=".", dir=folder)
-    except OSError as error:
-        raise _cant_be_written(folder, error) from None
-
-
-def _write(path: Path, data: bytes) -> None:
-    """Write a private file at once."""
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=".", dir=path.parent)
+        handle, temporary = tempfile.mkstemp(prefix=".", dir=folder)
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(data)
@@ -124,7 +81,16 @@ def _write(path: Path, data: bytes) -> None:
         finally:
             Path(temporary).unlink(missing_ok=True)
     except OSError as error:
-        raise _cant_be_written(path.parent, error) from None
+        raise _cant_be_written(folder, error) from None
+    return path
+
+
+def scratch_folder(folder: Path) -> tempfile.TemporaryDirectory[str]:
+    """Return a folder for a while, within a folder of the cache."""
+    try:
+        return tempfile.TemporaryDirectory(prefix=".", dir=folder)
+    except OSError as error:
+        raise _cant_be_written(folder, error) from None
 
 
 def _check_owner(path: Path, found: os.stat_result) -> None:
@@ -145,7 +111,8 @@ def _check_owner(path: Path, found: os.stat_result) -> None:
 
 def _cant_be_written(folder: Path, error: OSError) -> FeasibeeError:
     why = f"can't be written: {error.strerror}"
-    return FeasibeeError(f"{SETTING} = {named(folder)}: {why}; name a folder that you may write to")
+    remedy = "name a folder that you may write to, or copy one that has this code from such a machine"
+    return FeasibeeError(f"{SETTING} = {named(folder)}: {why}; {remedy}")
 
 
 @cache

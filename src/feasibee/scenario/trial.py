@@ -102,7 +102,7 @@ def tried(manifest: Manifest) -> Strategy:
 
 
 def _executed(manifest: Manifest, file: str) -> ModuleType:
-    """Run the text as a module, which is named after the text: two texts never share compiled code."""
+    """Run the text as a module, which is named after the text."""
     digest = sha256(manifest.source.encode()).hexdigest()[:16]
     module = ModuleType(f"feasibee_strategy_{digest}")
     module.__file__ = manifest.name

@@ -1,7 +1,7 @@
 """Whole numbers of a user's strategy: an operation whose result leaves 64 bits is an error, never a wrap.
 
-The text's operations become calls of `Checked` ones. Python computes them here, and the engine compiles them:
-see ``feasibee.engine.overflow``.
+The text's operations become calls of `Checked` ones, which Python computes. The engine has its own, in
+``checked.h``.
 """
 
 from __future__ import annotations

@@ -188,8 +188,11 @@ APART void drop_cut(struct state *s, struct part *part, enum sense sense, int64_
             continue;
         for (int64_t other = 0; other <= i >> 5; other++) {
             const uint32_t before = first_bits((int)(i - WORD * other));
-            const uint32_t members = s->links[IN_SIGHT][other * s->padded + i] & before;
-            listed = list_members(part, listed, i, members, WORD * other);
+            uint32_t left = s->links[IN_SIGHT][other * s->padded + i] & before;
+            for (; left; left = without_lowest(left), listed++) {
+                part->who[listed] = (int32_t)i;
+                part->other[listed] = (int32_t)lowest_member(other, left);
+            }
         }
         if (listed > QUEUE_ROOM) {
             drop_listed_cut(s, part, sense, listed);

@@ -1,21 +1,28 @@
-"""Runs of the engine in C: what it is given, who calls it, and what it says."""
+"""What the engine is given of a scenario, and what it says: structs of engine.h and state.h."""
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-from functools import partial
-from typing import Any
+from typing import Any, Final
+
+import numpy as np
 
 from feasibee.engine.library import library, pointer
 from feasibee.engine.params import packed
-from feasibee.engine.state import Room, State, tables_of
-from feasibee.engine.tables import Control, Lowered, Player, RunError
+from feasibee.engine.tables import Control, Lowered, RunError, Tables
 from feasibee.errors import FeasibeeError
-from feasibee.model.codes import UNDECIDED
 from feasibee.model.record import Record
 from feasibee.strategies.contract import Setting, Strategy
 
-NO_MEMORY = "the runs need more memory than there is; simulate fewer robots, or fewer runs at a time"
+NO_MEMORY: Final = "the runs need more memory than there is; simulate fewer robots, or fewer runs at a time"
+KINDS: Final = {
+    "int32_t": np.int32,
+    "uint32_t": np.uint32,
+    "int64_t": np.int64,
+    "uint8_t": np.uint8,
+    "uint64_t": np.uint64,
+    "double": np.float64,
+}
+"""Types of numpy by those of C."""
 
 
 def rules_of(strategy: Strategy) -> Any:
@@ -26,14 +33,6 @@ def rules_of(strategy: Strategy) -> Any:
 
         return load(strategy, ffi, engine).rules
     return engine.feasibee_rules(strategy.name.encode())
-
-
-def player_of(lowered: Lowered, team: int) -> Player:
-    """Return what plays runs of a scenario, each by so many threads."""
-    given = Given(lowered)
-    if not lowered.fast:
-        return AnyWorld(given, team).play
-    return given.play if team == 1 else lambda record, control: given.play_together(record, control, team)
 
 
 class Given:
@@ -49,29 +48,6 @@ class Given:
             raise ValueError("the engine's fast path doesn't have this world; report it, with the scenario")
         self.job = params, rules_of(lowered.strategy), setting, lowered.strategy.memory
         self.tables, self._tables = tables_of(self.ffi, lowered.tables), lowered.tables
-
-    def play(self, record: Record, control: Control) -> None:
-        """Play runs, one after another, by this thread."""
-        shared = self.control(control)
-        complete = self.engine.feasibee_play(*self.job, record.first_run, self.outcome(record), shared)
-        self.check(shared, complete, record, int(complete))
-
-    def play_together(self, record: Record, control: Control, team: int) -> None:
-        """Play runs, one after another, each by several threads."""
-        shared, outcome = self.control(control), self.outcome(record)
-        crowd = self.engine.feasibee_crowd_new(*self.job, team)
-        if not crowd:
-            raise MemoryError(NO_MEMORY)
-        try:
-            with ThreadPoolExecutor(team) as pool:
-                for row in range(record.runs):
-                    run = crowd, record.first_run + row, row, outcome, shared
-                    part = partial(self.engine.feasibee_crowd_run, *run)
-                    self.check(shared, min(pool.map(part, range(team))), record, row)
-                    if control.cancelled[0]:
-                        return
-        finally:
-            self.engine.feasibee_crowd_free(crowd)
 
     def check(self, shared: Any, result: int, record: Record, complete: int) -> None:
         """Raise an error if the engine had no memory, or if the strategy failed after so many runs."""
@@ -112,44 +88,6 @@ class Given:
         return self.ffi.new("struct outcome *", numbers)
 
 
-class AnyWorld:
-    """Plays runs by the general engine, each by so many threads."""
-
-    def __init__(self, given: Given, team: int) -> None:
-        self.given, self.team = given, team
-        self.room = Room.first(given.params)  # has sufficed so far, for all chunks; it changes no result
-
-    def play(self, record: Record, control: Control) -> None:
-        """Play runs, one after another; where an inbox has no room, play that run again with more."""
-        complete = 0
-        while complete < record.runs and not control.cancelled[0]:
-            state = State(self.given, self.room, self.team)
-            rest = record.part(complete, record.runs)
-            complete += self._play_some(state, rest, control)
-            if state.struct.clock.full:
-                self.room = state.enlarged()
-
-    def _play_some(self, state: State, record: Record, control: Control) -> int:
-        """Play runs until one isn't complete; return how many are."""
-        given, row = self.given, 0
-        shared, outcome = given.control(control), given.outcome(record)
-        if self.team == 1:
-            row = given.engine.feasibee_play_any(state.struct, record.first_run, outcome, shared)
-            given.check(shared, row, record, row)
-            return int(row)
-        steps = given.params.run.steps
-        with ThreadPoolExecutor(self.team) as pool:
-            for row in range(record.runs):
-                state.start(record.first_run + row)
-                record.decision[row], record.decision_step[row] = UNDECIDED, -1
-                part = partial(given.engine.feasibee_advance, state.struct, row, steps, outcome, shared)
-                list(pool.map(part, range(self.team)))
-                given.check(shared, 0, record, row)
-                if state.struct.clock.full or control.cancelled[0]:
-                    return row
-        return record.runs
-
-
 def struct_of(ffi: Any, setting: Setting) -> tuple[Any, list[Any]]:
     """Return a ``struct setting``, and the arrays that must live as long as it is used."""
     numbers = setting._asdict()
@@ -158,3 +96,21 @@ def struct_of(ffi: Any, setting: Setting) -> tuple[Any, list[Any]]:
     lengths = {"plan_length": len(plan), "parameter_count": len(parameters)}
     pointers = dict(zip(("plan", "parameters"), arrays, strict=True))
     return ffi.new("struct setting *", numbers | lengths | pointers), arrays
+
+
+def tables_of(ffi: Any, tables: Tables) -> Any:
+    """Return a ``struct tables``; the arrays must live as long as it is used."""
+    ground = tables.ground
+    kinds = {np.dtype(kind): name for name, kind in KINDS.items()}
+    names = [each for each in ground._fields if each != "sketch"]
+    arrays = {name: getattr(ground, name) for name in names}
+    of_ground = {name: pointer(each, kinds[each.dtype]) for name, each in arrays.items()}
+    own = ("class_of", "adds", "points", "ranks", "able", "events")
+    of_tables = {name: pointer(getattr(tables, name), kinds[getattr(tables, name).dtype]) for name in own}
+    sizes = {
+        "skill_sets": tables.adds.shape[0],
+        "classes": tables.adds.shape[1],
+        "task_classes": tables.able.shape[1],
+        "event_count": tables.events.shape[0],
+    }
+    return of_tables | sizes | {"ground": of_ground}
