@@ -12,7 +12,8 @@ from feasibee import Scenario, reference
 from feasibee.engine import given, library, platforms
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
-from feasibee.engine.native import AnyWorld, Given
+from feasibee.engine.given import Given
+from feasibee.engine.players import AnyWorld
 from feasibee.engine.tables import Control
 from feasibee.model.record import Record
 from feasibee.scenario.fields import fields
