@@ -9,8 +9,8 @@
 
 #include "queue.h"
 
-#define GROUP (LANES < 8 ? 8 : LANES) /* points that are looked at together: most stretches have fewer */
-#define VECTORS (GROUP / LANES)
+#define GROUP 8 /* points of a stretch that are looked at together: most stretches have fewer */
+#define VECTORS (2 * GROUP / LANES) /* of two groups */
 
 /* Return a difference on a torus the short way round. */
 ALWAYS int64_t shortest(int64_t difference, int64_t side)
@@ -43,10 +43,16 @@ struct found {
     uint32_t one, other;
 };
 
-/* Return the place of a vector of both groups. */
-ALWAYS int64_t place_in(int64_t first, int64_t second, int k)
+/* Return a vector of the words of two groups. */
+ALWAYS u32 words_of(const int32_t *from, int64_t first, int64_t second, int k)
 {
-    return k < VECTORS ? first + k * LANES : second + (k - VECTORS) * LANES;
+    const int together = LANES < GROUP ? LANES : GROUP;
+    int32_t words[LANES];
+    UNROLL for (int a = 0; a < LANES; a += together) {
+        const int at = k * LANES + a;
+        memcpy(words + a, from + (at < GROUP ? first + at : second + at - GROUP), sizeof *words * (size_t)together);
+    }
+    return vector_at(words);
 }
 
 /* Return which of a vector of points are closer than a limit, by squared distances of each second one. */
@@ -60,10 +66,10 @@ ALWAYS struct found find_in(const struct arena *arena, const int32_t *xs, const 
                             int64_t second, int32_t x, int32_t y, uint64_t one, uint64_t other, const bool wraps)
 {
     struct found found = {0, 0};
-    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
-        const int64_t at = place_in(first, second, k);
-        const u64 way_x = (u64)ways(vector_at(xs + at), spread((uint32_t)x), (uint32_t)arena->width, wraps);
-        const u64 way_y = (u64)ways(vector_at(ys + at), spread((uint32_t)y), (uint32_t)arena->height, wraps);
+    UNROLL for (int k = 0; k < VECTORS; k++) {
+        const u32 there_x = words_of(xs, first, second, k), there_y = words_of(ys, first, second, k);
+        const u64 way_x = (u64)ways(there_x, spread((uint32_t)x), (uint32_t)arena->width, wraps);
+        const u64 way_y = (u64)ways(there_y, spread((uint32_t)y), (uint32_t)arena->height, wraps);
         const u64 even = product(way_x, way_x) + product(way_y, way_y);
         const u64 odd = product(way_x >> 32, way_x >> 32) + product(way_y >> 32, way_y >> 32);
         found.one |= closer(even, odd, one) << k * LANES;
@@ -174,7 +180,7 @@ ALWAYS struct stretches block_at(const struct grid_cells *cells, const struct gr
     return (struct stretches){one[0], one[2], other[0], other[grid->rows > 1 ? 2 : 0]};
 }
 
-/* Two groups of points: so many as fit in a word. */
+/* Two groups of points. */
 struct groups {
     int64_t first, second;
     uint32_t valid; /* those that belong to the block */
@@ -209,15 +215,10 @@ ALWAYS int64_t queue_chosen(struct part *part, int64_t queued, int64_t i, const 
                             uint32_t chosen)
 {
 #if defined AVX512
-    const u32 itself = spread((uint32_t)i);
-    for (int k = 0; k < 2; k++) {
-        const uint32_t some = chosen >> k * GROUP & 0xFFFF;
-        const u32 packed = compressed(vector_at(numbers + (k ? of.second : of.first)), some);
-        memcpy(part->who + queued, &itself, sizeof itself);
-        memcpy(part->other + queued, &packed, sizeof packed);
-        queued += members(some);
-    }
-    return queued;
+    const u32 itself = spread((uint32_t)i), packed = compressed(words_of(numbers, of.first, of.second, 0), chosen);
+    memcpy(part->who + queued, &itself, sizeof itself);
+    memcpy(part->other + queued, &packed, sizeof packed);
+    return queued + members(chosen);
 #else
     int32_t *who = part->who + queued, *other = part->other + queued;
     const int32_t *first = numbers + of.first, *second = numbers + of.second - GROUP;
@@ -239,8 +240,8 @@ ALWAYS int64_t queue_chosen(struct part *part, int64_t queued, int64_t i, const 
 ALWAYS uint32_t those_of(const int32_t *numbers, struct groups of, int32_t robot)
 {
     uint32_t same = 0;
-    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
-        const i32 number = (i32)vector_at(numbers + place_in(of.first, of.second, k));
+    UNROLL for (int k = 0; k < VECTORS; k++) {
+        const i32 number = (i32)words_of(numbers, of.first, of.second, k);
         same |= equal((u32)(number >> 1), spread((uint32_t)robot)) << k * LANES;
     }
     return same;
@@ -250,8 +251,8 @@ ALWAYS uint32_t those_of(const int32_t *numbers, struct groups of, int32_t robot
 ALWAYS uint32_t those_loud(const int32_t *numbers, struct groups of)
 {
     uint32_t loud = 0;
-    UNROLL for (int k = 0; k < 2 * VECTORS; k++)
-        loud |= signs(vector_at(numbers + place_in(of.first, of.second, k)) << 31) << k * LANES;
+    UNROLL for (int k = 0; k < VECTORS; k++)
+        loud |= signs(words_of(numbers, of.first, of.second, k) << 31) << k * LANES;
     return loud;
 }
 
