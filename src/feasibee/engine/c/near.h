@@ -97,6 +97,20 @@ static inline uint32_t near_word(const struct params *p, const int32_t *xs, cons
     return close & first_bits((int)(last - first));
 }
 
+/* Return which points of a word are less than a length away along each axis. */
+static inline uint32_t beside_word(const struct arena *arena, const int32_t *xs, const int32_t *ys, int64_t first,
+                                   int32_t x, int32_t y, uint32_t length)
+{
+    uint32_t beside = 0;
+    UNROLL for (int k = 0; k < WORD; k += LANES) {
+        const u32 there_x = vector_at(xs + first + k), there_y = vector_at(ys + first + k);
+        const u32 way_x = ways(there_x, spread((uint32_t)x), (uint32_t)arena->width, arena->wraps);
+        const u32 way_y = ways(there_y, spread((uint32_t)y), (uint32_t)arena->height, arena->wraps);
+        beside |= (below(way_x, spread(length)) & below(way_y, spread(length))) << k;
+    }
+    return beside;
+}
+
 /* --- Cells --- */
 
 /* Return the column of an x or the row of a y, by the scale of that axis. */

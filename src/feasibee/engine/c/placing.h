@@ -112,10 +112,13 @@ static bool is_clear(const struct state *s, int64_t i, bool joins)
 {
     const int32_t *xs = s->robots[X], *ys = s->robots[Y];
     const struct params *p = s->params;
+    const uint32_t diameter = 2 * (uint32_t)p->robots.radius;
     for (int64_t w = 0; w < s->words && (joins || WORD * w < i); w++) {
         const int64_t first = WORD * w;
         const uint32_t there = joins ? s->sets[THERE][w] : first_bits((int)(i - first));
-        if (near_word(p, xs, ys, first, first + WORD, xs[i], ys[i], p->robots.apart_limit) & there)
+        const uint32_t beside = there & beside_word(&p->arena, xs, ys, first, xs[i], ys[i], diameter);
+        if (RARELY(beside != 0) &&
+            near_word(p, xs, ys, first, first + WORD, xs[i], ys[i], p->robots.apart_limit) & beside)
             return false;
     }
     return true;
