@@ -430,6 +430,8 @@ static inline void move_few(struct state *s, struct part *part)
 static inline uint32_t find_blocked(struct state *s, struct part *part, int64_t w, uint32_t tried, bool at_first)
 {
     const struct robot *robots = &s->params->robots;
+    const struct lens lens = lens_of(s, &s->robot_cells, &robots->grid);
+    const uint64_t limit = robots->meet_limit;
     const uint32_t found = find_beyond_walls(s, tried, w);
     int64_t queued = 0;
     clear_met(s, w);
@@ -438,7 +440,7 @@ static inline uint32_t find_blocked(struct state *s, struct part *part, int64_t 
     uint32_t left = at_first && robots->deflects ? tried : tried & ~found; /* sides matter at first only */
     while (left) {
         const int64_t i = lowest_member(w, left);
-        queued = queue_near(s, part, &s->robot_cells, &robots->grid, i, robots->meet_limit, queued, (int32_t)i);
+        queued = queue_near(part, &lens, i, limit, queued, (int32_t)i);
         left = without_lowest(left);
         if (queued > QUEUE_ROOM || left == 0) {
             test_pairs(s, part, queued, at_first, false);

@@ -270,17 +270,32 @@ ALWAYS uint32_t those_loud(const int32_t *numbers, struct groups of)
     return loud;
 }
 
+/* What robots look through: copies, which no store can change. */
+struct lens {
+    struct grid_cells cells;
+    struct grid grid;
+    struct arena arena;
+    uint64_t sight, radio;
+    const int32_t *x, *y;
+};
+
+ALWAYS struct lens lens_of(const struct state *s, const struct grid_cells *cells, const struct grid *grid)
+{
+    return (struct lens){*cells, *grid, s->params->arena, s->params->sensing.limit, s->params->radio.limit,
+                         s->robots[X], s->robots[Y]};
+}
+
 /* Queue what is near a robot, robots or tasks; return how many are queued.
  *
  * A robot is near itself: it is left out as `but`, or -1 is. */
-static inline int64_t queue_near(struct state *s, struct part *part, const struct grid_cells *cells,
-                                 const struct grid *grid, int64_t i, uint64_t limit, int64_t queued, int32_t but)
+ALWAYS int64_t queue_near(struct part *part, const struct lens *lens, int64_t i, uint64_t limit, int64_t queued,
+                          int32_t but)
 {
-    const int32_t x = s->robots[X][i], y = s->robots[Y][i], *numbers = cells->points[NUMBER];
-    struct stretches left = block_at(cells, grid, x, y);
+    const int32_t x = lens->x[i], y = lens->y[i], *numbers = lens->cells.points[NUMBER];
+    struct stretches left = block_at(&lens->cells, &lens->grid, x, y);
     do {
         const struct groups of = take_groups(&left);
-        const struct found found = find_within(&s->params->arena, cells->points, of.first, of.second, x, y, limit, 0);
+        const struct found found = find_within(&lens->arena, lens->cells.points, of.first, of.second, x, y, limit, 0);
         queued = queue_chosen(part, queued, i, numbers, of, found.one & of.valid & ~those_of(numbers, of, but));
     } while (RARELY(has_more(&left)));
     return queued;
@@ -305,21 +320,6 @@ static inline void fill_cells(struct state *s)
 ALWAYS uint32_t exploring_in(const struct state *s, int64_t w)
 {
     return ~s->sets[DISSEMINATING][w] & s->sets[WORKING][w];
-}
-
-/* What robots look through: copies, which no store can change. */
-struct lens {
-    struct grid_cells cells;
-    struct grid grid;
-    struct arena arena;
-    uint64_t sight, radio;
-    const int32_t *x, *y;
-};
-
-ALWAYS struct lens lens_of(const struct state *s, const struct grid_cells *cells, const struct grid *grid)
-{
-    return (struct lens){*cells, *grid, s->params->arena, s->params->sensing.limit, s->params->radio.limit,
-                         s->robots[X], s->robots[Y]};
 }
 
 /* Count the robots in sight of a robot, itself included; queue those that it hears. Return how many are queued. */
