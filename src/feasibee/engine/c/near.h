@@ -209,10 +209,11 @@ ALWAYS bool has_more(const struct stretches *left)
 ALWAYS struct groups take_groups(struct stretches *left)
 {
     const int64_t length = left->last - left->first, other = left->other_last - left->other_first;
-    struct groups taken = {left->first, left->other_first, first_bits((int)length) | first_bits((int)other) << GROUP};
-    if (LIKELY(length <= GROUP && other <= GROUP))
+    struct groups taken = {left->first, left->other_first, 0};
+    if (LIKELY(length <= GROUP && other <= GROUP)) {
+        taken.valid = (bit((int)length) - 1) | (bit((int)other) - 1) << GROUP;
         *left = (struct stretches){0, 0, 0, 0};
-    else if (length > 0) {
+    } else if (length > 0) {
         taken = (struct groups){left->first, left->first + GROUP, first_bits((int)length)};
         left->first += length < 2 * GROUP ? length : 2 * GROUP;
     } else {
