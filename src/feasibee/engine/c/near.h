@@ -225,7 +225,7 @@ ALWAYS struct groups take_groups(struct stretches *left)
 
 /* Queue a robot with the chosen points of two groups; return how many are queued.
  *
- * Without compression the first is queued without a branch, since most robots have none or one. */
+ * Without compression two are queued without a branch, since few robots have more. */
 ALWAYS int64_t queue_chosen(struct part *part, int64_t queued, int64_t i, const int32_t *numbers, struct groups of,
                             uint32_t chosen)
 {
@@ -238,14 +238,11 @@ ALWAYS int64_t queue_chosen(struct part *part, int64_t queued, int64_t i, const 
     int32_t *who = part->who + queued, *other = part->other + queued;
     const int32_t *first = numbers + of.first, *second = numbers + of.second - GROUP;
     const int count = members(chosen);
-    int k = lowest(chosen | bit(2 * GROUP - 1));
-    who[0] = (int32_t)i;
-    other[0] = (k < GROUP ? first : second)[k];
-    for (int n = 1; RARELY(n < count); n++) {
-        chosen = without_lowest(chosen);
-        k = lowest(chosen);
+    for (int n = 0; n < 2 || RARELY(n < count); n++) {
+        const int k = lowest(chosen | bit(2 * GROUP - 1));
         who[n] = (int32_t)i;
         other[n] = (k < GROUP ? first : second)[k];
+        chosen = without_lowest(chosen);
     }
     return queued + count;
 #endif
