@@ -208,9 +208,11 @@ ALWAYS void test_pairs(struct state *s, struct part *part, int64_t listed, bool 
         const i64 i = numbers_at(part->who + k), j = numbers_at(part->other + k) >> (mutual ? 0 : 1);
         const struct encounters e = encounters_of(s, i, j);
         const i64 meetings = meetings_of(s, &e, at_first, mutual);
-        if (any_of((u64)meetings))
-            for (int lane = 0; lane < PAIRS; lane++)
-                collect_pair(s, i[lane], j[lane], (int32_t)meetings[lane], at_first, mutual);
+        uint32_t left = signs((u32)(meetings != 0)) & 0x55555555; /* one bit of two */
+        for (; left; left = without_lowest(left)) {
+            const int lane = lowest(left) / 2;
+            collect_pair(s, i[lane], j[lane], (int32_t)meetings[lane], at_first, mutual);
+        }
     }
 }
 
