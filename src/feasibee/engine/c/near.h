@@ -46,13 +46,13 @@ struct found {
 /* Return a vector of the words of two groups. */
 ALWAYS u32 words_of(const int32_t *from, int64_t first, int64_t second, int k)
 {
-    const int together = LANES < GROUP ? LANES : GROUP;
-    int32_t words[LANES];
-    UNROLL for (int a = 0; a < LANES; a += together) {
-        const int at = k * LANES + a;
-        memcpy(words + a, from + (at < GROUP ? first + at : second + at - GROUP), sizeof *words * (size_t)together);
-    }
-    return vector_at(words);
+#if defined AVX512
+    (void)k; /* one vector has both */
+    return halves_at(from + first, from + second);
+#else
+    const int at = k * LANES;
+    return vector_at(from + (at < GROUP ? first + at : second + at - GROUP));
+#endif
 }
 
 /* Return which of a vector of points are closer than a limit, by squared distances of each second one. */
