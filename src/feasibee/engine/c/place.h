@@ -142,11 +142,9 @@ ALWAYS bool is_surely_free(const struct state *s, int64_t ax, int64_t ay, int64_
     const int64_t a_column = ax >> bits, a_row = ay >> bits, b_column = bx >> bits, b_row = by >> bits;
     const int64_t length = greater(distance(a_column, b_column), distance(a_row, b_row));
     const int64_t start = open_around(s, a_column, a_row), end = open_around(s, b_column, b_row);
-    if (start + end > length + 1)
-        return true;
     /* Up to half a cell from the line's middle. */
     const int64_t middle = open_around(s, (a_column + b_column) >> 1, (a_row + b_row) >> 1);
-    return 2 * (lesser(start, end) + middle) > length + 3;
+    return (start + end > length + 1) | (2 * (lesser(start, end) + middle) > length + 3); /* one branch */
 }
 
 /* Return whether as many walls as are between two positions make them too far apart. */
