@@ -95,14 +95,22 @@ ALWAYS = {"acting.start", "robots.work", "robots.charge", "robots.avoid_collisio
 """Fields without which the others of their part mean nothing."""
 
 
-def world(number: int, robots: Sequence[int] = FEW, own: bool = False) -> Scenario:
-    """Return one of endlessly many worlds of the general engine; `own` adds strategies of users."""
+def world(number: int, robots: Sequence[int] = FEW, own: bool = False, shared: bool = False) -> Scenario:
+    """Return one of endlessly many worlds of the general engine.
+
+    `own` adds strategies of users. Several threads may play a world that is `shared`.
+    """
     draw = Random(number)
     names = [*STRATEGIES, *BY_NAME, *(OWN if own else ())]
     while True:
         found = settled(draw, drawn(draw, draw.choice(robots), draw.choice(names)))
-        if found and not takes_fast_path(found):
+        if found and not takes_fast_path(found) and not (shared and by_one_thread(found)):
             return found.with_flooding(draw.choice((3, 25, 60))) if found.waits_for_names else found
+
+
+def by_one_thread(scenario: Scenario) -> bool:
+    """Return whether one thread plays a run, however many robots there are."""
+    return scenario.strategy.knowledge or scenario.in_motion or scenario.acts
 
 
 def drawn(draw: Random, robots: int, strategy: str) -> dict[str, Any]:

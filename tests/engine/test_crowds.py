@@ -78,6 +78,7 @@ def small_counts(tmp_path_factory):
         platforms.native(),
         next(iter(platforms.native().levels)),
         Compiler((name,), name),
+        "-O1",
         "-DENOUGH=200u",
     )
     return folder / "engine.so"
