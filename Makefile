@@ -15,7 +15,7 @@ help:
 	@echo "make test-lowest   those of make test that need packages, with the lowest versions that pyproject.toml states, of"
 	@echo "             Python too; in $(LOWEST)"
 	@echo "make test-ros   the nodes of ROS 2 and their types, in $(ROS), whose wheels are for Python 3.11"
-	@echo "make coverage   make test, and which lines of the package it runs; compiled functions aren't counted"
+	@echo "make coverage   make test, and which lines of Python in the package it runs"
 	@echo "make lint    style, types, layers, workflows, citation, and whether the house has grown (tests/size.py)"
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
 	@echo "make engine  the engine, compiled from C into src/feasibee/engine/lib, unless it is there; make test does it, too"

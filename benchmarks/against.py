@@ -104,7 +104,7 @@ def print_ratio(name: str, new: list[float], old: list[float], unit: str) -> Non
 
 
 def print_first_runs(source: Path, plan: Plan) -> None:
-    """Print the ratios of the CPU times of first runs, which compile."""
+    """Print the ratios of the CPU times of runs with an empty cache."""
     for name, command in (("first run", RUN), ("first run with walls, collisions", BEYOND_RUN)):
         taken: list[list[float]] = [[], []]
         for _ in range(plan.processes):

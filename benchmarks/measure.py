@@ -103,7 +103,7 @@ def quartiles(values: list[float]) -> tuple[float, float, float]:
 
 
 class Sample(NamedTuple):
-    """Something to measure: what loads and compiles it, and what returns one measurement."""
+    """Something to measure: what loads it, and what returns one measurement."""
 
     warm: Callable[[], object]
     take: Callable[[], float]

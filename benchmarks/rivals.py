@@ -11,7 +11,6 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import NamedTuple
 
-import brute_force
 from measure import Sample, seconds
 from worlds import PAPER_ROBOTS, PAPER_STEPS, PAPER_TASKS, SPACE_PER_ROBOT
 
@@ -22,6 +21,7 @@ def brute_force_sample(
     runs: int, robots: int = PAPER_ROBOTS, tasks: int = PAPER_TASKS, steps: int = PAPER_STEPS
 ) -> Sample:
     """Return a sample of the loop over all pairs, in ns of CPU time per robot-step."""
+    import brute_force  # numba takes 0.5 s, and tests of the rest don't need it
 
     side, robot_steps = math.sqrt(SPACE_PER_ROBOT * robots), robots * steps * runs
 

@@ -124,5 +124,5 @@ def steps_only(
 
 
 def warm(tables: Tables, threads: int = 1) -> Callable[[], object]:
-    """Return a function that loads the code of a world, or compiles it."""
+    """Return a function that loads the engine, and what a world needs of it."""
     return partial(feasibee.simulate, scenario(tables, 2), 1, seed=1, threads=threads)

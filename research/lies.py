@@ -28,7 +28,8 @@ def toss(seed):
 
 
 def lie(message, feasible, me):
-    kind, share, duty, most = me.setting.parameters[FIRST:]
+    own = me.setting.parameters
+    kind, share, duty, most = own[FIRST], own[FIRST + 1], own[FIRST + 2], own[FIRST + 3]
     if toss(toss(me.id) ^ me.step & 0xFFFFFFFF) < duty * 4294967296.0:
         for k in range(len(message)):
             drawn = toss(toss(me.id + 977 * me.step & 0xFFFFFFFF) ^ 2 * k)

@@ -454,7 +454,7 @@ def start(*arguments, **options):
 
 
 def test_as_a_module_standard_output_is_one_json_object_and_nothing_else(tmp_path):
-    expected = summary_of("--runs", 40, "--seed", 3, "--workers", 1)  # and the engine is compiled now
+    expected = summary_of("--runs", 40, "--seed", 3, "--workers", 1)
     process = start("run", "--json", "--runs", 40, "--seed", 3, "--workers", 2, cwd=tmp_path)
     output, errors = process.communicate(timeout=240)
     assert (process.returncode, errors, json.loads(output)) == (0, "", expected)

@@ -48,9 +48,8 @@ def here(folder, monkeypatch):
 
     monkeypatch.chdir(folder)
     for name in (
-        "simulation.ensemble.load_engine",
-        "simulation.swarm.load_engine",
         "engine.runner.simulate",
+        "engine.state.State",
         "live.server.server_of",
     ):
         monkeypatch.setattr(f"feasibee.{name}", began)

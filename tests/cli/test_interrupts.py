@@ -16,7 +16,6 @@ from threading import Timer
 import pytest
 from commands import python
 
-from feasibee import Scenario, simulate
 from feasibee.sweeps.journal import Journal
 from feasibee.sweeps.schedule import CHUNK_WORK, FIRST_WORK, LEAST_WORK, chunk_work, next_budget
 
@@ -49,13 +48,6 @@ run.steps = 50_000_000
 [sweep]
 "tasks.count" = [2]
 """
-
-
-@pytest.fixture(scope="module", autouse=True)
-def compiled():
-    """Compile before the clock runs: a process that compiles says so in another line."""
-    for strategy in ("dmmd", "census"):
-        simulate(Scenario(decision={"strategy": strategy}, run={"steps": 1}), runs=1, seed=1)
 
 
 def start(folder, *arguments, study=STUDY):

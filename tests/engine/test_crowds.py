@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, reference
-from feasibee.engine import library, native, platforms
+from feasibee.engine import given, library, platforms, players
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
-from feasibee.engine.layout import Control, RunError
+from feasibee.engine.tables import Control, RunError
 from feasibee.model.record import Record
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.lowering import lower
@@ -43,7 +43,7 @@ def control():
 def played(scenario, threads):
     """Return the record of the engine, whose threads play each run together."""
     record = Record.empty(0, 1, scenario.run.steps + 1)
-    native.Given(lower(scenario, 5)).play_together(record, control(), threads)
+    players.PaperWorld(given.Given(lower(scenario, 5)), threads).play(record, control())
     return record
 
 
@@ -78,6 +78,7 @@ def small_counts(tmp_path_factory):
         platforms.native(),
         next(iter(platforms.native().levels)),
         Compiler((name,), name),
+        "-O1",
         "-DENOUGH=200u",
     )
     return folder / "engine.so"
@@ -86,7 +87,7 @@ def small_counts(tmp_path_factory):
 @pytest.mark.parametrize("changes", [{}, {"decision.inbox": "every-message"}])
 def test_counts_may_be_larger_than_their_rows_hold(small_counts, monkeypatch, changes):
     ffi = library.ffi()
-    monkeypatch.setattr(native, "library", lambda: (ffi, library.load(small_counts)))
+    monkeypatch.setattr(given, "library", lambda: (ffi, library.load(small_counts)))
     long = {"decision.exploration": 25.0, "decision.gain": 40.0, "sensing.range": 9.0, "radio.range": 9.0}
     scenario = crowd(**long, **changes, **{"run.steps": 40})
     assert_as_reference(scenario, played(scenario, 2))
@@ -104,7 +105,7 @@ def test_cancelled_runs_end(threads):
 
     other = Thread(target=cancel)
     other.start()
-    native.Given(lower(scenario, 5)).play_together(record, shared, threads)
+    players.PaperWorld(given.Given(lower(scenario, 5)), threads).play(record, shared)
     other.join()
     assert 3 <= shared.steps_done[0] < scenario.run.steps
 

@@ -6,6 +6,7 @@ import ast
 import inspect
 import math
 import os
+import shutil
 import subprocess
 import sys
 from copy import deepcopy
@@ -18,7 +19,7 @@ import feasibee
 from feasibee import FeasibeeError
 from feasibee.engine import own as own_module
 from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
-from feasibee.engine.generate import ALWAYS, RULES, built_in_strategies, own_strategy
+from feasibee.engine.generate import ALWAYS, RETURNING, RULES, own_strategy
 from feasibee.engine.own import Failure, compiled, explained, kind_of, load
 from feasibee.robot import compiler as compiler_module
 from feasibee.scenario import trial
@@ -26,7 +27,16 @@ from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import ARGUMENTS, Manifest, Mind
 from feasibee.strategies.overflow import NAMES, checked
-from tests.engine.compiled import CALLS, SANITIZED, Draws, Rules, bits, declarations, library
+from tests.engine.compiled import (
+    CALLS,
+    SANITIZED,
+    Draws,
+    Rules,
+    bits,
+    built_in_rules,
+    declarations,
+    library,
+)
 from tests.engine.odd import EXPRESSIONS, text_of
 
 OPINIONS = [name for name, each in STRATEGIES.items() if not each.knowledge]
@@ -43,8 +53,7 @@ def calls(tmp_path_factory):
 @pytest.fixture(scope="module")
 def built_in(tmp_path_factory, calls):
     """Return the built-in strategies in C."""
-    folder = tmp_path_factory.mktemp("built_in")
-    return calls[0].dlopen(str(library(folder, "strategies", built_in_strategies(), *SANITIZED)))
+    return calls[0].dlopen(str(built_in_rules(tmp_path_factory)))
 
 
 @pytest.mark.parametrize("name", OPINIONS)
@@ -205,7 +214,7 @@ def test_all_failures_have_words():
     kinds = [each.value for each in Failing] + [
         first + number for first in (DOMAIN, RANGE) for number in range(len(OF_MATH))
     ]
-    kinds += [RESULT + number for number in range(len(RULES))]
+    kinds += [RESULT + number for number in range(len(RETURNING))]
     told = {explained(Manifest(name="mine.py"), Failure(each, 3, 7.0, 2.0)) for each in kinds}
     assert len(told) == len(kinds)
     assert all(each.startswith("mine.py, line 3: ") and "; " in each for each in told)
@@ -283,13 +292,12 @@ def test_a_library_runs_where_there_is_no_compiler(monkeypatch, tmp_path, compil
         (tmp_path / folder).mkdir()
     monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path / "own"))
     made = compiled(mine)
-    own_module.export(tmp_path / "shipped")
+    shutil.copytree(tmp_path / "own", tmp_path / "shipped", dirs_exist_ok=True)
     monkeypatch.setenv("FEASIBEE_CACHE", str(tmp_path / "shipped"))
     monkeypatch.setattr("shutil.which", lambda _: None)
     monkeypatch.setattr(compiler_module, "find_spec", lambda _: None)
     assert compiled(mine).read_bytes() == made.read_bytes()
     assert len(compilations) == 1
-    assert compiled(mine).stat().st_mode & 0o777 == 0o644
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid"), reason="Windows has no such rights")

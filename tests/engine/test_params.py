@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from feasibee.engine import library, native, platforms
+from feasibee.engine import given, library, platforms, players
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
-from feasibee.engine.layout import Control
+from feasibee.engine.tables import Control
 from feasibee.model.record import Record
 from feasibee.simulation.lowering import lower
 from tests import worlds
@@ -62,11 +62,11 @@ def odd(number: int) -> Any:
 def play(lowered: Any) -> bool:
     """Play a run for a few steps; return whether the engine has the world."""
     try:
-        given = native.Given(lowered)
+        player = players.PaperWorld(given.Given(lowered), 1)
     except ValueError:
         return False
     ends = Control(np.zeros(1, np.int64), np.ones(1, np.bool_))
-    given.play(Record.empty(0, 1, 0), ends)
+    player.play(Record.empty(0, 1, 0), ends)
     return True
 
 
@@ -83,9 +83,9 @@ def test_the_worlds_of_scenarios_are_played():
 SANITIZED = """
 import sys
 from pathlib import Path
-from feasibee.engine import library, native
+from feasibee.engine import given, library
 from tests.engine.test_params import odd, play
-native.library = lambda: (library.ffi(), library.load(Path(sys.argv[1])))
+given.library = lambda: (library.ffi(), library.load(Path(sys.argv[1])))
 print(sum(play(odd(number)) for number in range(400, 500)))
 """
 

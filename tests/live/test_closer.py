@@ -24,7 +24,7 @@ def messages_until_frame(page):
     found = []
     while not found or found[-1]["type"] != "frame" or found[-1]["lane"]:
         found.append(page.receive())
-    return [each for each in found if each["type"] not in ("compiling", "going")]
+    return [each for each in found if each["type"] != "going"]
 
 
 def opened(page, **message):

@@ -26,8 +26,6 @@ from feasibee.live import server as serving
 from feasibee.live.catalogue import PICKS, Catalogue, read_catalogue
 from feasibee.live.guard import Guard, check_host, is_loopback
 from feasibee.live.prediction import prediction_of
-from feasibee.simulation import loading
-from feasibee.simulation.loading import GENERAL
 from feasibee.simulation.snapshot import FLAGS
 from feasibee.sweeps.journal import Journal
 from feasibee.theory.predict import predict
@@ -614,38 +612,6 @@ def test_malformed_requests_leave_a_line_in_the_terminal_at_most(capfd):
     assert told.count("Exception in ASGI application") <= 1
     assert "Invalid HTTP" not in told
     assert "Unsupported" not in told
-
-
-MORE = {"type": "open", "changes": {"robots.count": 200}}
-
-
-def test_a_page_is_told_what_compiles_and_since_when_whichever_page_asked_first(port, slow_engine):
-    with Page(port) as first, Page(port) as second:
-        first.say(**MORE)
-        told = first.receive()
-        assert told.pop("seconds") < 60
-        assert told == {"type": "compiling", "text": f"Compiling the {GENERAL}, once for this machine"}
-        expect_another_page(port)  # whose engine is ready
-        loading._current = loading._current._replace(since=loading._current.since - 100.0)
-        second.say(**MORE)
-        for page in (first, second):
-            told = page.receive()
-            assert told["type"] == "compiling"
-            assert 100.0 < told["seconds"] < 160.0
-        slow_engine.set()
-        for page in (first, second):
-            assert [page.receive()["type"] for _ in range(3)] == ["opened", "tasks", "frame"]
-        first.say(**MORE, run="1")
-        assert first.receive()["type"] == "opened"  # nothing compiles any more
-
-
-def test_a_page_may_close_while_its_engine_compiles(port, slow_engine, caplog):
-    with Page(port) as page:
-        page.say(**MORE)
-        assert page.receive()["type"] == "compiling"
-    slow_engine.set()
-    expect_another_page(port)
-    assert not caplog.records
 
 
 def test_nothing_but_the_page_is_served(port):

@@ -33,7 +33,7 @@ COSTLY_WORLDS = [
     pytest.param(name, marks=[] if name in ("paper", "colluders invent tasks") else [pytest.mark.slow])
     for name in WORLDS
 ]
-"""Each file is compiled for 3 s, so the fast tests have two worlds."""
+"""The reference takes seconds, so the fast tests have two worlds."""
 
 
 def scenario_of(path, **changes):

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from own_files import OPINIONS, SET, assert_same, copy_of, replaced, why_not
 
 from feasibee import Scenario, ScenarioError
-from feasibee.engine.compiled import strategy_functions
-from feasibee.scenario.runs import Runs
-from feasibee.simulation.ensemble import simulate_record
-from feasibee.strategies import STRATEGIES
 from feasibee.strategies.words import Words
 
 TURNS = (
@@ -96,7 +89,7 @@ COSTLY_WORLDS = [
     pytest.param(name, marks=[] if name in ("paper", "classes and liars") else [pytest.mark.slow])
     for name in WORLDS
 ]
-"""Each file is compiled for 3 s, so the fast tests have two worlds."""
+"""The reference takes seconds, so the fast tests have two worlds."""
 
 
 def scenario_of(path, **changes):
@@ -158,24 +151,6 @@ def test_more_is_seen_and_heard_in_a_step_than_is_collected_at_once(write):
     assert_same(*2 * [scenario_of(write(TURNS), **changes)])
     census = Scenario().replace({**SMALL, **changes, "decision.strategy": "census"})
     assert_same(census, scenario_of(write(SET, "set.py"), **changes))
-
-
-@pytest.mark.slow
-def test_compiled_knowledge_is_loaded_in_a_second_process(write):
-    path = write(SET)
-    code = (
-        "import sys\n"
-        "from feasibee import Scenario, simulate\n"
-        "from feasibee.engine import compile\n"
-        "saved = []\n"
-        "compile.Kept.save_overload = lambda self, sig, data: saved.append(self._name)\n"
-        f"s = Scenario().replace({{'decision.strategy': {str(path)!r}, 'run.steps': 20}})\n"
-        "print(int(simulate(s, runs=3, seed=1).bits_sent.sum()), saved)"
-    )
-    large = {"arena.side": 20.0, "tasks.count": None, "run.steps": 20}
-    total = int(simulate_record(scenario_of(path, **large), Runs(3, 1)).bits_sent.sum())
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == f"{total} []\n"
 
 
 # --- Hostile values ---
@@ -242,13 +217,3 @@ def test_knowledge_that_does_not_fit_is_told_when_it_runs(write):
     changes = {"robots.count": 1000, "arena.side": 100.0}
     text = why_not(scenario_of(write(text), **changes))
     assert "what 1000 robots know would take 7 GiB, over 4; take fewer robots" in text
-
-
-def test_the_compiled_code_of_each_strategy_has_a_name_of_its_own():
-    """The linker finds code by name: one strategy ran another's, when other processes had compiled both."""
-    names = [
-        overload.fndesc.qualname
-        for name in ("tally", "estimate", "census", "turns")
-        for overload in strategy_functions(STRATEGIES[name]).update.overloads.values()
-    ]
-    assert len(set(names)) == 4, names

@@ -6,11 +6,11 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from test_equivalence import assert_equal
 
 from feasibee import Scenario
 from feasibee.reference import play
 from feasibee.reference.mind import HONEST
+from tests.equal import assert_equal
 
 ACTING = {
     "arena.side": 12.0,

@@ -8,7 +8,6 @@ from itertools import groupby
 
 import numpy as np
 import pytest
-from test_equivalence import assert_equal
 
 from feasibee import FeasibeeError, Scenario, ScenarioError, Swarm, reference, simulate
 from feasibee.scenario.feasibility import who_counts
@@ -32,40 +31,10 @@ FULL = {
     "place.zones": {"dock": [[[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [0.0, 3.0]]]},
 }
 """Robots that hardly leave their dock, which is as good as full."""
-FAULTS = {
-    "faults.stopped": 0.2,
-    "faults.stop_step": 9,
-    "faults.byzantine": 0.2,
-    "faults.byzantine_says": "random",
-}
-WORLDS = {
-    "on a torus": {},
-    "that remember": {"sensing.observation": "unique", "decision.start": "first-sight"},
-    "bodies": {**BODIES, "robots.count": 40},
-    "a crowd": {**BODIES, "robots.count": 130, "arena.side": 14.0, "run.steps": 14},
-    "faults": FAULTS,
-    "that declare": {"decision.strategy": "quiet-census", "radio.delay": 3},
-    "a full dock": FULL,
-    "that come and go": {
-        "robots.failure_rate": 0.02,
-        "robots.arrival_rate": 0.3,
-        "decision.strategy": "roster",
-    },
-    "events": {"events": [{"step": 0, "robots": -2}, {"step": 9, "robots": -9}, {"step": 19, "robots": 6}]},
-}
 
 
 def in_world(**changes):
     return Scenario().replace({"arena.side": 10.0, "run.steps": 60, **BATTERY, **changes})
-
-
-@pytest.mark.quick(3)
-@pytest.mark.parametrize("away", ["counted", "missing"])
-@pytest.mark.parametrize("world", WORLDS)
-def test_engine_equals_reference_with_batteries(world, away):
-    if (world, away) == ("that declare", "missing"):
-        return  # see the test of errors
-    assert_equal(in_world(**WORLDS[world], **{"robots.away": away}), 3)
 
 
 def watched(scenario, seed=5, steps=60):

@@ -3,35 +3,12 @@
 from __future__ import annotations
 
 import pytest
-from test_equivalence import assert_equal
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.simulation.lowering import lower
-
-LIARS = {"faults.byzantine": 0.2, "faults.stopped": 0.2, "faults.stop_step": 15, "radio.loss": 0.1}
-COMING = {"robots.failure_rate": 0.02, "robots.arrival_rate": 0.3, "events": [{"step": 10, "robots": -8}]}
-WORLDS = {
-    "values, and those who stop and lie": {**LIARS, "decision.strategy": "dc"},
-    "lies that are tossed, about names": {
-        **LIARS,
-        "faults.byzantine_says": "random",
-        "decision.strategy": "quiet-census",
-    },
-    "liars who collude": {**LIARS, "faults.byzantine_says": "colluding", "decision.strategy": "census"},
-    "ages of robots that come and go": {**COMING, "decision.strategy": "roster"},
-    "declaring by votes": {"decision.declare": {"quorum": 0.6, "rounds": 1, "heard": 1}},
-    "a crowd of liars": {**LIARS, "robots.count": 140, "radio.id_bits": 4, "run.steps": 20},
-}
 
 
 def late(changes, delay):
     return Scenario().replace({"arena.side": 8.0, "run.steps": 40, **changes, "radio.delay": delay})
-
-
-@pytest.mark.quick(3)
-@pytest.mark.parametrize("world", WORLDS)
-def test_engine_equals_reference_where_messages_are_late(world):
-    assert_equal(late(WORLDS[world], 6), 7)
 
 
 @pytest.mark.parametrize("robots", [20, 140])
@@ -51,12 +28,6 @@ def test_robots_hear_what_others_would_have_said_some_steps_before(robots):
             inboxes[i] = {} if ends else inboxes[i] | others
             assert {sender: opinion for sender, opinion, _ in swarm.robot(i).heard} == inboxes[i], (step, i)
     assert changed > 8
-
-
-def test_a_crowd_whose_messages_wait_is_not_sorted_in_space():
-    """Else messages would wait in the queues of other robots, since these aren't sorted."""
-    sorted_ones = [lower(late({"robots.count": 2000}, delay), 1).params.in_space_order for delay in (0, 1)]
-    assert sorted_ones == [True, False]
 
 
 @pytest.mark.parametrize("strategy", ["voter", "census"])

@@ -8,14 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numba import types
 
 from feasibee import Scenario, Swarm, reference
-from feasibee.engine import layout
-from feasibee.engine.compile import entry
-from feasibee.engine.params import packed
-from feasibee.engine.signatures import PARAMS, STATE
-from feasibee.engine.starting import sort_tasks
 from feasibee.model.purposes import IDENTITY
 from feasibee.reference.mind import BYZANTINE
 from feasibee.robot.controller import Controller, Message, Settings
@@ -28,11 +22,6 @@ from feasibee.strategies.contract import Me
 SIDE = 16.0  # a power of two: every multiple of 1/16 is exact in fixed point
 UNIT = 2**32 / SIDE
 LONG = 1000
-
-
-@entry(types.void(PARAMS, STATE))
-def find_tasks(params, state):
-    sort_tasks(params, state)
 
 
 class World:
@@ -55,70 +44,72 @@ class Engine(World):
     """A swarm of standing robots in the engine, arranged by hand."""
 
     def __init__(self, scenario, places, tasks, opinions, disseminating):
-        self.scenario, self.swarm = scenario, Swarm(scenario)
-        self.params, self.state = self.swarm._params, self.swarm._state
-        count = len(places)
+        inside = 0.25 / UNIT  # a place in a scenario is rounded down
+        at = [(x + inside, y + inside) for x, y in tasks]
+        spots = {"tasks.placement": "points", "tasks.points": at} if tasks else {}
+        self.scenario = scenario.replace(spots)
+        self.swarm = Swarm(self.scenario)
+        self.state, count = self.swarm._state, len(places)
         fixed = (np.array(places) * UNIT).astype(np.uint32).view(np.int32)
-        self.state.robots[[layout.Robot.X, layout.Robot.Y], :count] = fixed.T
-        spots = (np.array(tasks).reshape(-1, 2) * UNIT).astype(np.uint32).view(np.int32)
-        self.state.tasks[[layout.Point.X, layout.Point.Y], : len(tasks)] = spots.T
-        find_tasks(packed(self.params), self.state)
-        self.state.robots[layout.Robot.PHASE_LEFT, :count] = LONG
+        for row, values in zip(("X", "Y"), fixed.T, strict=True):
+            self.state.robots[row][:count] = values
+        self.state.robots["PHASE_LEFT"][:count] = LONG
         for i, (opinion, speaks) in enumerate(zip(opinions, disseminating, strict=True)):
-            self.put(layout.Set.FEASIBLE, i, opinion == 1)
-            self.put(layout.Set.NEUTRAL, i, opinion == -1)
-            self.put(layout.Set.SAYS_FEASIBLE, i, opinion == 1)
-            self.put(layout.Set.SPEAKING, i, speaks and opinion >= 0)
-            self.put(layout.Set.DISSEMINATING, i, speaks)
-            self.state.robots[layout.Robot.LABEL, i] = 4 * i + 2 * (opinion == 1) + (speaks and opinion >= 0)
+            self.put("FOR_FEASIBLE", i, opinion == 1)
+            self.put("NEUTRAL", i, opinion == -1)
+            self.put("SAYS_FEASIBLE", i, opinion == 1)
+            self.put("SPEAKING", i, speaks and opinion >= 0)
+            self.put("DISSEMINATING", i, speaks)
+            self.state.robots["LABEL"][i] = 4 * i + 2 * (opinion == 1) + (speaks and opinion >= 0)
 
-    def put(self, kind, i, member):
-        word = self.state.sets[kind]
+    def put(self, name, i, member):
+        word = self.state.sets[name]
         word[i // 32] &= ~np.uint32(1 << i % 32)
         word[i // 32] |= np.uint32(bool(member) << i % 32)
 
-    def has(self, kind, i):
-        return bool(int(self.state.sets[kind, i // 32]) >> i % 32 & 1)
+    def has(self, name, i):
+        return bool(int(self.state.sets[name][i // 32]) >> i % 32 & 1)
 
     def let_all_lie(self):
         for i in range(self.scenario.robots.count):
-            self.put(layout.Set.BYZANTINE, i, True)
+            self.put("BYZANTINE", i, True)
 
     def tell(self, i, value):
         """Let a robot send a number."""
-        self.state.robots[layout.Robot.SENT_VALUE, i] = value
+        self.state.robots["SENT_VALUE"][i] = value
 
     def told(self, i):
-        return int(self.state.robots[layout.Robot.SENT_VALUE, i])
+        return int(self.state.robots["SENT_VALUE"][i])
 
     def rate(self, i, quality):
         """Give a robot a quality of *feasible*."""
-        self.state.memory[i, 0] = quality
+        self.state.array("quality", self.scenario.robots.count)[i] = quality
 
     def end_phase_of(self, i, after=1):
-        self.state.robots[layout.Robot.PHASE_LEFT, i] = after
+        self.state.robots["PHASE_LEFT"][i] = after
 
     def advance(self):
         self.swarm.advance()
 
     def seen(self, i):
-        return tuple(self.state.counts[[layout.Count.ROBOTS_SEEN, layout.Count.TASKS_SEEN], i])
+        return tuple(int(self.state.counts[row][i]) for row in ("ROBOTS_SEEN", "TASKS_SEEN"))
 
     def opinion(self, i):
-        return -1 if self.has(layout.Set.NEUTRAL, i) else int(self.has(layout.Set.FEASIBLE, i))
+        return -1 if self.has("NEUTRAL", i) else int(self.has("FOR_FEASIBLE", i))
 
     def speaks(self, i):
-        return self.has(layout.Set.DISSEMINATING, i)
+        return self.has("DISSEMINATING", i)
 
     def declared(self, i):
-        return self.has(layout.Set.DECLARED, i)
+        return self.has("DECLARED", i)
 
     def memory(self, i):
-        return self.state.memory[i, 1:].tolist()
+        length = self.scenario.strategy.memory
+        return self.state.array("memory", self.scenario.robots.count, length)[i].tolist()
 
     @property
     def ids(self):
-        return self.state.robots[layout.Robot.IDENTITY]
+        return self.state.robots["IDENTITY"]
 
 
 class Plain(World):
@@ -415,7 +406,7 @@ def numbers_of(swarm):
     """Return the robots of a swarm, and whether they declare."""
     if isinstance(swarm, Plain):
         return len(swarm.minds), swarm.swarm.scenario.decision.declare is not None
-    return swarm.params.robots.count, swarm.params.decision.declare.enabled
+    return swarm.scenario.robots.count, swarm.scenario.decision.declare is not None
 
 
 def bits_of(swarm, messages, extra=0, id_bits=None):
@@ -524,7 +515,7 @@ def known(swarm, i):
         robots, tasks = swarm.minds[i].knowledge.counted()
         return sum(robots), sum(tasks)
     strategy, setting = swarm.scenario.strategy, swarm.scenario.setting
-    words = swarm.state.knowledge[layout.Copy.KNOWN, i].tolist()
+    words = swarm.state.known()[i].tolist()
     counts = [0, 0]
     strategy.count(words, counts, Me(0, 0, 0, 0, [], setting))
     return tuple(counts)

@@ -11,6 +11,7 @@ import pytest
 from commands import invoke
 
 from feasibee import Scenario, Swarm, simulate
+from feasibee.engine import runner
 from feasibee.results.measures import declarations
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.plugins import manifest_of, reads_flooding
@@ -102,7 +103,7 @@ def test_the_times_are_those_by_which_all_robots_know_all_names_of_their_piece(d
 def test_the_number_of_threads_changes_no_flooding(monkeypatch):
     found = []
     for number in (1, 3):
-        monkeypatch.setattr(module, "processors", lambda number=number: number)
+        monkeypatch.setattr(runner, "processors", lambda number=number: number)
         found.append(flooding(place(6.0)))
     assert found[0] == found[1]
 

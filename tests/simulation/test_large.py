@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, Swarm
-from feasibee.engine import compiled, runner
-from feasibee.engine.layout import POOLED, Lack, Room, first_room
+from feasibee.engine import runner
+from feasibee.engine.state import Room, State
 from feasibee.errors import FeasibeeError
 from feasibee.model.record import COLUMNS
 from feasibee.scenario.runs import Runs
@@ -105,9 +105,9 @@ def test_any_number_of_threads_gives_the_same_bytes(world, threads, monkeypatch)
 @pytest.mark.parametrize(
     ("world", "robots"),
     [
-        ("paper", POOLED),
-        *((each, POOLED + 1) for each in ("paper", "faults", "unique", "walls and bodies")),
-        ("bodies that deflect", POOLED + 1),
+        ("paper", 1024),
+        *((each, 1025) for each in ("paper", "faults", "unique", "walls and bodies")),
+        ("bodies that deflect", 1025),
     ],
 )
 def test_reference_agrees_on_both_sides_of_the_switch(world, robots):
@@ -144,11 +144,11 @@ def test_threads_share_a_swarm_where_that_is_faster(robots, runs, threads, team)
 
 
 def test_a_swarm_tells_of_its_robots_in_the_order_of_their_numbers():
-    scenario = scenario_of("paper", POOLED + 1, 20)
+    scenario = scenario_of("paper", 1025, 20)
     swarm, robot = Swarm(scenario, seed=3), Swarm(scenario, seed=3)
     swarm.advance(1)
     start = swarm.positions
-    assert start.shape == (POOLED + 1, 2)
+    assert start.shape == (1025, 2)
     for _ in range(12):  # past the next sort
         robot.advance(1)
     swarm.advance(11)
@@ -164,22 +164,21 @@ def test_a_swarm_tells_of_its_robots_in_the_order_of_their_numbers():
 def test_a_run_without_room_for_its_inboxes_is_played_again(robots, monkeypatch):
     scenario = scenario_of("dense", robots, 60).replace({"decision.strategy": "dc", "radio.loss": 0.1})
     expected = digest(simulate_record(scenario, Runs(2, 3), curves=True))
-    lacked = []
+    lacked, enlarged = set(), State.enlarged
 
-    def enlarged(room, state):
-        lacked.append(Lack(state.clock[2]))
-        return enlarge(room, state)
+    def more(state):
+        lacked.add(state.struct.clock.full)
+        return enlarged(state)
 
-    enlarge = compiled.enlarged
-    monkeypatch.setattr(compiled, "first_room", lambda params: Room(8, 1))
-    monkeypatch.setattr(compiled, "enlarged", enlarged)
+    monkeypatch.setattr(Room, "first", lambda params: Room(8, 1))
+    monkeypatch.setattr(State, "enlarged", more)
     assert digest(simulate_record(scenario, Runs(2, 3), curves=True, threads=1)) == expected
-    assert set(lacked) == {Lack.SLOTS, Lack.TABLES}
+    assert lacked == {1, 2}  # slots, and tables
 
 
 def test_few_tables_suffice_for_a_large_swarm():
     params = lower(scenario_of("paper", 10_000, 10), 0).params
-    assert first_room(params).tables < 2000
+    assert Room.first(params).tables < 2000
 
 
 FAILING = """

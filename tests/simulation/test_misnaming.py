@@ -3,51 +3,17 @@
 from __future__ import annotations
 
 import pytest
-from test_equivalence import assert_equal
 
 from feasibee import Scenario, ScenarioError, reference
 from feasibee.results.statistics import wilson
 from feasibee.strategies import STRATEGIES
+from tests.equal import assert_equal
 
 NAMING = {
     name: {"decision.strategy": name, "robots.know_count": True}
     for name, strategy in STRATEGIES.items()
     if strategy.needs_names
 }
-WORLDS = {
-    "20 robots": {},
-    "40 robots": {"robots.count": 40, "tasks.count": 36},
-    "walls, misses and colluders": {
-        "arena.boundary": "walls",
-        "sensing.miss": 0.2,
-        "faults.byzantine": {"count": 2},
-        "faults.byzantine_says": "colluding",
-    },
-    "many tasks": {"tasks.count": 140, "radio.loss": 0.2},
-}
-SMALL = {"arena.side": 10.0, "run.steps": 60, "sensing.misname": 0.1}
-
-
-@pytest.mark.quick(2)
-@pytest.mark.parametrize(  # slow: worlds in which the reference takes seconds
-    "world",
-    [each if each == "20 robots" else pytest.param(each, marks=pytest.mark.slow) for each in WORLDS],
-)
-@pytest.mark.parametrize("name", NAMING)
-def test_engine_equals_reference_with_wrong_names(name, world):
-    runs = 2 if world == "20 robots" else 1
-    assert_equal(Scenario().replace({**SMALL, **WORLDS[world], **NAMING[name]}), 7, runs)
-
-
-CHANGING = {"tasks.lifetime": 30.0, "tasks.arrival_rate": 0.5, "robots.failure_rate": 0.01}
-UNIQUE = {"sensing.observation": "unique"}
-
-
-@pytest.mark.quick(3)
-@pytest.mark.parametrize("name", ["census", "quiet-census", "roster"])
-def test_engine_equals_reference_with_wrong_names_in_worlds_that_change_or_where_things_count_once(name):
-    changes = UNIQUE if "census" in name else CHANGING
-    assert_equal(Scenario().replace({**SMALL, **changes, **NAMING[name]}), 7, 2)
 
 
 def named(misname, steps=30):

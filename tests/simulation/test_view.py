@@ -4,42 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_equivalence import assert_equal
 
 from feasibee import Scenario, ScenarioError, Swarm, simulate
 from feasibee.strategies import STRATEGIES
 
 BLIND_RADIO = {"radio.range": 1e-3, "decision.strategy": "census"}
-BODIES = {"robots.avoid_collisions": True, "robots.contact": "deflect", "robots.diameter": 0.9}
-WALLED = {"arena.boundary": "walls", "place.walls": [[[4.0, 1.0], [4.5, 1.0], [4.5, 6.0], [4.0, 6.0]]]}
-WORLDS = {
-    "on a torus": {},
-    "tasks found by cells": {"tasks.count": 140},
-    "a torus whose sides differ": {"arena.side": [8.0, 5.0], "sensing.count_self": True},
-    "bodies that deflect": {**BODIES, "robots.count": 40},
-    "a place": {**WALLED, "robots.diameter": 0.4, "sensing.miss": 0.1, "sensing.observation": "unique"},
-    "names and losses": {"decision.strategy": "census", "radio.loss": 0.2, "robots.count": 40},
-    "a world that changes": {"tasks.lifetime": 30.0, "tasks.arrival_rate": 0.5, "robots.arrival_rate": 0.05},
-    "a crowd in a place that deflects": {
-        **WALLED,
-        **BODIES,
-        "robots.diameter": 0.3,
-        "robots.count": 135,
-        "run.steps": 8,
-    },
-    "a crowd": {"robots.count": 135, "decision.strategy": "dc", "run.steps": 15},
-}
 
 
 def in_world(changes):
     base = {"arena.side": 8.0, "run.steps": 30, "sensing.view": 100.0}
     return Scenario().replace({**base, **changes})
-
-
-@pytest.mark.quick(3)
-@pytest.mark.parametrize("world", WORLDS)
-def test_engine_equals_reference_where_robots_see_what_is_ahead(world):
-    assert_equal(in_world(WORLDS[world]), 7)
 
 
 @pytest.mark.parametrize("robots", [20, 140])

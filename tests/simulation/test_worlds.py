@@ -1,6 +1,6 @@
 """Beyond the paper (model.md 6): cases by hand and laws; statistical ones at alpha of 1e-7 (Z = 5.3) or less.
 
-The reference's robots are looked into; the engine equals the reference bit for bit (test_equivalence).
+The reference's robots are looked into; the engine equals the reference bit for bit (test_conformance).
 """
 
 from __future__ import annotations
@@ -9,12 +9,12 @@ import math
 
 import numpy as np
 import pytest
-from test_equivalence import assert_equal
 
 from feasibee import Scenario, ScenarioError, Swarm, reference
 from feasibee.robot.controller import Message
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from tests.equal import assert_equal
 
 Z = 5.3
 

@@ -30,15 +30,16 @@ FLAGS: Final = (
     *("-fvisibility=hidden", "-fPIC"),
 )
 """No contraction and no fast mathematics: each operation rounds as in Python."""
-SMALL: Final = ("-Os", "-DSMALL", "-fno-vectorize", "-fno-slp-vectorize", "-mllvm", "-disable-lsr")
+SCALAR: Final = ("-fno-vectorize", "-fno-slp-vectorize")
+SMALL: Final = ("-Os", "-DSMALL", *SCALAR, "-mllvm", "-disable-lsr")
 SMALLEST: Final = (*SMALL, "-mllvm", "-inline-threshold=0", "-Xclang", "-Oz")
 """In addition for a module that pages load; knowledge would take thrice as long by the second."""
 FOR_PAGES: Final = {
-    "few": (),
+    "few": SCALAR,
     "strategies": SMALL,
     "own": (*SMALL, "-w", "-Dfeasibee_rules=feasibee_own_rules"),
 }
-"""Options of some sources of that module: few.c plays the paper's swarms, and has all speed."""
+"""Options of some sources of that module: few.c plays the paper's swarms, at full speed."""
 NATIVE: Final = ("crowd", "level")
 """Sources that it leaves out: the general engine plays larger swarms, and any processor can run it."""
 

@@ -31,12 +31,15 @@ from feasibee.robot.language import (
 )
 from feasibee.robot.translate import Body, Translation
 
+OWN: Final = ENGINE._replace(inlined="static inline")
+"""The engine's structs; not all is inlined, since a user waits for the compiler."""
+
 
 @dataclass
 class CheckedTranslation(Translation):
     """A user's functions in C, with Python's checks."""
 
-    target: Target = ENGINE._replace(inlined="static inline")  # a user waits for the compiler
+    target: Target = OWN
 
     @property
     def body(self) -> type[Body]:
@@ -148,6 +151,20 @@ class Checked(Operations):
         self.block(statement.body, depth + 1)
         self.put(depth, "}")
 
+    def _while(self, statement: ast.While, depth: int) -> None:
+        self._no_else(statement)
+        passes = self._passes(depth)
+        self.put(depth, f"while ({self.truth(statement.test)}) {{")
+        self.put(depth + 1, f"feasibee_pass({statement.lineno}, &{passes});")
+        self.block(statement.body, depth + 1)
+        self.put(depth, "}")
+
+    def _passes(self, depth: int) -> str:
+        """Begin to count the passes of a loop."""
+        name = self.new()
+        self.put(depth, f"int64_t {name} = 0;")
+        return name
+
     def _count_up(self, statement: ast.For, limits: list[ast.expr], depth: int) -> None:
         if not isinstance(statement.target, ast.Name) or not 1 <= len(limits) <= 3:
             self.fail(statement, f"{ast.unparse(statement.target)} in a range", "use one name")
@@ -155,10 +172,11 @@ class Checked(Operations):
         first = "0" if len(values) == 1 else values[0].text
         last = values[0].text if len(values) == 1 else values[1].text
         step = values[2].text if len(values) > 2 else "1"
-        counter, left = self.new(), self.new()
+        counter, left, passed = self.new(), self.new(), self._passes(depth)
         passes = f"feasibee_passes({statement.lineno}, {first}, {last}, {step})"
         self.put(depth, f"int64_t {counter} = {first};")
         self.put(depth, f"for (uint64_t {left} = {passes}; {left} > 0; {left}--) {{")
+        self.put(depth + 1, f"feasibee_pass({statement.lineno}, &{passed});")
         self.assign(statement.target, Value(counter, INT), depth + 1)
         self.put(depth + 1, f"{counter} = feasibee_next({counter}, {step});")
         self.block(statement.body, depth + 1)

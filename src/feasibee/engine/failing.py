@@ -41,8 +41,11 @@ class Failing(IntEnum):
     NO_RESULT = 29
     ASSERTION = 30
     RATIO = 31
+    ENDLESS = 32
 
 
+PASSES: Final = 2**30
+"""Most passes of one loop: about a second."""
 OF_MATH: Final[Mapping[str, int]] = {
     **dict.fromkeys(("acos", "acosh", "asin", "asinh", "atan", "atanh", "cbrt", "cos", "cosh"), 1),
     **dict.fromkeys(("degrees", "erf", "erfc", "exp", "exp2", "expm1", "fabs", "log", "log10", "log1p"), 1),
@@ -58,7 +61,7 @@ RESULT: Final = 300
 
 def enumeration() -> str:
     """Return the failures as an enumeration in C."""
-    named = {each.name: each.value for each in Failing}
+    named = {each.name: each.value for each in Failing} | {"PASSES": PASSES}
     for number, name in enumerate(OF_MATH):
         named |= {f"DOMAIN_{name}": DOMAIN + number, f"RANGE_{name}": RANGE + number}
     lines = [f"    {name} = {value}," for name, value in named.items()]

@@ -120,13 +120,8 @@ def own_strategy(file: str, source: str, *, pages: bool = False) -> str:
     """
     names, translation = Text(file, source), CheckedTranslation()
     translation.texts[file] = "own", source
+    table, checks = _own_functions(file, names, translation, SIZES if pages else ())
     knows = "merge" in names
-    wanted = (*RULES, *KNOWLEDGE, *(SIZES if pages else ())) if knows else RULES
-    found = {each: _own(each, names, translation) for each in wanted if each in names or each in ALWAYS}
-    lines = {each: names[each].tree.lineno for each in found if each in names}
-    checks = [_checked(file, each, found[each], line) for each, line in lines.items()]
-    checked = {each for each in lines if each in _DECLARED}
-    table = {each: f"{each}_of_rules" if each in checked else found[each].name for each in found}
     repeats = knows and "encode" not in names and is_steady(names["bits"])
     return "\n".join(
         [
@@ -146,6 +141,22 @@ def own_strategy(file: str, source: str, *, pages: bool = False) -> str:
             "",
         ]
     )
+
+
+def _own_functions(
+    file: str, names: Text, translation: CheckedTranslation, more: tuple[str, ...]
+) -> tuple[dict[str, str], list[str]]:
+    """Translate a user's functions, ``more`` of those for knowledge, and what the file lacks of the contract.
+
+    Return their names in C by those of the contract, and the functions that check what they return.
+    """
+    wanted = (*RULES, *KNOWLEDGE, *more) if "merge" in names else RULES
+    found = {each: _own(each, names, translation) for each in wanted if each in names or each in ALWAYS}
+    lines = {each: names[each].tree.lineno for each in found if each in names}
+    checks = [_checked(file, each, found[each], line) for each, line in lines.items()]
+    checked = {each for each in lines if each in _DECLARED}
+    table = {each: f"{each}_of_rules" if each in checked else found[each].name for each in found}
+    return table, checks
 
 
 def _own(name: str, names: Text, translation: CheckedTranslation) -> Signature:

@@ -7,7 +7,6 @@ checks. A check that fails ends the run, and `explained` says where and why.
 from __future__ import annotations
 
 import sys
-import tempfile
 from collections.abc import Mapping
 from functools import cache
 from hashlib import sha256
@@ -17,11 +16,11 @@ from typing import Any, Final, NamedTuple
 
 from feasibee.engine.build import build, compile_library, digest
 from feasibee.engine.compilers import zig
-from feasibee.engine.failing import DOMAIN, OF_MATH, RANGE, RESULT, Failing
+from feasibee.engine.failing import DOMAIN, OF_MATH, PASSES, RANGE, RESULT, Failing
 from feasibee.engine.generate import RETURNING, built_in_strategies, own_strategy
 from feasibee.engine.platforms import LIBRARIES, WEBASSEMBLY
 from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.files.cache import cache_root, own_folder, read_library, write_library
+from feasibee.files.cache import cache_root, own_folder, read_library, scratch_folder, write_library
 from feasibee.robot.compiler import run_compiler
 from feasibee.strategies.contract import MUST, Manifest
 
@@ -101,7 +100,7 @@ def _key(text: str) -> str:
 
 def _made(text: str, folder: Path, key: str) -> Path:
     """Compile a library into the cache; return it."""
-    with tempfile.TemporaryDirectory(prefix=".", dir=folder) as own:
+    with scratch_folder(folder) as own:
         source, made = Path(own, "own.c"), Path(own, f"own{SUFFIX}")
         source.write_text(text, encoding="utf-8")
         run_compiler(*FLAGS, f"-I{HEADERS}", str(source), "-o", str(made), "-lm")
@@ -125,7 +124,7 @@ def module(strategy: Manifest) -> bytes:
     folder, key = own_folder(own_folder(cache_root()) / FOLDER), _key(text + digest())
     found = read_library(folder, key)
     if found is None:
-        with tempfile.TemporaryDirectory(prefix=".", dir=folder) as own:
+        with scratch_folder(folder) as own:
             out = Path(own, whole.name)
             out.with_name("own.c").write_text(text, encoding="utf-8")
             out.with_name("strategies.c").write_text(built_in_strategies(), encoding="utf-8")
@@ -209,13 +208,15 @@ def explained(strategy: Manifest, failure: Failure) -> str:
         name = RETURNING[failure.what - RESULT]
         does = "count writes {} into counts" if name == "count" else f"{name} returns {{}}"
         return f"{where}: {does.format(_shown(failure.first))}; {MUST[name]}"
+    if failure.what == Failing.ENDLESS:
+        return f"{where}: a loop has passed {PASSES:,} times; end it sooner"
     kind, what, remedy = _reason(failure)
     return f"{where}: fails: {kind}: {what}; {remedy}"
 
 
 def kind_of(failure: Failure) -> str:
-    """Return the name of the error that Python raises there; empty for a result that breaks its rule."""
-    return "" if failure.what >= RESULT else _reason(failure)[0]
+    """Return the name of the error that Python raises there; empty if it raises none."""
+    return "" if failure.what >= RESULT or failure.what == Failing.ENDLESS else _reason(failure)[0]
 
 
 def _reason(failure: Failure) -> tuple[str, str, str]:

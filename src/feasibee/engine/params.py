@@ -150,7 +150,7 @@ class TaskParams(NamedTuple):
     placement: PlacementParams
     grid: Grid
     lists: ListParams
-    numbered: bool  # whether few robots look through all tasks by number (general engine)
+    numbered: bool  # whether few robots look through all tasks by number (general path)
 
 
 class WalkParams(NamedTuple):

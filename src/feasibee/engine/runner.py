@@ -9,8 +9,8 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
-from feasibee.engine.native import player_of
 from feasibee.engine.params import Params
+from feasibee.engine.players import player_of
 from feasibee.engine.tables import Control, Lowered
 from feasibee.model.record import Record
 

@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.engine.library import library, pointer
+from feasibee.engine.given import KINDS, Given
 from feasibee.engine.params import Params
-from feasibee.engine.tables import Tables
-
-if TYPE_CHECKING:
-    from feasibee.engine.native import Given
 
 LINE: Final = 64
 """Bytes to a multiple of which the memory of a swarm begins."""
@@ -50,7 +46,7 @@ class State:
     """
 
     def __init__(self, given: Given, room: Room, threads: int = 1) -> None:
-        self._ffi, self._engine = library()
+        self._ffi, self._engine = given.ffi, given.engine
         self._given, self.room, self._params = given, room, given.params
         self.struct = _struct_of(given, threads)
         self.block = _aligned(self._lay_out(self._ffi.NULL))
@@ -102,7 +98,7 @@ class State:
         return self._rows("tasks", "enum point", self._params.tasks.count)
 
     def array(self, name: str, *shape: int) -> NDArray[Any]:
-        """Return an array of ``struct state`` of a shape; its last axis is empty if there is none."""
+        """Return an array of ``struct state``; the last axis of one that the world doesn't need is empty."""
         return self._view(getattr(self.struct, name), *shape)
 
     def known(self) -> NDArray[np.int32]:
@@ -115,7 +111,7 @@ class State:
         return {names[k]: self._view(each, *shape) for k, each in enumerate(found)}
 
     def _view(self, found: Any, *shape: int) -> NDArray[Any]:
-        kind = _KINDS[self._ffi.typeof(found).item.cname]
+        kind = KINDS[self._ffi.typeof(found).item.cname]
         if not found:
             return np.zeros((*shape[:-1], 0), kind)
         start = int(self._ffi.cast("uintptr_t", found)) - self.block.ctypes.data
@@ -125,26 +121,14 @@ class State:
 
 def size_of(given: Given, room: Room) -> int:
     """Return how many bytes a swarm takes that one thread simulates."""
-    ffi, engine = library()
-    return int(engine.feasibee_lay_out(_struct_of(given, 1), room, ffi.NULL))
+    return int(given.engine.feasibee_lay_out(_struct_of(given, 1), room, given.ffi.NULL))
 
 
 def _struct_of(given: Given, threads: int) -> Any:
     """Return a ``struct state`` without its arrays."""
     params, rules, setting, memory = given.job
     numbers = {"params": params, "rules": rules, "setting": setting, "tables": given.tables}
-    ffi, _ = library()
-    return ffi.new("struct state *", numbers | {"memory_length": memory, "threads": threads})
-
-
-_KINDS: Final = {
-    "int32_t": np.int32,
-    "uint32_t": np.uint32,
-    "int64_t": np.int64,
-    "uint8_t": np.uint8,
-    "uint64_t": np.uint64,
-    "double": np.float64,
-}
+    return given.ffi.new("struct state *", numbers | {"memory_length": memory, "threads": threads})
 
 
 def _aligned(size: int) -> NDArray[np.uint8]:
@@ -152,21 +136,3 @@ def _aligned(size: int) -> NDArray[np.uint8]:
     room = np.zeros(size + LINE, np.uint8)
     start = -room.ctypes.data % LINE
     return room[start : start + size]
-
-
-def tables_of(ffi: Any, tables: Tables) -> Any:
-    """Return a ``struct tables``; the arrays must live as long as it is used."""
-    ground = tables.ground
-    kinds = {np.dtype(kind): name for name, kind in _KINDS.items()}
-    names = [each for each in ground._fields if each != "sketch"]
-    arrays = {name: getattr(ground, name) for name in names}
-    of_ground = {name: pointer(each, kinds[each.dtype]) for name, each in arrays.items()}
-    own = ("class_of", "adds", "points", "ranks", "able", "events")
-    of_tables = {name: pointer(getattr(tables, name), kinds[getattr(tables, name).dtype]) for name in own}
-    sizes = {
-        "skill_sets": tables.adds.shape[0],
-        "classes": tables.adds.shape[1],
-        "task_classes": tables.able.shape[1],
-        "event_count": tables.events.shape[0],
-    }
-    return of_tables | sizes | {"ground": of_ground}

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from feasibee.engine.params import Params
+from feasibee.errors import FeasibeeError
 from feasibee.model.record import Record
 from feasibee.strategies.contract import Setting, Strategy
 
@@ -83,6 +84,10 @@ class Control:
 
 Player = Callable[[Record, Control], None]
 """What plays a chunk of runs, and fills in its part of the record."""
+
+
+class EndlessLoopError(FeasibeeError):
+    """A function of a strategy doesn't end: Python must not call it again."""
 
 
 class RunError(Exception):

@@ -15,8 +15,6 @@ from typing import Final
 from feasibee.errors import FeasibeeError
 from feasibee.files import named
 
-SEAL: Final = hashlib.sha256().digest_size
-"""Length in bytes of the SHA-256 checksum at the start of a sealed file."""
 ROOT: Final = 0
 """User number of root, whose files are trusted as the user's own: root may change those, too."""
 SETTING: Final = "FEASIBEE_CACHE"
@@ -29,108 +27,53 @@ def cache_root() -> Path:
     return Path(os.environ.get(SETTING) or platformdirs.user_cache_dir("feasibee", appauthor=False))
 
 
-def own_folder(path: Path, mode: int = 0o700, setting: str = SETTING) -> Path:
-    """Create a folder unless it exists; return its path with symbolic links resolved.
+def own_folder(path: Path) -> Path:
+    """Create a private folder unless it exists; return its path with symbolic links resolved.
 
-    Parameters
-    ----------
-    path : Path
-        Where it is.
-    mode : int
-        Its access rights if it is created; by default it is private.
-    setting : str
-        Name of the setting or option that an error names.
-
-    Raises
-    ------
-    FeasibeeError
-        If the folder can't be created, belongs to another user than this one and root, or can be written by
-        others.
+    Raise a FeasibeeError if it can't be created, belongs to another user than this one and root, or can be
+    written by others.
     """
     folder = Path(os.path.realpath(path))  # the link's target, also if the link changes later
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        if not folder.is_dir():
-            folder.mkdir(mode=0o700, exist_ok=True)
-            folder.chmod(mode)
-        _check_owner(folder, folder.stat(), setting)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        _check_owner(folder, folder.stat())
     except OSError as error:
-        raise _cant_be_written(folder, error, setting) from None
+        raise _cant_be_written(folder, error) from None
     return folder
-
-
-@cache
-def check_cache() -> None:
-    """Raise an error if the cache can't be written; check once per process, before anything is compiled."""
-    root = own_folder(cache_root())
-    try:
-        with tempfile.TemporaryFile(dir=root):
-            pass
-    except OSError as error:
-        raise _cant_be_written(root, error) from None
-
-
-def read_sealed(path: Path) -> bytes | None:
-    """Return the bytes that `write_sealed` wrote; None if the file is missing or damaged.
-
-    Damage is reported on standard error, once per folder. Raise a FeasibeeError if the file can't be read, or
-    another user may have written it.
-    """
-    try:
-        with path.open("rb") as file:
-            _check_owner(path, os.fstat(file.fileno()))  # of the open file, not of the path
-            seal, data = file.read(SEAL), file.read()
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise FeasibeeError(f"{named(path)}: can't be read: {error.strerror}; delete the file") from None
-    if hashlib.sha256(data).digest() == seal:
-        return data
-    _say_damaged(path.parent)
-    return None
-
-
-def write_sealed(path: Path, data: bytes, mode: int = 0o600, setting: str = SETTING) -> None:
-    """Write a file with its checksum; concurrent readers get the complete old or the complete new content."""
-    _write(path, hashlib.sha256(data).digest() + data, mode, setting)
 
 
 def read_library(folder: Path, key: str) -> Path | None:
     """Return the library that `write_library` wrote; None if it is missing or damaged.
 
-    The system loads it, so its checksum is its name, which a sealed file holds. Raise a FeasibeeError if
-    another user may have written either.
+    The system loads it, so its checksum is in its name. Damage is reported on standard error, once per
+    folder. Raise a FeasibeeError if another user may have written it.
     """
-    name = read_sealed(folder / f"{key}.name")
-    if name is None:
-        return None
-    path = folder / name.decode()
-    try:
-        with path.open("rb") as file:
-            _check_owner(path, os.fstat(file.fileno()))
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-    except OSError:
-        return None
-    return path if digest == path.stem else None
+    for path in sorted(folder.glob(f"{key}.*")):
+        try:
+            with path.open("rb") as file:
+                _check_owner(path, os.fstat(file.fileno()))  # of the open file, not of the path
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError as error:
+            raise FeasibeeError(f"{named(path)}: can't be read: {error.strerror}; delete the file") from None
+        if path.name.split(".")[1] == digest:
+            return path
+        _say_damaged(folder)
+    return None
 
 
-def write_library(folder: Path, key: str, made: Path, mode: int = 0o600, setting: str = SETTING) -> Path:
-    """Copy a library that was made into the cache, under a key; return where it is."""
+def write_library(folder: Path, key: str, made: Path) -> Path:
+    """Copy a library that was made into the cache, under a key; return where it is.
+
+    Concurrent readers get the complete old or the complete new content.
+    """
     data = made.read_bytes()
-    path = folder / f"{hashlib.sha256(data).hexdigest()}{made.suffix}"
-    _write(path, data, mode, setting)
-    write_sealed(folder / f"{key}.name", path.name.encode(), mode, setting)
-    return path
-
-
-def _write(path: Path, data: bytes, mode: int, setting: str) -> None:
-    """Write a file at once."""
+    path = folder / f"{key}.{hashlib.sha256(data).hexdigest()}{made.suffix}"
     try:
-        handle, temporary = tempfile.mkstemp(prefix=".", dir=path.parent)
+        handle, temporary = tempfile.mkstemp(prefix=".", dir=folder)
         try:
             with os.fdopen(handle, "wb") as file:
                 file.write(data)
-            Path(temporary).chmod(mode)
             # Windows can't replace a file while another process reads it. That file has the same content, or
             # is damaged and will be detected again.
             with suppress(PermissionError) if os.name == "nt" else nullcontext():
@@ -138,10 +81,19 @@ def _write(path: Path, data: bytes, mode: int, setting: str) -> None:
         finally:
             Path(temporary).unlink(missing_ok=True)
     except OSError as error:
-        raise _cant_be_written(path.parent, error, setting) from None
+        raise _cant_be_written(folder, error) from None
+    return path
 
 
-def _check_owner(path: Path, found: os.stat_result, setting: str = SETTING) -> None:
+def scratch_folder(folder: Path) -> tempfile.TemporaryDirectory[str]:
+    """Return a folder for a while, within a folder of the cache."""
+    try:
+        return tempfile.TemporaryDirectory(prefix=".", dir=folder)
+    except OSError as error:
+        raise _cant_be_written(folder, error) from None
+
+
+def _check_owner(path: Path, found: os.stat_result) -> None:
     """Raise an error if another user than this one and root may have written a file or folder."""
     if not hasattr(os, "geteuid"):
         return  # Windows: these bits don't describe access rights
@@ -152,20 +104,18 @@ def _check_owner(path: Path, found: os.stat_result, setting: str = SETTING) -> N
         why, remedy = "can be written by others", "run chmod go-w"
     if why:
         raise FeasibeeError(
-            f"{setting} = {named(path)}: {why}, and feasibee would run compiled code from it; "
-            f"{remedy} on it, or name a folder of your own, such as {setting}=~/feasibee-cache"
+            f"{SETTING} = {named(path)}: {why}, and feasibee would run compiled code from it; "
+            f"{remedy} on it, or name a folder of your own, such as {SETTING}=~/feasibee-cache"
         )
 
 
-def _cant_be_written(folder: Path, error: OSError, setting: str = SETTING) -> FeasibeeError:
+def _cant_be_written(folder: Path, error: OSError) -> FeasibeeError:
     why = f"can't be written: {error.strerror}"
-    remedy = "name a folder that you may write to"
-    if setting == SETTING:
-        remedy += ", or one that feasibee compile --out filled on such a machine, with these versions"
-    return FeasibeeError(f"{setting} = {named(folder)}: {why}; {remedy}")
+    remedy = "name a folder that you may write to, or copy one that has this code from such a machine"
+    return FeasibeeError(f"{SETTING} = {named(folder)}: {why}; {remedy}")
 
 
 @cache
 def _say_damaged(folder: Path) -> None:
-    text = f"feasibee: {folder}: compiled code is damaged; compiling it again, up to 20 s ..."
+    text = f"feasibee: {folder}: compiled code is damaged; compiling it again ..."
     print(text, file=sys.stderr, flush=True)

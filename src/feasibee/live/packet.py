@@ -9,8 +9,8 @@ from typing import Any, Final
 
 import numpy as np
 
+from feasibee.engine.given import Given, struct_of
 from feasibee.engine.library import ffi
-from feasibee.engine.native import Given, struct_of
 from feasibee.engine.own import module
 from feasibee.engine.params import packed
 from feasibee.engine.state import Room, size_of

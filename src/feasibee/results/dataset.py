@@ -24,7 +24,7 @@ from feasibee.results.reading import reading
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 
-LIBRARIES = ("numpy", "numba", "llvmlite", "xarray", "matplotlib")
+LIBRARIES = ("numpy", "xarray", "matplotlib")
 DIGEST = "digest"
 """Name of the attribute with the digest of a saved file."""
 SAVED = "name a file that feasibee saved"

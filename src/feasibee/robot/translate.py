@@ -159,7 +159,10 @@ class Body(Expressions):
         said = (ast.get_docstring(self.tree) or "").split("\n")[0].replace("*/", "* /")
         lines = [f"/* {said} */"] if said else []
         result = text_of(signature.result)
-        lines += [f"{self.translation.target.inlined} {result} {signature.name}({', '.join(written) or 'void'})", "{"]
+        lines += [
+            f"{self.translation.target.inlined} {result} {signature.name}({', '.join(written) or 'void'})",
+            "{",
+        ]
         if signature.needs.floating and not signature.needs.position:
             lines += ["#ifndef FEASIBEE_DOUBLE", *(f"    (void){c_name(each)};" for each in parameters)]
             lines += ["    FEASIBEE_STOP();"]

@@ -1,6 +1,7 @@
 """Which fields of a scenario each backend supports: of any other field it takes the default only.
 
-The general engine and the reference take every field; so does a field of processes, but for batteries.
+The engine's general path and the reference take every field; so does a field of processes, but for
+batteries.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ COMMON: Final = frozenset(
 )
 """Fields that every backend supports."""
 FAST_PATH: Final = COMMON | {"robots.know_count", "units.metres", "units.seconds"}
-"""Fields that the fast path of the engine implements; the general engine simulates any other scenario."""
+"""Fields that the fast path of the engine implements; the general path simulates any other scenario."""
 TOGETHER: Final = 128
 """Robots of the largest swarm that the engine plays with sets of robots in sight."""
 THEORY: Final = (COMMON - {"decision.dissemination_floor"}) | {
@@ -46,7 +47,7 @@ FAST_PATH_LIMITS: Final[Mapping[str, Callable[[Scenario], bool]]] = {
 
 
 def takes_fast_path(scenario: Scenario) -> bool:
-    """Return whether the fast path simulates a scenario; if not, the general engine does."""
+    """Return whether the fast path simulates a scenario; if not, the general path does."""
     if scenario.dynamic or any(unsupported(scenario, FAST_PATH)):
         return False
     return all(holds(scenario) for holds in FAST_PATH_LIMITS.values())

@@ -102,7 +102,7 @@ def tried(manifest: Manifest) -> Strategy:
 
 
 def _executed(manifest: Manifest, file: str) -> ModuleType:
-    """Run the text as a module, which is named after the text: two texts never share compiled code."""
+    """Run the text as a module, which is named after the text."""
     digest = sha256(manifest.source.encode()).hexdigest()[:16]
     module = ModuleType(f"feasibee_strategy_{digest}")
     module.__file__ = manifest.name
@@ -140,9 +140,7 @@ def _checked(function: Any, name: str, file: str) -> Callable[..., Any]:
             raise FeasibeeError(f"{file}, line {line}: {_call(name, arguments)} returns {shown}; {rule}")
         if name == "count" and not all(is_whole(each, COUNT_LIMIT) for each in arguments[1]):
             line, written = function.__code__.co_firstlineno, repr(list(arguments[1]))[:SHOWN]
-            raise FeasibeeError(
-                f"{file}, line {line}: count writes {written} into counts; {MUST['count']}"
-            )
+            raise FeasibeeError(f"{file}, line {line}: count writes {written} into counts; {MUST['count']}")
         return result
 
     return call

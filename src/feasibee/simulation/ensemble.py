@@ -138,27 +138,22 @@ def check_size(scenario: Scenario, runs: Runs, curves: bool) -> None:
 def failure_of(scenario: Scenario, run: Runs, error: Exception) -> Exception:
     """Return the error to raise when a strategy failed in one run.
 
-    The reference simulates the run again, if that takes seconds, and names line, arguments and value. The
-    engine in C has told line and values; the general engine knows only the error.
+    The engine has told line and values. The reference simulates the run again, if that takes seconds, and
+    names the arguments too.
     """
-    strategy = scenario.strategy
-    if not strategy.source:
-        return error
+    from feasibee.engine.tables import EndlessLoopError
+
     which = f"in run {run.first} of seed {run.seed}"
     robots, things = scenario.robots.count, scenario.robots.count + scenario.tasks.count
-    if robots * things * scenario.run.steps <= REPLAY_LIMIT:
+    quick = robots * things * scenario.run.steps <= REPLAY_LIMIT
+    if quick and not isinstance(error, EndlessLoopError):
         from feasibee import reference
 
         try:
             reference.simulate(scenario, run)
         except FeasibeeError as explained:
             return FeasibeeError(f"{explained} ({which})")
-    if isinstance(error, FeasibeeError):
-        return FeasibeeError(f"{error} ({which})")
-    return FeasibeeError(
-        f"{strategy.name}: fails {which}: {error}; to see the line, call "
-        f'simulate(scenario, 1, {run.seed}, first_run={run.first}, backend="reference")'
-    )
+    return FeasibeeError(f"{error} ({which})")
 
 
 def check_scenario(scenario: Scenario | None) -> Scenario:

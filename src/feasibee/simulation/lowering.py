@@ -34,9 +34,9 @@ NUMBERED = 128
 
 
 def lower(scenario: Scenario, seed: int, fast: bool | None = None) -> Lowered:
-    """Return a scenario and a seed as an engine takes them.
+    """Return a scenario and a seed as the engine takes them.
 
-    ``fast`` says whether that is the engine in C; by default it is where that has the scenario's world.
+    ``fast`` says whether the fast path plays them; by default it does where it has the scenario's world.
     """
     assert scenario.flooding is not None or not scenario.waits_for_names, "call flooded first"
     fast = takes_fast_path(scenario) if fast is None else fast

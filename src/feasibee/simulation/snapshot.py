@@ -187,4 +187,3 @@ class Saved(NamedTuple):
         """Overwrite the arrays of the same run by those of the step."""
         for array, old in zip(changing, self.arrays, strict=True):
             np.copyto(array, old)
-

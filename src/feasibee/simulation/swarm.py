@@ -70,7 +70,7 @@ class Swarm:
         self._which = Runs.single(seed, run)
         self.scenario = flooded(check_scenario(scenario))
         self._room = None if room is None else check_integer("room", room, 0, 2**63)
-        from feasibee.engine.native import Given
+        from feasibee.engine.given import Given
         from feasibee.engine.state import Room
         from feasibee.simulation import lowering
 

@@ -1,7 +1,7 @@
-"""Whole numbers of a user's strategy: an operation whose result leaves 64 bits is an error, never a wrap.
+"""A user's strategy in Python: whole numbers that leave 64 bits are errors, and loops that don't end, too.
 
-The text's operations become calls of `Checked` ones. Python computes them here, and the engine compiles them:
-see ``feasibee.engine.overflow``.
+The text's operations become calls of `Checked` ones, which Python computes, and its loops count their passes.
+The engine has its own checks, in ``checked.h``.
 """
 
 from __future__ import annotations
@@ -15,6 +15,17 @@ LEAVES: Final = "leaves 64 bits"
 """What an error says of a number."""
 MOST: Final = 2**63
 """Whole numbers are at least -MOST, and less than MOST."""
+
+
+PASSES: Final = 2**24
+"""Most passes of one loop: some seconds of Python."""
+
+
+def passed(passes: int) -> int:
+    """Count a pass of a loop."""
+    if passes == PASSES:
+        raise RuntimeError(f"a loop has passed {PASSES:,} times; end it sooner")
+    return passes + 1
 
 
 class Checked:
@@ -47,6 +58,7 @@ def _is_int(number: Any) -> bool:
 
 _PREFIX: Final = "__feasibee_"
 _PLACE: Final = f"{_PREFIX}place"
+_PASSED, _PASSES = f"{_PREFIX}passed", f"{_PREFIX}passes"
 OPERATIONS: Final[Mapping[type[ast.AST] | str, Checked]] = {
     ast.Add: Checked(operator.add, "{} + {}"),
     ast.Sub: Checked(operator.sub, "{} - {}"),
@@ -62,9 +74,9 @@ OPERATIONS: Final[Mapping[type[ast.AST] | str, Checked]] = {
 NAMES: Final = {
     f"{_PREFIX}{kind if isinstance(kind, str) else kind.__name__.lower()}": each
     for kind, each in OPERATIONS.items()
-}
+} | {_PASSED: passed}
 """What the text of a checked strategy needs in its module."""
-_NAME_OF: Final = {each: name for name, each in NAMES.items()}
+_NAME_OF: Final = {each: name for name, each in NAMES.items() if isinstance(each, Checked)}
 
 
 def checked(tree: ast.Module) -> ast.Module:
@@ -75,6 +87,26 @@ def checked(tree: ast.Module) -> ast.Module:
 
 class _Checking(ast.NodeTransformer):
     """Replace operations by calls, and compute those of constants at once, as Python's compiler does."""
+
+    loops = 0
+
+    def visit_While(self, node: ast.While) -> Any:
+        """Count the passes of a loop."""
+        return self._counted(node)
+
+    def visit_For(self, node: ast.For) -> Any:
+        """Count the passes of a loop."""
+        return self._counted(node)
+
+    def _counted(self, node: ast.While | ast.For) -> list[ast.stmt]:
+        self.generic_visit(node)
+        self.loops += 1
+        name = f"{_PASSES}{self.loops}"
+        begin, count = ast.parse(f"{name} = 0\n{name} = {_PASSED}({name})").body
+        for each in (*ast.walk(begin), *ast.walk(count)):
+            ast.copy_location(each, node)
+        node.body.insert(0, count)
+        return [begin, node]
 
     def visit_BinOp(self, node: ast.BinOp) -> Any:
         """Replace an operation on two numbers."""

@@ -60,7 +60,7 @@ class WorkerPool:
     workers : int
         Number of chunks computed at a time.
     is_local : bool
-        Whether the workers share this machine's cache of compiled code.
+        Whether the workers share this machine's cache.
     """
 
     make: Callable[[], Executor]

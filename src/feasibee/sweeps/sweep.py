@@ -16,7 +16,7 @@ from functools import partial
 from pathlib import Path
 from typing import NoReturn, Self
 
-from feasibee.engine.native import rules_of
+from feasibee.engine.given import rules_of
 from feasibee.errors import FeasibeeError
 from feasibee.files import make_folder
 from feasibee.model.record import Record

@@ -479,23 +479,26 @@ static void end_detour(struct state *s, int64_t i)
         s->robots[DETOUR][i] = 0;
 }
 
-/* At the end of a step, give robots their runs back, and let them choose targets. */
+/* Give robots their runs back, and end their detours. */
 static void end_acting(struct state *s)
 {
-    const int64_t now = s->clock->step + 1;
     for (int64_t w = 0; w < s->words; w++) {
         for (uint32_t left = s->sets[COURSED][w]; left; left = without_lowest(left)) {
             const int64_t i = lowest_member(w, left);
             s->robots[STEP_X][i] = s->robots[HEADING_X][i];
             s->robots[STEP_Y][i] = s->robots[HEADING_Y][i];
         }
-        for (uint32_t left = s->sets[WORKING][w]; left; left = without_lowest(left)) {
-            const int64_t i = lowest_member(w, left);
-            end_detour(s, i);
-            if (!has(s->sets[STANDING], i))
-                choose_target(s, i, now);
-        }
+        for (uint32_t left = s->sets[WORKING][w]; left; left = without_lowest(left))
+            end_detour(s, lowest_member(w, left));
     }
+}
+
+/* Let robots choose targets, once they have decided: a robot that declares may act at once (model.md 6.25.9). */
+static void choose_targets(struct state *s)
+{
+    for (int64_t w = 0; w < s->words; w++)
+        for (uint32_t left = s->sets[WORKING][w] & ~s->sets[STANDING][w]; left; left = without_lowest(left))
+            choose_target(s, lowest_member(w, left), s->clock->step + 1);
 }
 
 #endif

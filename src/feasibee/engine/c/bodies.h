@@ -208,9 +208,11 @@ ALWAYS void test_pairs(struct state *s, struct part *part, int64_t listed, bool 
         const i64 i = numbers_at(part->who + k), j = numbers_at(part->other + k) >> (mutual ? 0 : 1);
         const struct encounters e = encounters_of(s, i, j);
         const i64 meetings = meetings_of(s, &e, at_first, mutual);
-        if (any_of((u64)meetings))
-            for (int lane = 0; lane < PAIRS; lane++)
-                collect_pair(s, i[lane], j[lane], (int32_t)meetings[lane], at_first, mutual);
+        uint32_t left = signs((u32)(meetings != 0)) & 0x55555555; /* one bit of two */
+        for (; left; left = without_lowest(left)) {
+            const int lane = lowest(left) / 2;
+            collect_pair(s, i[lane], j[lane], (int32_t)meetings[lane], at_first, mutual);
+        }
     }
 }
 
@@ -430,6 +432,8 @@ static inline void move_few(struct state *s, struct part *part)
 static inline uint32_t find_blocked(struct state *s, struct part *part, int64_t w, uint32_t tried, bool at_first)
 {
     const struct robot *robots = &s->params->robots;
+    const struct lens lens = lens_of(s, &s->robot_cells, &robots->grid);
+    const uint64_t limit = robots->meet_limit;
     const uint32_t found = find_beyond_walls(s, tried, w);
     int64_t queued = 0;
     clear_met(s, w);
@@ -438,7 +442,7 @@ static inline uint32_t find_blocked(struct state *s, struct part *part, int64_t 
     uint32_t left = at_first && robots->deflects ? tried : tried & ~found; /* sides matter at first only */
     while (left) {
         const int64_t i = lowest_member(w, left);
-        queued = queue_near(s, part, &s->robot_cells, &robots->grid, i, robots->meet_limit, queued, (int32_t)i);
+        queued = queue_near(part, &lens, i, limit, queued, (int32_t)i);
         left = without_lowest(left);
         if (queued > QUEUE_ROOM || left == 0) {
             test_pairs(s, part, queued, at_first, false);

@@ -26,6 +26,13 @@ static _Noreturn __attribute__((noinline, cold)) void feasibee_failed(int32_t li
     __builtin_trap(); /* it never returns */
 }
 
+/* Count a pass of a loop: one that goes on for ever would keep the run from being stopped. */
+static inline void feasibee_pass(int32_t line, int64_t *passes)
+{
+    if (++*passes > PASSES)
+        feasibee_failed(line, ENDLESS, PASSES, 0);
+}
+
 /* --- Whole numbers: what leaves 64 bits is a failure, and division rounds down --- */
 
 static inline int64_t feasibee_plus(int32_t line, int64_t one, int64_t other)

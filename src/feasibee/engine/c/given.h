@@ -3,9 +3,8 @@
 #ifndef GIVEN_H
 #define GIVEN_H
 
-#include "sets.h"
+#include "queue.h"
 
-#define PENDING_ROOM 256             /* calls that wait, at most */
 #define UNSENT (-(INT64_C(1) << 62)) /* SENT_BITS of a robot whose message is no copy of what it once knew */
 
 ALWAYS struct known known_by(const struct state *s, int64_t i)

@@ -31,17 +31,14 @@ ALWAYS void defer(struct state *s, enum action action, int64_t i, int64_t number
         update_pending(s, action);
 }
 
-/* Let robot i wait for a call with each member of a word, whose lowest has number `first`. */
-ALWAYS void defer_members(struct state *s, enum action action, int64_t i, uint32_t members, int64_t first)
+/* Let robots of a word that are asked wait for a call with each member of their sets, whose first has a number. */
+static inline void defer_sets(struct state *s, enum action action, const uint32_t *sets, int64_t w, uint32_t asked,
+                              int64_t first)
 {
-    if (s->clock->pending >= PENDING_ROOM - WORD)
+    if (s->clock->pending >= PENDING_ROOM - PAIRS_OF_WORDS)
         update_pending(s, action);
-    int64_t place = s->clock->pending;
-    for (; members; members = without_lowest(members), place++) {
-        s->pending_who[place] = (int32_t)i;
-        s->pending_number[place] = (int32_t)(first + lowest(members));
-    }
-    s->clock->pending = place;
+    const int64_t place = s->clock->pending;
+    s->clock->pending += write_pairs(s->pending_who + place, s->pending_number + place, sets, w, asked, first);
 }
 
 /* Return the opinion in a Byzantine robot's message (model.md 6.6, 6.16). */

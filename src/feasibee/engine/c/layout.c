@@ -1,5 +1,6 @@
 /* Where the arrays of a swarm lie in its block of memory: see state.h. */
 
+#include "draws.h"
 #include "queue.h"
 #include "team.h"
 
@@ -53,6 +54,8 @@ static void lay_robots(struct state *s, struct block *block)
         s->links[row] = p->together ? take(block, s->words * s->padded, sizeof(uint32_t)) : NULL;
     s->seen = classes ? take(block, s->padded * s->tables.classes, sizeof *s->seen) : NULL;
     s->remembered = p->sensing.unique ? take(block, s->padded * s->remembered_words, sizeof *s->remembered) : NULL;
+    s->heading_pools = p->together ? take(block, s->padded, sizeof(struct heading_pool)) : NULL;
+    s->phase_pools = p->together ? take(block, s->padded, sizeof(struct phase_pool)) : NULL;
     s->quality = take(block, s->padded, sizeof *s->quality);
     s->memory = take(block, s->padded * s->memory_length, sizeof *s->memory);
 }
@@ -100,6 +103,7 @@ static void lay_tasks(struct state *s, struct block *block)
     s->told = acts ? take(block, (p->radio.delay + 1) * news, sizeof *s->told) : NULL;
     s->ways = ways ? take(block, (count + 2) * cells, sizeof *s->ways) : NULL;
     s->task_places = p->tasks.numbered ? take(block, count + WORD, sizeof *s->task_places) : NULL;
+    s->tasks_seen = p->tasks.numbered ? take(block, s->task_words * s->padded, sizeof *s->tasks_seen) : NULL;
     lay_cells(&s->task_cells, block, count, &p->tasks.grid);
     lay_cells(&s->robot_cells, block, p->together ? 0 : p->robots.count, &p->robots.grid);
     s->class_of = take(block, p->robots.count + count, sizeof *s->class_of);
@@ -108,7 +112,7 @@ static void lay_tasks(struct state *s, struct block *block)
 /* A queue has room for all that one robot may add, or in a small swarm for all pairs, which may meet. */
 static void lay_parts(struct state *s, struct block *block, struct room room)
 {
-    const int64_t pairs = s->params->together ? s->padded * s->padded / 2 : 0;
+    const int64_t pairs = s->params->together ? s->padded * s->padded / 2 + PAIRS_OF_WORDS : 0;
     const int64_t others = larger(s->params->robots.count, s->params->tasks.count);
     const int64_t queue = larger(QUEUE_ROOM + others + WORD, pairs + SPREAD);
     s->team = take(block, 1, sizeof(struct team));

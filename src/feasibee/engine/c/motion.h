@@ -12,10 +12,17 @@
 /* Return a length times the cosine of an eighth of a turn, rounded towards 0. */
 ALWAYS int64_t shortened(int64_t length) { return (length * COS_EIGHTH + ((length >> 63) & 0xFFFFFFFF)) >> 32; }
 
-/* Let robots take their next headings (model.md 2.1). */
-static inline void take_headings(struct state *s, const int32_t *who, int64_t count)
+ALWAYS void set_heading(struct state *s, int64_t i, int32_t x, int32_t y, int32_t lasts)
 {
-    const struct source from = source_of(s->params, s->clock->run, WALK);
+    s->robots[WALKS][i]++;
+    s->robots[STEP_X][i] = x;
+    s->robots[STEP_Y][i] = y;
+    s->robots[WALK_LEFT][i] = lasts;
+}
+
+/* Let robots take their next headings, drawn several at a time (model.md 2.1). */
+static inline void draw_and_take(struct state *s, struct source from, const int32_t *who, int64_t count)
+{
     const double reach = s->params->robots.reach, mean = s->params->walk.mean_run;
     for (int64_t first = 0; first < count; first += PAIRS) {
         const int64_t lanes = count - first < PAIRS ? count - first : PAIRS;
@@ -26,14 +33,30 @@ static inline void take_headings(struct state *s, const int32_t *who, int64_t co
         }
         const struct headings drawn = draw_headings(from, counter, robot, reach, mean);
         for (int64_t k = 0; k < lanes; k++) {
-            const int32_t i = who[first + k];
-            s->robots[WALKS][i]++;
-            s->robots[STEP_X][i] = (int32_t)drawn.x[k];
-            s->robots[STEP_Y][i] = (int32_t)drawn.y[k];
-            s->robots[WALK_LEFT][i] =
-                drawn.doubtful[k] ? duration((uint32_t)drawn.word[k], mean) : (int32_t)drawn.lasts[k];
+            const int32_t lasts = drawn.doubtful[k] ? duration((uint32_t)drawn.word[k], mean) : (int32_t)drawn.lasts[k];
+            set_heading(s, who[first + k], (int32_t)drawn.x[k], (int32_t)drawn.y[k], lasts);
         }
     }
+}
+
+/* Let a robot take its next heading from its pool. */
+ALWAYS void take_from_pool(struct state *s, struct source from, int64_t i)
+{
+    struct heading_pool *pool = (struct heading_pool *)s->heading_pools + i;
+    const uint32_t walks = (uint32_t)s->robots[WALKS][i], place = walks % POOL;
+    if (place == 0)
+        fill_headings(pool, from, (uint32_t)i, walks, s->params->robots.reach, s->params->walk.mean_run);
+    set_heading(s, i, pool->x[place], pool->y[place], pool->lasts[place]);
+}
+
+static inline void take_headings(struct state *s, const int32_t *who, int64_t count)
+{
+    const struct source from = source_of(s->params, s->clock->run, WALK);
+    if (!s->heading_pools)
+        draw_and_take(s, from, who, count);
+    else
+        for (int64_t k = 0; k < count; k++)
+            take_from_pool(s, from, who[k]);
 }
 
 /* Let each robot of a part whose straight run has ended take a heading. */

@@ -9,8 +9,8 @@
 
 #include "queue.h"
 
-#define GROUP (LANES < 8 ? 8 : LANES) /* points that are looked at together: most stretches have fewer */
-#define VECTORS (GROUP / LANES)
+#define GROUP 8 /* points of a stretch that are looked at together: most stretches have fewer */
+#define VECTORS (2 * GROUP / LANES) /* of two groups */
 
 /* Return a difference on a torus the short way round. */
 ALWAYS int64_t shortest(int64_t difference, int64_t side)
@@ -43,10 +43,16 @@ struct found {
     uint32_t one, other;
 };
 
-/* Return the place of a vector of both groups. */
-ALWAYS int64_t place_in(int64_t first, int64_t second, int k)
+/* Return a vector of the words of two groups. */
+ALWAYS u32 words_of(const int32_t *from, int64_t first, int64_t second, int k)
 {
-    return k < VECTORS ? first + k * LANES : second + (k - VECTORS) * LANES;
+#if defined AVX512
+    (void)k; /* one vector has both */
+    return halves_at(from + first, from + second);
+#else
+    const int at = k * LANES;
+    return vector_at(from + (at < GROUP ? first + at : second + at - GROUP));
+#endif
 }
 
 /* Return which of a vector of points are closer than a limit, by squared distances of each second one. */
@@ -60,10 +66,10 @@ ALWAYS struct found find_in(const struct arena *arena, const int32_t *xs, const 
                             int64_t second, int32_t x, int32_t y, uint64_t one, uint64_t other, const bool wraps)
 {
     struct found found = {0, 0};
-    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
-        const int64_t at = place_in(first, second, k);
-        const u64 way_x = (u64)ways(vector_at(xs + at), spread((uint32_t)x), (uint32_t)arena->width, wraps);
-        const u64 way_y = (u64)ways(vector_at(ys + at), spread((uint32_t)y), (uint32_t)arena->height, wraps);
+    UNROLL for (int k = 0; k < VECTORS; k++) {
+        const u32 there_x = words_of(xs, first, second, k), there_y = words_of(ys, first, second, k);
+        const u64 way_x = (u64)ways(there_x, spread((uint32_t)x), (uint32_t)arena->width, wraps);
+        const u64 way_y = (u64)ways(there_y, spread((uint32_t)y), (uint32_t)arena->height, wraps);
         const u64 even = product(way_x, way_x) + product(way_y, way_y);
         const u64 odd = product(way_x >> 32, way_x >> 32) + product(way_y >> 32, way_y >> 32);
         found.one |= closer(even, odd, one) << k * LANES;
@@ -89,6 +95,20 @@ static inline uint32_t near_word(const struct params *p, const int32_t *xs, cons
     UNROLL for (int k = 0; k < WORD; k += 2 * GROUP)
         close |= find_within(&p->arena, points, first + k, first + k + GROUP, x, y, limit, limit).one << k;
     return close & first_bits((int)(last - first));
+}
+
+/* Return which points of a word are less than a length away along each axis. */
+static inline uint32_t beside_word(const struct arena *arena, const int32_t *xs, const int32_t *ys, int64_t first,
+                                   int32_t x, int32_t y, uint32_t length)
+{
+    uint32_t beside = 0;
+    UNROLL for (int k = 0; k < WORD; k += LANES) {
+        const u32 there_x = vector_at(xs + first + k), there_y = vector_at(ys + first + k);
+        const u32 way_x = ways(there_x, spread((uint32_t)x), (uint32_t)arena->width, arena->wraps);
+        const u32 way_y = ways(there_y, spread((uint32_t)y), (uint32_t)arena->height, arena->wraps);
+        beside |= (below(way_x, spread(length)) & below(way_y, spread(length))) << k;
+    }
+    return beside;
 }
 
 /* --- Cells --- */
@@ -174,7 +194,7 @@ ALWAYS struct stretches block_at(const struct grid_cells *cells, const struct gr
     return (struct stretches){one[0], one[2], other[0], other[grid->rows > 1 ? 2 : 0]};
 }
 
-/* Two groups of points: so many as fit in a word. */
+/* Two groups of points. */
 struct groups {
     int64_t first, second;
     uint32_t valid; /* those that belong to the block */
@@ -189,10 +209,11 @@ ALWAYS bool has_more(const struct stretches *left)
 ALWAYS struct groups take_groups(struct stretches *left)
 {
     const int64_t length = left->last - left->first, other = left->other_last - left->other_first;
-    struct groups taken = {left->first, left->other_first, first_bits((int)length) | first_bits((int)other) << GROUP};
-    if (LIKELY(length <= GROUP && other <= GROUP))
+    struct groups taken = {left->first, left->other_first, 0};
+    if (LIKELY(length <= GROUP && other <= GROUP)) {
+        taken.valid = (bit((int)length) - 1) | (bit((int)other) - 1) << GROUP;
         *left = (struct stretches){0, 0, 0, 0};
-    else if (length > 0) {
+    } else if (length > 0) {
         taken = (struct groups){left->first, left->first + GROUP, first_bits((int)length)};
         left->first += length < 2 * GROUP ? length : 2 * GROUP;
     } else {
@@ -204,32 +225,24 @@ ALWAYS struct groups take_groups(struct stretches *left)
 
 /* Queue a robot with the chosen points of two groups; return how many are queued.
  *
- * Without compression the first is queued without a branch, since most robots have none or one. */
+ * Without compression two are queued without a branch, since few robots have more. */
 ALWAYS int64_t queue_chosen(struct part *part, int64_t queued, int64_t i, const int32_t *numbers, struct groups of,
                             uint32_t chosen)
 {
 #if defined AVX512
-    const u32 itself = spread((uint32_t)i);
-    for (int k = 0; k < 2; k++) {
-        const uint32_t some = chosen >> k * GROUP & 0xFFFF;
-        const u32 packed = compressed(vector_at(numbers + (k ? of.second : of.first)), some);
-        memcpy(part->who + queued, &itself, sizeof itself);
-        memcpy(part->other + queued, &packed, sizeof packed);
-        queued += members(some);
-    }
-    return queued;
+    const u32 itself = spread((uint32_t)i), packed = compressed(words_of(numbers, of.first, of.second, 0), chosen);
+    memcpy(part->who + queued, &itself, sizeof itself);
+    memcpy(part->other + queued, &packed, sizeof packed);
+    return queued + members(chosen);
 #else
     int32_t *who = part->who + queued, *other = part->other + queued;
     const int32_t *first = numbers + of.first, *second = numbers + of.second - GROUP;
     const int count = members(chosen);
-    int k = lowest(chosen | bit(2 * GROUP - 1));
-    who[0] = (int32_t)i;
-    other[0] = (k < GROUP ? first : second)[k];
-    for (int n = 1; RARELY(n < count); n++) {
-        chosen = without_lowest(chosen);
-        k = lowest(chosen);
+    for (int n = 0; n < 2 || RARELY(n < count); n++) {
+        const int k = lowest(chosen | bit(2 * GROUP - 1));
         who[n] = (int32_t)i;
         other[n] = (k < GROUP ? first : second)[k];
+        chosen = without_lowest(chosen);
     }
     return queued + count;
 #endif
@@ -239,8 +252,8 @@ ALWAYS int64_t queue_chosen(struct part *part, int64_t queued, int64_t i, const 
 ALWAYS uint32_t those_of(const int32_t *numbers, struct groups of, int32_t robot)
 {
     uint32_t same = 0;
-    UNROLL for (int k = 0; k < 2 * VECTORS; k++) {
-        const i32 number = (i32)vector_at(numbers + place_in(of.first, of.second, k));
+    UNROLL for (int k = 0; k < VECTORS; k++) {
+        const i32 number = (i32)words_of(numbers, of.first, of.second, k);
         same |= equal((u32)(number >> 1), spread((uint32_t)robot)) << k * LANES;
     }
     return same;
@@ -250,22 +263,37 @@ ALWAYS uint32_t those_of(const int32_t *numbers, struct groups of, int32_t robot
 ALWAYS uint32_t those_loud(const int32_t *numbers, struct groups of)
 {
     uint32_t loud = 0;
-    UNROLL for (int k = 0; k < 2 * VECTORS; k++)
-        loud |= signs(vector_at(numbers + place_in(of.first, of.second, k)) << 31) << k * LANES;
+    UNROLL for (int k = 0; k < VECTORS; k++)
+        loud |= signs(words_of(numbers, of.first, of.second, k) << 31) << k * LANES;
     return loud;
+}
+
+/* What robots look through: copies, which no store can change. */
+struct lens {
+    struct grid_cells cells;
+    struct grid grid;
+    struct arena arena;
+    uint64_t sight, radio;
+    const int32_t *x, *y;
+};
+
+ALWAYS struct lens lens_of(const struct state *s, const struct grid_cells *cells, const struct grid *grid)
+{
+    return (struct lens){*cells, *grid, s->params->arena, s->params->sensing.limit, s->params->radio.limit,
+                         s->robots[X], s->robots[Y]};
 }
 
 /* Queue what is near a robot, robots or tasks; return how many are queued.
  *
  * A robot is near itself: it is left out as `but`, or -1 is. */
-static inline int64_t queue_near(struct state *s, struct part *part, const struct grid_cells *cells,
-                                 const struct grid *grid, int64_t i, uint64_t limit, int64_t queued, int32_t but)
+ALWAYS int64_t queue_near(struct part *part, const struct lens *lens, int64_t i, uint64_t limit, int64_t queued,
+                          int32_t but)
 {
-    const int32_t x = s->robots[X][i], y = s->robots[Y][i], *numbers = cells->points[NUMBER];
-    struct stretches left = block_at(cells, grid, x, y);
+    const int32_t x = lens->x[i], y = lens->y[i], *numbers = lens->cells.points[NUMBER];
+    struct stretches left = block_at(&lens->cells, &lens->grid, x, y);
     do {
         const struct groups of = take_groups(&left);
-        const struct found found = find_within(&s->params->arena, cells->points, of.first, of.second, x, y, limit, 0);
+        const struct found found = find_within(&lens->arena, lens->cells.points, of.first, of.second, x, y, limit, 0);
         queued = queue_chosen(part, queued, i, numbers, of, found.one & of.valid & ~those_of(numbers, of, but));
     } while (RARELY(has_more(&left)));
     return queued;
@@ -290,21 +318,6 @@ static inline void fill_cells(struct state *s)
 ALWAYS uint32_t exploring_in(const struct state *s, int64_t w)
 {
     return ~s->sets[DISSEMINATING][w] & s->sets[WORKING][w];
-}
-
-/* What robots look through: copies, which no store can change. */
-struct lens {
-    struct grid_cells cells;
-    struct grid grid;
-    struct arena arena;
-    uint64_t sight, radio;
-    const int32_t *x, *y;
-};
-
-ALWAYS struct lens lens_of(const struct state *s, const struct grid_cells *cells, const struct grid *grid)
-{
-    return (struct lens){*cells, *grid, s->params->arena, s->params->sensing.limit, s->params->radio.limit,
-                         s->robots[X], s->robots[Y]};
 }
 
 /* Count the robots in sight of a robot, itself included; queue those that it hears. Return how many are queued. */

@@ -6,6 +6,8 @@
 #include "chance.h"
 #include "sets.h"
 
+#define SHARE_OF_WORD (1.0 / 4294967296.0)
+
 /* The draw of a phase: of its duration, and for the decision before it. */
 struct phase {
     double length; /* exponential of mean 1, nearly */
@@ -13,16 +15,20 @@ struct phase {
     uint32_t word, tie;
 };
 
-/* Return the draw of a robot's present phase. */
+/* Return the draw of a robot's present phase: in a small swarm from its pool. */
 ALWAYS struct phase present_phase(const struct state *s, int64_t i)
 {
-    const struct words drawn = draw_words(s, i, s->robots[PHASES][i], PHASE);
-    return (struct phase){
-        .length = exponentials(spread_long(drawn.word[0]))[0],
-        .chance = drawn.word[1] * (1.0 / 4294967296.0),
-        .word = drawn.word[0],
-        .tie = drawn.word[2],
-    };
+    const struct source from = source_of(s->params, s->clock->run, PHASE);
+    const uint32_t phases = (uint32_t)s->robots[PHASES][i], place = phases % POOL;
+    struct phase_pool *pool = (struct phase_pool *)s->phase_pools + i;
+    if (!s->phase_pools) {
+        const struct words drawn = philox(from, phases, (uint32_t)i);
+        const double length = exponentials(spread_long(drawn.word[0]))[0];
+        return (struct phase){length, drawn.word[1] * SHARE_OF_WORD, drawn.word[0], drawn.word[2]};
+    }
+    if (place == 0)
+        fill_phases(pool, from, (uint32_t)i, phases);
+    return (struct phase){pool->length[place], pool->chance[place] * SHARE_OF_WORD, pool->word[place], pool->tie[place]};
 }
 
 /* Return the duration of a phase of a mean, in steps. */

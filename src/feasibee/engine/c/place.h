@@ -142,11 +142,9 @@ ALWAYS bool is_surely_free(const struct state *s, int64_t ax, int64_t ay, int64_
     const int64_t a_column = ax >> bits, a_row = ay >> bits, b_column = bx >> bits, b_row = by >> bits;
     const int64_t length = greater(distance(a_column, b_column), distance(a_row, b_row));
     const int64_t start = open_around(s, a_column, a_row), end = open_around(s, b_column, b_row);
-    if (start + end > length + 1)
-        return true;
     /* Up to half a cell from the line's middle. */
     const int64_t middle = open_around(s, (a_column + b_column) >> 1, (a_row + b_row) >> 1);
-    return 2 * (lesser(start, end) + middle) > length + 3;
+    return (start + end > length + 1) | (2 * (lesser(start, end) + middle) > length + 3); /* one branch */
 }
 
 /* Return whether as many walls as are between two positions make them too far apart. */
@@ -188,8 +186,11 @@ APART void drop_cut(struct state *s, struct part *part, enum sense sense, int64_
             continue;
         for (int64_t other = 0; other <= i >> 5; other++) {
             const uint32_t before = first_bits((int)(i - WORD * other));
-            const uint32_t members = s->links[IN_SIGHT][other * s->padded + i] & before;
-            listed = list_members(part, listed, i, members, WORD * other);
+            uint32_t left = s->links[IN_SIGHT][other * s->padded + i] & before;
+            for (; left; left = without_lowest(left), listed++) {
+                part->who[listed] = (int32_t)i;
+                part->other[listed] = (int32_t)lowest_member(other, left);
+            }
         }
         if (listed > QUEUE_ROOM) {
             drop_listed_cut(s, part, sense, listed);

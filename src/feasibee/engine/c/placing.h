@@ -7,6 +7,7 @@
 #include "near.h"
 
 #define ATTEMPTS 256 /* random places that are tried before one with room is computed: feasibee.model.codes */
+#define UNSORTED 512 /* robots that are placed before they are sorted into cells */
 
 enum placing { ANYWHERE_AT_RANDOM, IN_CLUSTERS, AT_POINTS }; /* how robots or tasks are placed (model.md 6.4) */
 
@@ -107,15 +108,36 @@ static void place_task(struct state *s, int64_t i)
     put(s->tasks, i, at.x, at.y);
 }
 
+/* Return whether a robot's disc overlaps none of the robots in cells. */
+static bool is_clear_of_sorted(const struct state *s, int64_t i)
+{
+    const struct lens lens = lens_of(s, &s->robot_cells, &s->params->robots.grid);
+    const int32_t x = lens.x[i], y = lens.y[i];
+    struct stretches left = block_at(&lens.cells, &lens.grid, x, y);
+    uint32_t met = 0;
+    do {
+        const struct groups of = take_groups(&left);
+        met |= of.valid & find_within(&lens.arena, lens.cells.points, of.first, of.second, x, y,
+                                      s->params->robots.apart_limit, 0).one;
+    } while (RARELY(has_more(&left)));
+    return met == 0;
+}
+
 /* Return whether a robot's disc overlaps none of those there; at the start, of the robots before it. */
 static bool is_clear(const struct state *s, int64_t i, bool joins)
 {
     const int32_t *xs = s->robots[X], *ys = s->robots[Y];
     const struct params *p = s->params;
-    for (int64_t w = 0; w < s->words && (joins || WORD * w < i); w++) {
+    const uint32_t diameter = 2 * (uint32_t)p->robots.radius;
+    const int64_t sorted = joins || p->together ? 0 : i - i % UNSORTED;
+    if (sorted > 0 && !is_clear_of_sorted(s, i))
+        return false;
+    for (int64_t w = sorted / WORD; w < s->words && (joins || WORD * w < i); w++) {
         const int64_t first = WORD * w;
         const uint32_t there = joins ? s->sets[THERE][w] : first_bits((int)(i - first));
-        if (near_word(p, xs, ys, first, first + WORD, xs[i], ys[i], p->robots.apart_limit) & there)
+        const uint32_t beside = there & beside_word(&p->arena, xs, ys, first, xs[i], ys[i], diameter);
+        if (RARELY(beside != 0) &&
+            near_word(p, xs, ys, first, first + WORD, xs[i], ys[i], p->robots.apart_limit) & beside)
             return false;
     }
     return true;
@@ -173,8 +195,13 @@ static void place_on_lattice(struct state *s)
 /* Place the robots of the start: apart if they avoid collisions, if need be on a lattice. */
 static void place_robots(struct state *s)
 {
-    for (int64_t i = 0; i < s->params->robots.at_start; i++) {
-        if (s->params->robots.placement.how == AT_POINTS) {
+    const struct params *p = s->params;
+    const bool sorts = p->robots.avoid_collisions && !p->together;
+    for (int64_t i = 0; i < p->robots.at_start; i++) {
+        if (sorts && i % UNSORTED == 0)
+            sort_into_cells(&s->robot_cells, &p->robots.grid, s->robots[X], s->robots[Y], s->robots[ORDER],
+                            s->sets[THERE], i);
+        if (p->robots.placement.how == AT_POINTS) {
             const struct point_at at = given_point(s, i);
             put(s->robots, i, at.x, at.y);
         } else if (!place_robot(s, i, false)) {

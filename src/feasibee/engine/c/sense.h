@@ -149,10 +149,11 @@ APART void observe_queued(struct state *s, struct part *part, int64_t queued, bo
 APART void observe_all(struct state *s, struct part *part, const struct grid_cells *cells, const struct grid *grid,
                        bool robots)
 {
+    const struct lens lens = lens_of(s, cells, grid);
     int64_t queued = 0;
     for (int64_t w = part->first; w < part->last; w++)
         for (uint32_t left = exploring_in(s, w); left; left = without_lowest(left)) {
-            queued = queue_near(s, part, cells, grid, lowest_member(w, left), s->params->sensing.limit, queued, -1);
+            queued = queue_near(part, &lens, lowest_member(w, left), lens.sight, queued, -1);
             if (queued > QUEUE_ROOM) {
                 observe_queued(s, part, queued, robots);
                 queued = 0;

@@ -69,13 +69,6 @@ APART void receive_queued(struct state *s, struct part *part, int64_t queued)
         receive_from(s, part, part->who[k], part->other[k] >> 1);
 }
 
-/* Queue what a robot may see and hear around it, where some of it is hidden; return how many are queued. */
-static inline int64_t queue_around(struct state *s, struct part *part, int64_t i, bool explores, int64_t queued)
-{
-    s->counts[ROBOTS_SEEN][i] += explores ? s->params->sensing.count_self : 0;
-    return queue_near(s, part, &s->robot_cells, &s->params->robots.grid, i, s->params->radio.limit, queued, (int32_t)i);
-}
-
 /* Let listening robots receive messages. */
 static inline void hear_crowd(struct state *s, struct part *part)
 {
@@ -88,13 +81,13 @@ static inline void hear_crowd(struct state *s, struct part *part)
         const uint32_t listening = s->sets[LISTENING][w], exploring = counts ? exploring_in(s, w) : 0;
         for (uint32_t left = listening | exploring; left; left = without_lowest(left)) {
             const int64_t i = lowest_member(w, left), before = queued;
-            if (RARELY(hides))
-                queued = queue_around(s, part, i, has_bit(exploring, i), queued);
-            else {
-                int64_t seen = itself;
+            int64_t seen = itself;
+            if (hides) { /* who of them is seen is found out later */
+                seen = s->params->sensing.count_self;
+                queued = queue_near(part, &lens, i, lens.radio, queued, (int32_t)i);
+            } else
                 queued = scan(part, &lens, i, has_bit(listening, i), queued, &seen);
-                robots_seen[i] += seen & -(int64_t)has_bit(exploring, i);
-            }
+            robots_seen[i] += seen & -(int64_t)has_bit(exploring, i);
             if (in_order)
                 sort_by_number(part, before, queued);
             if (queued > QUEUE_ROOM) {
@@ -106,15 +99,21 @@ static inline void hear_crowd(struct state *s, struct part *part)
     receive_queued(s, part, queued);
 }
 
-/* Do what sense_few does, in a swarm of more than 128. Threads wait until all have fixed what they send, and one has
- * sorted all robots. */
+/* Sort all robots into cells once all threads have come here. */
+static inline void fill_cells_together(struct state *s)
+{
+    struct team *team = s->team;
+    if (comes_last(team)) {
+        fill_cells(s);
+        let_go(team);
+    }
+}
+
+/* Do what sense_few does, in a swarm of more than 128. */
 static inline void sense_crowd(struct state *s, struct part *part)
 {
     publish(s, part);
-    if (comes_last(s->team)) {
-        fill_cells(s);
-        let_go(s->team);
-    }
+    fill_cells_together(s);
     if (!counts_while_hearing(s->params))
         observe_all(s, part, &s->robot_cells, &s->params->robots.grid, true);
     observe_tasks(s, part);

@@ -17,80 +17,92 @@ static inline void find_sight(struct state *s, uint64_t limit, struct band band)
         keep_only(s, IN_SIGHT, s->sets[THERE]);
 }
 
+/* Sets of robots or tasks, for each robot: word of them, robot. */
+struct sets {
+    uint32_t *of;
+    int64_t words, first; /* first: the number of the first robot or task in all of them */
+};
+
 /* Leave the second of a listed pair out of the first one's set if an event happens to it in this step. */
-APART void drop_listed(struct state *s, struct part *part, int64_t listed, uint32_t purpose, int64_t probability)
+APART void drop_listed(struct state *s, struct part *part, struct sets sets, int64_t listed, uint32_t purpose,
+                       int64_t probability)
 {
     draw_lots(s, part, listed, purpose, probability, 0);
     for (int64_t k = 0; k < listed; k++) {
         const int32_t other = part->other[k];
-        s->links[IN_SIGHT][(other >> 5) * s->padded + part->who[k]] &= ~((uint32_t)part->third[k] & bit(other));
+        sets.of[(other >> 5) * s->padded + part->who[k]] &= ~((uint32_t)part->third[k] & bit(other));
     }
 }
 
 /* Leave those out of the sets of the robots of `asked` to which an event happens in this step. */
-static inline void drop_unlucky(struct state *s, struct part *part, const uint32_t *asked, uint32_t purpose,
-                                int64_t probability)
+static inline void drop_unlucky(struct state *s, struct part *part, struct sets sets, const uint32_t *asked,
+                                uint32_t purpose, int64_t probability)
 {
     int64_t listed = 0;
     if (probability == 0)
         return;
-    for (int64_t other = part->first; other < part->last; other++)
-        for (int64_t i = 0; i < s->params->robots.count; i++) {
-            if (has(asked, i))
-                listed = list_members(part, listed, i, s->links[IN_SIGHT][other * s->padded + i], WORD * other);
+    for (int64_t w = part->first; w < part->last; w++)
+        for (int64_t other = 0; other < sets.words; other++) {
+            const uint32_t *of = sets.of + other * s->padded + WORD * w;
+            listed += write_pairs(part->who + listed, part->other + listed, of, w, asked[w], WORD * other);
             if (listed > QUEUE_ROOM) {
-                drop_listed(s, part, listed, purpose, probability);
+                drop_listed(s, part, sets, listed, purpose, probability);
                 listed = 0;
             }
         }
-    drop_listed(s, part, listed, purpose, probability);
+    drop_listed(s, part, sets, listed, purpose, probability);
 }
 
-/* Count the robots in sight of those of a word that look. */
-ALWAYS void count_in_sight(struct state *s, const struct part *part, int64_t w, uint32_t looking)
+/* Leave things that a robot remembers out of what it sees, if things count once, and remember the others. */
+static inline void keep_new(struct state *s, struct sets sets, int64_t i, int64_t place)
 {
-    const uint32_t *sight = s->links[IN_SIGHT] + WORD * w;
-    for (int k = 0; k < WORD; k += LANES) {
-        u32 seen = spread((uint32_t)s->params->sensing.count_self);
-        for (int64_t other = part->first; other < part->last; other++)
-            seen += ones_of(*(const u32 *)(sight + other * s->padded + k));
-        add_lanes(s->counts[ROBOTS_SEEN] + WORD * w + k, seen & lanes_of(looking >> k));
+    for (int64_t k = 0; k < sets.words; k++) {
+        uint32_t *remembered = s->remembered + i * s->remembered_words + place + k;
+        uint32_t *seen = sets.of + k * s->padded + i;
+        *seen &= ~*remembered;
+        *remembered |= *seen;
     }
 }
 
-/* Return the things of a word that count, if things count once: those not remembered; remember them. */
-ALWAYS uint32_t new_ones(struct state *s, int64_t i, int64_t w, uint32_t things)
+/* Count the members of the sets of robots that look. */
+ALWAYS void count_members(struct state *s, const struct part *part, struct sets sets, const uint32_t *looking,
+                          int64_t *counts)
 {
-    if (!s->params->sensing.unique)
-        return things;
-    uint32_t *remembered = s->remembered + i * s->remembered_words + w;
-    things &= ~*remembered;
-    *remembered |= things;
-    return things;
+    for (int64_t w = part->first; w < part->last; w++)
+        for (int k = 0; k < WORD; k += LANES) {
+            u32 seen = spread(0);
+            for (int64_t other = 0; other < sets.words; other++)
+                seen += ones_of(*(const u32 *)(sets.of + other * s->padded + WORD * w + k));
+            add_lanes(counts + WORD * w + k, seen & lanes_of(looking[w] >> k));
+        }
 }
 
-/* Count the members of a word of robots or tasks by class, or add them to what the robot knows: `first` is the number
- * of the lowest, and `classes` that of the classes before theirs. */
-static inline void count_sightings(struct state *s, int64_t i, uint32_t seen, int64_t first, int64_t classes)
+/* Count the members of a word of a robot's set by class; `classes` is the number of those before theirs. */
+static inline void count_classes(struct state *s, int64_t i, uint32_t seen, int64_t first, int64_t classes)
 {
-    if (s->params->strategy.knowledge.enabled)
-        defer_members(s, OBSERVE, i, seen, first);
-    else
-        for (; seen; seen = without_lowest(seen))
-            s->seen[i * s->tables.classes + classes + s->class_of[first + lowest(seen)]]++;
+    for (; seen; seen = without_lowest(seen))
+        s->seen[i * s->tables.classes + classes + s->class_of[first + lowest(seen)]]++;
 }
 
-/* Observe the robots in sight of a robot. */
-ALWAYS void observe_neighbours(struct state *s, const struct part *part, int64_t i)
+/* Count what robots that look see, or add it to what they know. */
+static inline void observe_sets(struct state *s, const struct part *part, struct sets sets, const uint32_t *looking,
+                                enum count_row row)
 {
-    for (int64_t other = part->first; other < part->last; other++) {
-        const uint32_t itself = bit_if(s->params->sensing.count_self == 1 && i >> 5 == other, i);
-        const uint32_t seen = new_ones(s, i, other, s->links[IN_SIGHT][other * s->padded + i] | itself);
-        if (s->params->sensing.only_counts)
-            s->counts[ROBOTS_SEEN][i] += members(seen);
-        else
-            count_sightings(s, i, seen, WORD * other, 0);
+    const int64_t classes = row == TASKS_SEEN ? s->params->robots.classes : 0;
+    if (s->params->sensing.only_counts) {
+        count_members(s, part, sets, looking, s->counts[row]);
+        return;
     }
+    for (int64_t w = part->first; w < part->last; w++)
+        for (int64_t other = 0; other < sets.words; other++) {
+            const uint32_t *of = sets.of + other * s->padded + WORD * w;
+            const int64_t first = sets.first + WORD * other;
+            if (s->params->strategy.knowledge.enabled)
+                defer_sets(s, OBSERVE, of, w, looking[w], first);
+            else
+                for (uint32_t left = looking[w]; left; left = without_lowest(left))
+                    count_classes(s, lowest_member(w, left), of[lowest(left)], first, classes);
+        }
 }
 
 /* Return which of the tasks of a word are in sight of a place. */
@@ -115,66 +127,64 @@ ALWAYS uint32_t tasks_near(const struct state *s, int64_t w, int32_t x, int32_t 
     return close;
 }
 
-/* Return which of the tasks of a word that are in sight a robot doesn't miss. */
-ALWAYS uint32_t not_missed(const struct state *s, struct part *part, int64_t i, uint32_t tasks, int64_t w)
+/* Store the tasks in sight of the robots that look, 32 at a time by number. */
+static inline void find_tasks(struct state *s, const struct part *part, const uint32_t *looking)
 {
-    if (s->clock->miss == 0)
-        return tasks;
-    const int64_t listed = list_members(part, 0, i, tasks, WORD * w);
-    draw_lots(s, part, listed, MISS_TASK, s->clock->miss, 0);
-    for (int64_t k = 0; k < listed; k++)
-        tasks &= ~((uint32_t)part->third[k] & bit(part->other[k]));
-    return tasks;
+    for (int64_t w = part->first; w < part->last; w++)
+        for (uint32_t left = looking[w]; left; left = without_lowest(left)) {
+            const int64_t i = lowest_member(w, left);
+            const int32_t x = s->robots[X][i], y = s->robots[Y][i];
+            const bool hides = s->params->sensing.hides && may_hide(s, i);
+            for (int64_t k = 0; k < s->task_words; k++) {
+                const uint32_t near = tasks_near(s, k, x, y);
+                s->tasks_seen[k * s->padded + i] = hides && near ? seen_tasks(s, near, k, i) : near;
+            }
+        }
 }
 
-/* Observe the tasks in sight of a robot, 32 at a time by number; return how many count. */
-ALWAYS int64_t observe_numbered(struct state *s, struct part *part, int64_t i)
+/* Let robots that look count themselves, act on the tasks that they see, and remember what they have seen. */
+static inline void attend(struct state *s, const struct part *part, const uint32_t *looking, struct sets robots,
+                          struct sets tasks)
 {
-    const struct params *p = s->params;
-    const int32_t x = s->robots[X][i], y = s->robots[Y][i];
-    const bool hides = p->sensing.hides && may_hide(s, i);
-    int64_t total = 0;
-    for (int64_t w = 0; w < s->task_words; w++) {
-        uint32_t seen = tasks_near(s, w, x, y);
-        if (hides && seen)
-            seen = seen_tasks(s, seen, w, i);
-        if (!p->sensing.counts_all) {
-            seen = not_missed(s, part, i, seen, w);
-            if (seen && p->acting.acts)
-                see_tasks(s, i, w, seen);
-            seen = new_ones(s, i, part->last + w, seen);
+    const bool itself = s->params->sensing.count_self, unique = s->params->sensing.unique;
+    for (int64_t w = part->first; w < part->last; w++)
+        for (uint32_t left = looking[w]; left; left = without_lowest(left)) {
+            const int64_t i = lowest_member(w, left);
+            robots.of[w * s->padded + i] |= bit_if(itself, i);
+            for (int64_t k = 0; k < tasks.words && s->params->acting.acts; k++)
+                see_tasks(s, i, k, tasks.of[k * s->padded + i]);
+            if (unique) {
+                keep_new(s, robots, i, 0);
+                keep_new(s, tasks, i, s->words);
+            }
         }
-        if (p->sensing.only_counts)
-            total += members(seen);
-        else
-            count_sightings(s, i, seen, p->robots.count + WORD * w, p->robots.classes);
-    }
-    return total;
 }
 
 /* Observe the robots and tasks in sight of the exploring robots (model.md 6.3). */
 static inline void observe_few(struct state *s, struct part *part)
 {
     const struct params *p = s->params;
+    const struct sensing *sensing = &p->sensing;
     uint32_t *looking = s->sets[LOOKING];
-    find_sight(s, p->sensing.limit, p->sensing.band);
+    struct sets robots = {s->links[IN_SIGHT], s->words, 0};
+    struct sets tasks = {s->tasks_seen, p->tasks.numbered ? s->task_words : 0, p->robots.count};
     for (int64_t w = part->first; w < part->last; w++)
         looking[w] = exploring_in(s, w);
-    if (p->sensing.hides)
+    find_sight(s, sensing->limit, sensing->band);
+    if (sensing->hides)
         drop_hidden(s, part, looking);
-    if (!p->sensing.counts_all)
-        drop_unlucky(s, part, looking, MISS_ROBOT, s->clock->miss);
-    for (int64_t w = part->first; w < part->last; w++) {
-        if (p->sensing.counts_all)
-            count_in_sight(s, part, w, looking[w]);
-        for (uint32_t left = looking[w]; left; left = without_lowest(left)) {
-            const int64_t i = lowest_member(w, left);
-            if (!p->sensing.counts_all)
-                observe_neighbours(s, part, i);
-            if (p->tasks.numbered)
-                s->counts[TASKS_SEEN][i] += observe_numbered(s, part, i);
-        }
+    if (p->tasks.numbered)
+        find_tasks(s, part, looking);
+    if (s->clock->miss > 0 || sensing->unique || sensing->count_self) { /* they hear those whom they don't see */
+        robots.of = s->links[SEEN];
+        memcpy(robots.of, s->links[IN_SIGHT], (size_t)(s->words * s->padded) * sizeof *robots.of);
     }
+    drop_unlucky(s, part, robots, looking, MISS_ROBOT, s->clock->miss);
+    drop_unlucky(s, part, tasks, looking, MISS_TASK, s->clock->miss);
+    if (sensing->unique || sensing->count_self || p->acting.acts)
+        attend(s, part, looking, robots, tasks);
+    observe_sets(s, part, robots, looking, ROBOTS_SEEN);
+    observe_sets(s, part, tasks, looking, TASKS_SEEN);
     if (!p->tasks.numbered)
         observe_tasks(s, part);
 }
@@ -191,16 +201,21 @@ ALWAYS void find_heard(struct state *s, const struct part *part, int64_t other)
             *(u32 *)(heard + WORD * w + k) &= spread(speaking) & lanes_of(listening[w] >> k);
 }
 
-/* Let robots add what they hear of tasks and of the rest to what they know. */
-static inline void merge_heard(struct state *s, const struct part *part)
+/* Let robots add what they hear of tasks to what they know. */
+static inline void hear_of_tasks(struct state *s, const struct part *part)
 {
     for (int64_t i = 0; i < s->params->robots.count; i++)
+        for (int64_t other = part->first; other < part->last; other++)
+            hear_tasks(s, i, other, s->links[IN_SIGHT][other * s->padded + i]);
+}
+
+/* Let robots add what they hear to what they know. */
+static inline void merge_heard(struct state *s, const struct part *part)
+{
+    for (int64_t w = part->first; w < part->last; w++)
         for (int64_t other = part->first; other < part->last; other++) {
-            const uint32_t heard = s->links[IN_SIGHT][other * s->padded + i];
-            if (heard && s->params->acting.acts)
-                hear_tasks(s, i, other, heard);
-            if (s->params->strategy.knowledge.enabled)
-                defer_members(s, MERGE, i, heard, WORD * other);
+            const uint32_t *heard = s->links[IN_SIGHT] + other * s->padded + WORD * w;
+            defer_sets(s, MERGE, heard, w, s->sets[LISTENING][w], WORD * other);
         }
 }
 
@@ -243,15 +258,18 @@ static inline void hear_few(struct state *s, struct part *part)
         anyone |= s->sets[SPEAKING][w];
     if (anyone == 0)
         return;
-    if (!p->radio.as_sight || s->clock->miss > 0) {
+    if (!p->radio.as_sight) {
         find_sight(s, p->radio.limit, p->radio.band);
         if (p->arena.place.exists)
             drop_cut(s, part, RADIO, p->arena.place.radio);
     }
     for (int64_t other = part->first; other < part->last; other++)
         find_heard(s, part, other);
-    drop_unlucky(s, part, s->sets[LISTENING], LOSS, s->clock->loss);
-    if (p->strategy.knowledge.enabled || p->acting.acts)
+    const struct sets heard = {s->links[IN_SIGHT], s->words, 0};
+    drop_unlucky(s, part, heard, s->sets[LISTENING], LOSS, s->clock->loss);
+    if (p->acting.acts)
+        hear_of_tasks(s, part);
+    if (p->strategy.knowledge.enabled)
         merge_heard(s, part);
     if (p->decision.declare.enabled || !p->strategy.knowledge.enabled)
         receive_heard(s, part);

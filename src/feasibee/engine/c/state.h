@@ -1,4 +1,4 @@
-/* One swarm at one step, in any world: the arrays that the general engine works on.
+/* One swarm at one step, in any world: the arrays that the general path works on.
  *
  * Python reads this file after engine.h, so it has declarations only. Robots are padded to whole words of 32;
  * robot i is bit i % 32 of word i / 32 of a set. All arrays lie in one block of memory, so a copy of the block
@@ -88,7 +88,8 @@ enum count_row {
 
 /* For each robot a set of up to 128 robots: rows of words of others, each of all robots. */
 enum link {
-    IN_SIGHT,
+    IN_SIGHT,       /* or in radio range */
+    SEEN,           /* those in sight that it doesn't miss */
     HEARD,          /* senders in the inbox */
     HEARD_FEASIBLE, /* senders in the inbox with opinion 1 */
     CLOSE,          /* robots that it may meet within a step */
@@ -192,6 +193,7 @@ struct state {
     int64_t *seen;            /* robot, class of robots, then of tasks; NULL unless there are several */
     uint32_t *remembered;     /* robot, word of robots, then of tasks; NULL unless observation is unique */
     int32_t *inbox[SLOT_ROWS]; /* see messages.h */
+    void *heading_pools, *phase_pools; /* of each robot: see draws.h; NULL in larger swarms */
     double *quality;          /* rated quality of feasible */
     double *memory;           /* robot, number: the strategy's own */
     int32_t *knowledge[COPIES]; /* robot, word */
@@ -207,6 +209,7 @@ struct state {
     int32_t *told;            /* step, robot, task: versions in messages of this and the last steps */
     int32_t *ways;            /* task, then two queues, cell: if robots act in a place; see way.h */
     uint32_t *task_places;    /* packed, if few robots look through tasks by number */
+    uint32_t *tasks_seen;     /* word of tasks, robot: sets, likewise */
     struct grid_cells task_cells, robot_cells;
     int32_t *class_of;        /* robots, then tasks; those that join and appear are drawn */
     struct clock *clock;

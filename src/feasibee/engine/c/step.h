@@ -205,10 +205,14 @@ ALWAYS void step_few(struct state *s, struct part *part, const struct job *job)
     end_sensing(s, part, job);
     turn_all(s, part);
     end_phases(s, part, job);
+    if (s->params->acting.acts)
+        choose_targets(s);
 }
 
 ALWAYS void step_crowd(struct state *s, struct part *part, const struct job *job)
 {
+    if (s->clock->step == 0)
+        fill_cells_together(s); /* later ones are those of the step before */
     begin_step(s, part);
     move_crowd(s, part);
     if (s->params->acting.acts)
@@ -219,6 +223,8 @@ ALWAYS void step_crowd(struct state *s, struct part *part, const struct job *job
     end_sensing(s, part, job);
     turn_all(s, part);
     end_phases(s, part, job);
+    if (s->params->acting.acts)
+        choose_targets(s);
 }
 
 #endif

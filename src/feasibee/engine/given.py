@@ -1,0 +1,118 @@
+"""What the engine is given of a scenario, and what it says: structs of engine.h and state.h."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import numpy as np
+
+from feasibee.engine.library import library, pointer
+from feasibee.engine.params import packed
+from feasibee.engine.tables import Control, EndlessLoopError, Lowered, RunError, Tables
+from feasibee.errors import FeasibeeError
+from feasibee.model.record import Record
+from feasibee.strategies.contract import Setting, Strategy
+
+NO_MEMORY: Final = "the runs need more memory than there is; simulate fewer robots, or fewer runs at a time"
+KINDS: Final = {
+    "int32_t": np.int32,
+    "uint32_t": np.uint32,
+    "int64_t": np.int64,
+    "uint8_t": np.uint8,
+    "uint64_t": np.uint64,
+    "double": np.float64,
+}
+"""Types of numpy by those of C."""
+
+
+def rules_of(strategy: Strategy) -> Any:
+    """Return a pointer to a strategy's ``struct rules``; a user's is translated and compiled first."""
+    ffi, engine = library()
+    if strategy.source:
+        from feasibee.engine.own import load  # what translates and compiles takes a while to import
+
+        return load(strategy, ffi, engine).rules
+    return engine.feasibee_rules(strategy.name.encode())
+
+
+class Given:
+    """What the engine is given of a scenario; the arrays live as long as this."""
+
+    def __init__(self, lowered: Lowered) -> None:
+        self.ffi, self.engine = library()
+        self.strategy, self.params = lowered.strategy, lowered.params
+        self._packed = packed(lowered.params).tobytes()
+        setting, self._arrays = struct_of(self.ffi, lowered.setting)
+        params = self.ffi.from_buffer("struct params *", self._packed)
+        if lowered.fast and not self.engine.feasibee_has(params):
+            raise ValueError("the engine's fast path doesn't have this world; report it, with the scenario")
+        self.job = params, rules_of(lowered.strategy), setting, lowered.strategy.memory
+        self.tables, self._tables = tables_of(self.ffi, lowered.tables), lowered.tables
+
+    def check(self, shared: Any, result: int, record: Record, complete: int) -> None:
+        """Raise an error if the engine had no memory, or if the strategy failed after so many runs."""
+        if result < 0:
+            raise MemoryError(NO_MEMORY)
+        found = shared.failure
+        if found.what:
+            from feasibee.engine.failing import Failing
+            from feasibee.engine.own import Failure, explained
+
+            kind = EndlessLoopError if found.what == Failing.ENDLESS else FeasibeeError
+            failure = Failure(found.what, found.line, found.first, found.second)
+            raise RunError(record.first_run + complete, kind(explained(self.strategy, failure)))
+
+    def control(self, control: Control) -> Any:
+        """Return what a simulating thread shares with the one that waits for it."""
+        numbers = {
+            "steps_done": pointer(control.steps_done, "int64_t"),
+            "cancelled": pointer(control.cancelled, "bool"),
+        }
+        return self.ffi.new("struct control *", numbers)
+
+    def outcome(self, record: Record) -> Any:
+        """Return the arrays of a record, as the engine fills them in."""
+        numbers = {
+            "decision": pointer(record.decision, "int8_t"),
+            "decision_step": pointer(record.decision_step, "int32_t"),
+            "feasible_count": pointer(record.feasible_count, "int32_t"),
+            "infeasible_count": pointer(record.infeasible_count, "int32_t"),
+            "account": pointer(record.account, "int64_t"),
+            "runs": record.runs,
+            "curve_length": record.feasible_count.shape[1],
+            "columns": record.account.shape[1],
+            "truth": pointer(record.truth, "int8_t"),
+            "held": pointer(record.held, "int8_t"),
+            "robots_present": pointer(record.robots_present, "int32_t"),
+            "tasks_present": pointer(record.tasks_present, "int32_t"),
+            "trace_length": record.truth.shape[1],
+        }
+        return self.ffi.new("struct outcome *", numbers)
+
+
+def struct_of(ffi: Any, setting: Setting) -> tuple[Any, list[Any]]:
+    """Return a ``struct setting``, and the arrays that must live as long as it is used."""
+    numbers = setting._asdict()
+    plan, parameters = bytes(numbers.pop("plan")), list(numbers.pop("parameters"))
+    arrays = [ffi.new("uint8_t[]", plan or b"\0"), ffi.new("double[]", parameters or 1)]
+    lengths = {"plan_length": len(plan), "parameter_count": len(parameters)}
+    pointers = dict(zip(("plan", "parameters"), arrays, strict=True))
+    return ffi.new("struct setting *", numbers | lengths | pointers), arrays
+
+
+def tables_of(ffi: Any, tables: Tables) -> Any:
+    """Return a ``struct tables``; the arrays must live as long as it is used."""
+    ground = tables.ground
+    kinds = {np.dtype(kind): name for name, kind in KINDS.items()}
+    names = [each for each in ground._fields if each != "sketch"]
+    arrays = {name: getattr(ground, name) for name in names}
+    of_ground = {name: pointer(each, kinds[each.dtype]) for name, each in arrays.items()}
+    own = ("class_of", "adds", "points", "ranks", "able", "events")
+    of_tables = {name: pointer(getattr(tables, name), kinds[getattr(tables, name).dtype]) for name in own}
+    sizes = {
+        "skill_sets": tables.adds.shape[0],
+        "classes": tables.adds.shape[1],
+        "task_classes": tables.able.shape[1],
+        "event_count": tables.events.shape[0],
+    }
+    return of_tables | sizes | {"ground": of_ground}
