@@ -235,7 +235,7 @@ def test_as_many_as_the_lattice_has_room_for_are_placed(boundary, placement):
 @pytest.mark.parametrize("boundary", ["torus", "walls"])
 @pytest.mark.parametrize("sides", [(31.0, 23.0), (27.0, 27.0)])
 def test_places_of_a_crowd_are_those_of_the_reference(boundary, sides):
-    """Catches what only more than 512 robots do wrong, which the engine sorts into cells while it places them."""
+    """More than 512 robots are sorted into cells while they are placed."""
     scenario = crowd(sides, boundary, 600, diameter=0.7)
     there = [robot.place for robot in reference.Swarm(scenario, 1, 0).robots]
     unit = max(sides) / 2 ** (31 if boundary == "walls" else 32)
