@@ -87,8 +87,6 @@ class PlaceParams(NamedTuple):
     blurred_columns: int
     sight: int  # cells that a robot surely sees past, if no wall is nearer
     radio: int  # likewise
-    flooding: float  # steps
-    plan_columns: int  # of the plan that robots know; 0 if they know none
     near: int  # squared cells between a task's cell and the one from which robots reach it, at most
     arrived: int  # way at which a robot has reached a task, in fifths of a cell; -1 if nobody acts
 
@@ -115,15 +113,12 @@ class RobotParams(NamedTuple):
     work: int  # steps until it goes to charge; 0: it never goes
     charge: int  # steps
     away_counts: bool  # whether robots that charge are present
-    known_work: float  # `Setting.work`
-    known_charge: float
     classes: int
     reach: float  # length of a step
     radius: int
     avoid_collisions: bool
     deflects: bool  # whether a blocked robot turns away and goes on
     knows_count: bool
-    speed: float  # units of length per step
     apart_limit: np.uint64  # discs overlap if the squared distance is below this
     meet_limit: np.uint64  # discs can't meet within a step unless the squared distance is below this
     meet_band: Band  # in units of 2**16
@@ -162,7 +157,6 @@ class WalkParams(NamedTuple):
 class SensingParams(NamedTuple):
     """Observation of robots and tasks (model.md 4.2, 6.3)."""
 
-    swept: float  # half the width of the strip that a moving robot sees, in units of length
     limit: np.uint64  # in sight if the squared distance is below this
     band: Band  # in units of 2**16
     count_self: int  # 0 or 1
@@ -185,7 +179,6 @@ class SensingParams(NamedTuple):
 class RadioParams(NamedTuple):
     """Messages (model.md 1.4, 6.5)."""
 
-    range: float  # units of length
     limit: np.uint64  # in radio range if the squared distance is below this
     band: Band  # in units of 2**16
     loss: np.uint64  # probability times 2**32
@@ -214,8 +207,6 @@ class StrategyParams(NamedTuple):
     starts_neutral: bool  # whether robots start without an opinion
     declares: bool  # whether robots declare when they are sure
     judges: bool  # whether opinions follow from knowledge in every step
-    says: bool  # whether the strategy defines `say`; otherwise a robot sends its opinion
-    lasts: bool  # whether it defines `lasting`; otherwise `dissemination` says for how long
     gives_probability: bool  # whether robots are asked at the end how probable *feasible* is
     value_scale: float  # the largest value that a message can hold; 0.0: messages hold none
     knowledge: KnowledgeParams

@@ -22,7 +22,6 @@ from feasibee.scenario.setting import knowledge_words
 from feasibee.scenario.supported import takes_fast_path
 from feasibee.scenario.types import Point
 from feasibee.simulation import place
-from feasibee.strategies import contract
 from feasibee.strategies.contract import Setting
 
 Numbers = TypeVar("Numbers")
@@ -124,15 +123,12 @@ def _robots(
         work=robots.work or 0,
         charge=robots.charge or 0,
         away_counts=robots.away == "counted",
-        known_work=setting.work,
-        known_charge=setting.charge,
         classes=max(1, len(robots.classes)),
         reach=float(exact(robots.speed) / unit),
         radius=radius,
         avoid_collisions=robots.avoid_collisions,
         deflects=robots.contact == "deflect",
         knows_count=robots.know_count,
-        speed=robots.speed,
         apart_limit=limit_of((2 * radius) ** 2),
         meet_limit=limit_of(meeting**2),
         meet_band=_widened(band_of(meeting**2, 16)),
@@ -173,7 +169,6 @@ def _sensing(scenario: Scenario, squared_range: int, unit: Fraction) -> numbers.
 def _radio(scenario: Scenario, id_bits: int, squared_range: int) -> numbers.RadioParams:
     radio = scenario.radio
     return numbers.RadioParams(
-        range=radio.range,
         limit=limit_of(squared_range + 1),
         band=band_of(squared_range + 1, 16),
         loss=probability(radio.loss),
@@ -193,8 +188,6 @@ def _strategy(scenario: Scenario, setting: Setting) -> numbers.StrategyParams:
     return _filled(
         numbers.StrategyParams,
         strategy,
-        says=strategy.say is not contract.say,
-        lasts="lasting" in strategy.functions,
         gives_probability=scenario.gives_probability,
         value_scale=float(2**strategy.value_bits - 1),
         knowledge=_filled(

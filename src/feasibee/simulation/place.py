@@ -31,19 +31,17 @@ def params_of(scenario: Scenario) -> PlaceParams:
     """Return the grid of a scenario's place; zeros if it has none."""
     plan = scenario.plan
     if plan is None:
-        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0, 0, 0.0, 0, 0, -1)
+        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1)
     rows, columns = plan.walls.shape
     sight, radio = (
         math.ceil(exact(reach) / plan.cell) + 1 for reach in (scenario.sensing.range, scenario.radio.range)
     )
-    setting = scenario.setting
-    given = setting.flooding, setting.columns
     blur = _blur(plan)
     numbers = columns, rows, -(-columns // CELLS), blur, -(-columns >> blur), sight, radio
     surface = ground_of(scenario)
     assert surface is not None
     arrived = math.floor(5 * exact(scenario.acting.reach) / plan.cell) if scenario.acts else -1
-    return PlaceParams(True, plan.bits, *numbers, *given, surface.near, arrived)
+    return PlaceParams(True, plan.bits, *numbers, surface.near, arrived)
 
 
 def tables_of(scenario: Scenario) -> Ground:

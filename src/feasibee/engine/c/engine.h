@@ -19,8 +19,7 @@ struct seed {
 struct place {
     bool exists;
     int64_t bits, columns, rows, row_words, blur, blurred_columns, sight, radio;
-    double flooding;
-    int64_t plan_columns, near, arrived;
+    int64_t near, arrived;
 };
 
 struct side {
@@ -53,12 +52,10 @@ struct robot {
     double arrival_rate, failure_time;
     int64_t work, charge;
     bool away_counts;
-    double known_work, known_charge;
     int64_t classes;
     double reach;
     int64_t radius;
     bool avoid_collisions, deflects, knows_count;
-    double speed;
     uint64_t apart_limit, meet_limit;
     struct band meet_band;
     struct placement placement;
@@ -86,7 +83,6 @@ struct walk {
 };
 
 struct sensing {
-    double swept;
     uint64_t limit;
     struct band band;
     int64_t count_self;
@@ -101,7 +97,6 @@ struct sensing {
 };
 
 struct radio {
-    double range;
     uint64_t limit;
     struct band band;
     uint64_t loss;
@@ -116,7 +111,7 @@ struct knowledge {
 };
 
 struct strategy {
-    bool forgets, starts_neutral, declares, judges, says, lasts, gives_probability;
+    bool forgets, starts_neutral, declares, judges, gives_probability;
     double value_scale;
     struct knowledge knowledge;
 };
