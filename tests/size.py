@@ -19,7 +19,7 @@ LANDED = {
     "lines of Python in src": 49_406,
     "lines of C in src": 7_128,
     "lines of JavaScript, HTML and CSS": 6_894,
-    "lines of tests": 41_093,
+    "lines of tests": 39_769,
     "lines of claims and benchmarks": 4_710,
     "lines of research": 665,
     "words of docs": 79_197,
