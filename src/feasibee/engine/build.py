@@ -163,27 +163,17 @@ def compile_library(out: Path, target: Platform, level: str, by: Compiler, *more
     """
     own = list(out.parent.glob("own.c"))
     files = [*sorted(SOURCES.glob("*.c")), *out.parent.glob("strategies.c"), *own]
+    if target is WEBASSEMBLY:
+        files = [each for each in files if each.stem not in NATIVE]
     with tempfile.TemporaryDirectory(dir=out.parent) as name:
         compiling = [*by.options(target, level), *FLAGS, *more, "-c", "-I", str(SOURCES)]
-        if target is WEBASSEMBLY:
-            files = [each for each in files if each.stem not in NATIVE]
-        objects = [f"{each.stem}.o" for each in files]
-        for each, made in zip(files, objects, strict=True):
+        for each in files:
             small = FOR_PAGES.get(each.stem, SMALLEST) if target is WEBASSEMBLY else ()
-            _run(by, level, Path(name), *compiling, *small, str(each), "-o", made)
+            _run(by, level, Path(name), *compiling, *small, str(each), "-o", f"{each.stem}.o")
         # Zig compiles system libraries for each level that it links for: so it links for one of them.
         lowest = by.options(target, next(iter(target.levels)))
-        _run(
-            by,
-            level,
-            Path(name),
-            *lowest,
-            *more,
-            "-o",
-            out.name,
-            *objects,
-            *by.linking(target, maths=bool(own)),
-        )
+        linking = [*(f"{each.stem}.o" for each in files), *by.linking(target, maths=bool(own))]
+        _run(by, level, Path(name), *lowest, *more, "-o", out.name, *linking)
         Path(name, out.name).replace(out)  # programs that run the old one keep it
 
 

@@ -92,16 +92,7 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
         "toml": scenario.to_toml(),
         "packets": packets_of(variants),
         "reached": reached_of(scenario),
-        "strategies": [
-            {
-                "name": each.decision.strategy,
-                "rule": rule_of(each.manifest),
-                "declares": each.declares,
-                "fixed": why_fixed(each),
-                "knows": each.robots.know_count,
-            }
-            for each in variants
-        ],
+        "strategies": list(map(_strategy_of, variants)),
         "threshold": scenario.decision.threshold,
         "most": {"robots": MOST["robots.count"], "tasks": MOST["tasks.count"]},
         "counted": why_counted(scenario),
@@ -121,6 +112,17 @@ def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> di
         },
         "unit": [str(part) for part in unit_of(scenario).as_integer_ratio()],
         "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},
+    }
+
+
+def _strategy_of(variant: Scenario) -> dict[str, Any]:
+    """Return what a page says of the strategy of a variant."""
+    return {
+        "name": variant.decision.strategy,
+        "rule": rule_of(variant.manifest),
+        "declares": variant.declares,
+        "fixed": why_fixed(variant),
+        "knows": variant.robots.know_count,
     }
 
 
