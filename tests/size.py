@@ -17,7 +17,7 @@ from feasibee.cli import main
 
 LANDED = {
     "lines of Python in src": 41_425,
-    "lines of C in src": 12_547,
+    "lines of C in src": 12_579,
     "lines of JavaScript, HTML and CSS": 6_921,
     "lines of tests": 39_530,
     "lines of claims and benchmarks": 4_700,

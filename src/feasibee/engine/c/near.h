@@ -183,15 +183,25 @@ struct stretches {
 /* Return a coordinate that may be negative on the torus. */
 ALWAYS int64_t wrapped(int64_t coordinate, int64_t side) { return coordinate + (side & (coordinate >> 63)); }
 
-/* Return the nearest block of cells. */
-ALWAYS struct stretches block_at(const struct grid_cells *cells, const struct grid *grid, int32_t x, int32_t y)
+/* Where the cells of the nearest block begin, in its lower row and in the other one. */
+struct corners {
+    const int32_t *one, *other;
+};
+
+ALWAYS struct corners corners_at(const struct grid_cells *cells, const struct grid *grid, int32_t x, int32_t y)
 {
     const int64_t left = wrapped((uint32_t)x - grid->half_width, grid->width);
     const int64_t low = wrapped((uint32_t)y - grid->half_height, grid->height);
     const int64_t column = cell_along(left, grid->scale_x), row = cell_along(low, grid->scale_y);
     const int64_t next_row = row + 1 == grid->rows ? 0 : row + 1, line = grid->columns + 1;
-    const int32_t *one = cells->start + row * line + column, *other = cells->start + next_row * line + column;
-    return (struct stretches){one[0], one[2], other[0], other[grid->rows > 1 ? 2 : 0]};
+    return (struct corners){cells->start + row * line + column, cells->start + next_row * line + column};
+}
+
+/* Return the nearest block of cells. */
+ALWAYS struct stretches block_at(const struct grid_cells *cells, const struct grid *grid, int32_t x, int32_t y)
+{
+    const struct corners at = corners_at(cells, grid, x, y);
+    return (struct stretches){at.one[0], at.one[2], at.other[0], at.other[grid->rows > 1 ? 2 : 0]};
 }
 
 /* Two groups of points. */
@@ -269,6 +279,8 @@ ALWAYS uint32_t those_loud(const int32_t *numbers, struct groups of)
 }
 
 /* What robots look through: copies, which no store can change. */
+#define FAR_COLUMNS 256 /* of a grid that doesn't fit into a processor's nearest caches */
+
 struct lens {
     struct grid_cells cells;
     struct grid grid;
@@ -281,6 +293,23 @@ ALWAYS struct lens lens_of(const struct state *s, const struct grid_cells *cells
 {
     return (struct lens){*cells, *grid, s->params->arena, s->params->sensing.limit, s->params->radio.limit,
                          s->robots[X], s->robots[Y]};
+}
+
+/* Let the processor fetch what is around the robots of the next words: in a large swarm it is far away. */
+ALWAYS void fetch_ahead(const struct lens *lens, int64_t w, int64_t words)
+{
+    if (lens->grid.columns < FAR_COLUMNS || w + 2 >= words)
+        return;
+    for (int64_t i = WORD * (w + 1); i < WORD * (w + 2); i++) {
+        const struct corners later = corners_at(&lens->cells, &lens->grid, lens->x[i + WORD], lens->y[i + WORD]);
+        const struct corners at = corners_at(&lens->cells, &lens->grid, lens->x[i], lens->y[i]);
+        __builtin_prefetch(later.one);
+        __builtin_prefetch(later.other);
+        for (int row = 0; row < POINTS; row++) {
+            __builtin_prefetch(lens->cells.points[row] + *at.one);
+            __builtin_prefetch(lens->cells.points[row] + *at.other);
+        }
+    }
 }
 
 /* Queue what is near a robot, robots or tasks; return how many are queued.
@@ -340,7 +369,8 @@ ALWAYS int64_t scan(struct part *part, const struct lens *lens, int64_t i, bool 
 static inline void count_tasks(struct state *s, const struct part *part)
 {
     const struct lens lens = lens_of(s, &s->task_cells, &s->params->tasks.grid);
-    for (int64_t w = part->first; w < part->last; w++)
+    for (int64_t w = part->first; w < part->last; w++) {
+        fetch_ahead(&lens, w, s->words);
         for (uint32_t rest = exploring_in(s, w); rest; rest = without_lowest(rest)) {
             const int64_t i = lowest_member(w, rest);
             const int32_t x = lens.x[i], y = lens.y[i];
@@ -351,6 +381,7 @@ static inline void count_tasks(struct state *s, const struct part *part)
                                                                            of.second, x, y, lens.sight, 0).one);
             } while (RARELY(has_more(&left)));
         }
+    }
 }
 
 #endif

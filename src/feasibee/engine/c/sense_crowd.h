@@ -78,6 +78,7 @@ static inline void hear_crowd(struct state *s, struct part *part)
     const int64_t itself = s->params->sensing.count_self - 1;
     int64_t *robots_seen = s->counts[ROBOTS_SEEN], queued = 0;
     for (int64_t w = part->first; w < part->last; w++) {
+        fetch_ahead(&lens, w, s->words);
         const uint32_t listening = s->sets[LISTENING][w], exploring = counts ? exploring_in(s, w) : 0;
         for (uint32_t left = listening | exploring; left; left = without_lowest(left)) {
             const int64_t i = lowest_member(w, left), before = queued;
