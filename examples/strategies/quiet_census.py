@@ -9,8 +9,8 @@ PARAMETERS = {"quiet": 100.0}
 
 
 def words(setting):
-    """Return the length of the row: a word for each task."""
-    return setting.task_ids
+    """Return the length of the row: a word for each task, and one if there are none."""
+    return max(1, setting.task_ids)
 
 
 def observe(known, thing, me):

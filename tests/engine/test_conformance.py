@@ -21,7 +21,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import FAST_PATH, takes_fast_path
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import lower
-from tests import anyworlds, worlds
+from tests import anyworlds, fastworlds
 from tests.equal import assert_same, assert_same_swarms
 
 RUNS = 2
@@ -35,7 +35,7 @@ MORE_ANY = range(48, 400)
 def world_of(kind: str, number: int) -> Scenario:
     """Return a world of the fast path, any world, or one of a crowd."""
     if kind == "paper":
-        return worlds.world(number)
+        return fastworlds.world(number)
     if kind == "crowd":
         return anyworlds.world(number, anyworlds.CROWDS, shared=number % 3 < 2)
     return anyworlds.world(number, own=number in MORE_ANY)

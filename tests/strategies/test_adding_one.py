@@ -82,13 +82,18 @@ def test_a_strategy_is_its_file_and_one_row(tmp_path):
     text = table.read_text()
     assert text.count(row) == 1
     table.write_text(text.replace(row, f'{row}        "parrot",\n'))
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    build = [sys.executable, "-m", "feasibee.engine.build"]
     chosen = ("--set", "decision.strategy=parrot", "--set", "run.steps=50", "--json")
+    run = [sys.executable, "-m", "feasibee", "run", *chosen]
+    before = subprocess.run(run, capture_output=True, text=True, env=environment, cwd=tmp_path, check=False)
+    assert "strategy parrot: it isn't in the compiled engine; install feasibee again, or" in before.stderr
+    subprocess.run(build, capture_output=True, env=environment, cwd=tmp_path, check=True)
     for wanted, arguments in (
         ('"feasible": 2', ("run", "--runs", "2", *chosen)),
         ("feasibee_parrot", ("header", "--strategy", "parrot")),
         ('"decision": "feasible"', ("launch", "--lockstep", "--c", *chosen)),
     ):
-        environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
         command = [sys.executable, "-m", "feasibee", *arguments]
         done = subprocess.run(
             command, capture_output=True, text=True, env=environment, cwd=tmp_path, check=False

@@ -6,7 +6,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from feasibee.engine.library import library, pointer
+from feasibee.engine.library import REMEDY, library, pointer
 from feasibee.engine.params import packed
 from feasibee.engine.tables import Control, EndlessLoopError, Lowered, RunError, Tables
 from feasibee.errors import FeasibeeError
@@ -32,7 +32,10 @@ def rules_of(strategy: Strategy) -> Any:
         from feasibee.engine.own import load  # what translates and compiles takes a while to import
 
         return load(strategy, ffi, engine).rules
-    return engine.feasibee_rules(strategy.name.encode())
+    rules = engine.feasibee_rules(strategy.name.encode())
+    if not rules:
+        raise FeasibeeError(f"strategy {strategy.name}: it isn't in the compiled engine; {REMEDY}")
+    return rules
 
 
 class Given:
