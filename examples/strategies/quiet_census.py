@@ -9,7 +9,7 @@ PARAMETERS = {"quiet": 100.0}
 
 
 def words(setting):
-    """Return the length of the row: a word for each task, and one if there are none."""
+    """Return the length of the row: a word for each task, at least one."""
     return max(1, setting.task_ids)
 
 
