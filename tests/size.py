@@ -17,9 +17,9 @@ from feasibee.cli import main
 
 LANDED = {
     "lines of Python in src": 41_428,
-    "lines of C in src": 12_579,
+    "lines of C in src": 12_564,
     "lines of JavaScript, HTML and CSS": 6_921,
-    "lines of tests": 39_535,
+    "lines of tests": 39_503,
     "lines of claims and benchmarks": 4_700,
     "lines of research": 666,
     "words of docs": 78_572,

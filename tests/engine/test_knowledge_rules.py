@@ -16,13 +16,10 @@ from feasibee.scenario.setting import setting_from
 from feasibee.scenario.trial import tried
 from feasibee.strategies import STRATEGIES
 from tests.engine.compiled import (
-    CALLS,
     SANITIZED,
     Draws,
     Rules,
     bits,
-    built_in_rules,
-    declarations,
     library,
 )
 
@@ -49,19 +46,6 @@ CASES = [(name, world, {}) for name in KNOWING for world in WORLDS]
 CASES += [
     (name, world, each) for name, all_ in PARAMETERS.items() for each in all_ for world in ("paper", "place")
 ]
-
-
-@pytest.fixture(scope="module")
-def calls(tmp_path_factory):
-    """Return the declarations of the engine, and what calls a rule as the engine does."""
-    ffi = declarations()
-    return ffi, ffi.dlopen(str(library(tmp_path_factory.mktemp("calls"), "calls", CALLS)))
-
-
-@pytest.fixture(scope="module")
-def built_in(tmp_path_factory, calls):
-    """Return the built-in strategies in C."""
-    return calls[0].dlopen(str(built_in_rules(tmp_path_factory)))
 
 
 def own_rules(calls, folder, text):

@@ -28,32 +28,16 @@ from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import ARGUMENTS, Manifest, Mind
 from feasibee.strategies.overflow import NAMES, checked
 from tests.engine.compiled import (
-    CALLS,
     SANITIZED,
     Draws,
     Rules,
     bits,
-    built_in_rules,
-    declarations,
     library,
 )
 from tests.engine.odd import EXPRESSIONS, text_of
 
 OPINIONS = [name for name, each in STRATEGIES.items() if not each.knowledge]
 SETTING = setting_from((20, 30), (0, 0), False, None, (), plan=bytes(range(12)), columns=4)
-
-
-@pytest.fixture(scope="module")
-def calls(tmp_path_factory):
-    """Return the declarations of engine.h, and what calls a rule as the engine does."""
-    ffi = declarations()
-    return ffi, ffi.dlopen(str(library(tmp_path_factory.mktemp("calls"), "calls", CALLS)))
-
-
-@pytest.fixture(scope="module")
-def built_in(tmp_path_factory, calls):
-    """Return the built-in strategies in C."""
-    return calls[0].dlopen(str(built_in_rules(tmp_path_factory)))
 
 
 @pytest.mark.parametrize("name", OPINIONS)
