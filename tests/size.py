@@ -19,7 +19,7 @@ LANDED = {
     "lines of Python in src": 41_428,
     "lines of C in src": 12_564,
     "lines of JavaScript, HTML and CSS": 6_921,
-    "lines of tests": 39_503,
+    "lines of tests": 39_523,
     "lines of claims and benchmarks": 4_700,
     "lines of research": 666,
     "words of docs": 78_572,

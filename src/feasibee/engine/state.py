@@ -15,8 +15,6 @@ from feasibee.engine.params import Params
 
 LINE: Final = 64
 """Bytes to a multiple of which the memory of a swarm begins."""
-LACK_OF_SLOTS: Final = 1
-"""``SLOTS_LACK`` of state.h."""
 
 
 class Room(NamedTuple):
@@ -61,7 +59,7 @@ class State:
 
     def enlarged(self) -> Room:
         """Return a room with twice as much of what an inbox lacked."""
-        if self.struct.clock.full == LACK_OF_SLOTS:
+        if self.struct.clock.full == self._engine.SLOTS_LACK:
             return self.room._replace(slots=2 * self.room.slots)
         return self.room._replace(tables=2 * self.room.tables)
 
@@ -103,7 +101,9 @@ class State:
 
     def known(self) -> NDArray[np.int32]:
         """Return the words that robots know: shape (robots, words)."""
-        words = self._view(self.struct.knowledge[0], self._params.robots.count, self.struct.copy_words)
+        words = self._view(
+            self.struct.knowledge[self._engine.KNOWN], self._params.robots.count, self.struct.copy_words
+        )
         return words[:, : self._params.strategy.knowledge.words]
 
     def _rows(self, name: str, enum: str, *shape: int) -> dict[str, NDArray[Any]]:

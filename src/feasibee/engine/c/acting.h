@@ -258,7 +258,7 @@ static bool may_shift(const struct state *s, int64_t i, int64_t task)
         return square_of(way.x - u, way.y - v) < s->params->acting.reach;
     }
     const int64_t x = at_x(s->robots, i), y = at_y(s->robots, i);
-    if (passable_ends(s, (int32_t)x, (int32_t)y, (int32_t)u, (int32_t)v) < 4)
+    if (passable_ends(s, (int32_t)x, (int32_t)y, (int32_t)u, (int32_t)v) < QUARTERS)
         return false;
     return s->ways[task * place->columns * place->rows + cell_at_place(s, x + u, y + v)] <= place->arrived;
 }

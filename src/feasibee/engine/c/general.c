@@ -117,7 +117,7 @@ static int64_t sum_probabilities(struct state *s, const struct job *job)
             if (has(s->sets[DECLARED], i)) {
                 said += (int64_t)CERTAIN * has(s->sets[FOR_FEASIBLE_DECLARED], i);
             } else {
-                struct mind mind = mind_in(s, i);
+                struct mind mind = mind_in(job, s, i);
                 said += said_by(job, &mind, known_by(s, i));
             }
         }

@@ -7,9 +7,7 @@
 #ifndef MESSAGES_H
 #define MESSAGES_H
 
-#include "sets.h"
-
-#define LINE 8
+#include "queue.h"
 
 /* Add numbers of 32 bits to consecutive counts. */
 ALWAYS void add_lanes(int64_t *counts, u32 lanes)

@@ -11,6 +11,7 @@
 
 #define GROUP 8 /* points of a stretch that are looked at together: most stretches have fewer */
 #define VECTORS (2 * GROUP / LANES) /* of two groups */
+#define FAR_COLUMNS 256 /* of a grid that doesn't fit into a processor's nearest caches */
 
 /* Return a difference on a torus the short way round. */
 ALWAYS int64_t shortest(int64_t difference, int64_t side)
@@ -279,8 +280,6 @@ ALWAYS uint32_t those_loud(const int32_t *numbers, struct groups of)
 }
 
 /* What robots look through: copies, which no store can change. */
-#define FAR_COLUMNS 256 /* of a grid that doesn't fit into a processor's nearest caches */
-
 struct lens {
     struct grid_cells cells;
     struct grid grid;

@@ -15,21 +15,9 @@
 
 /* --- Ends of phases --- */
 
-ALWAYS struct mind mind_in(const struct state *s, int64_t i)
+ALWAYS struct mind mind_in(const struct job *job, const struct state *s, int64_t i)
 {
-    const int opinion = opinion_of(s, i);
-    const double quality = s->quality[i];
-    return (struct mind){
-        .opinion = opinion,
-        .quality = opinion == FEASIBLE ? quality : opinion == INFEASIBLE ? 1.0 - quality : 0.5,
-        .feasible_quality = quality,
-        .own_vote = s->params->decision.own_vote,
-        .random_ties = s->params->decision.random_ties,
-        .memory = s->memory + i * s->memory_length,
-        .memory_count = s->memory_length,
-        .parameters = s->setting->parameters,
-        .parameter_count = s->setting->parameter_count,
-    };
+    return mind_of(job, opinion_of(s, i), s->quality[i], s->memory + i * s->memory_length);
 }
 
 /* Let a robot adopt what its first exploration favours; a tie keeps its opinion (model.md 6.10). */
@@ -45,7 +33,7 @@ static inline void end_exploration(struct state *s, const struct job *job, int64
 {
     if (s->params->decision.first_sight && has(s->sets[JOINING], i))
         adopt_first_sight(s, i);
-    struct mind mind = mind_in(s, i);
+    struct mind mind = mind_in(job, s, i);
     const struct broadcast made = broadcast_of(job, &mind);
     put_in(s->sets[SPEAKING], i, made.speaks);
     put_in(s->sets[SAYS_FEASIBLE], i, made.says_feasible);
@@ -69,7 +57,7 @@ APART void declare_by_votes(struct state *s, int64_t i, int64_t feasible, int64_
 }
 
 /* Decide by the inbox, or by knowledge, and explore again (model.md 4.6). */
-static inline void end_dissemination(struct state *s, struct part *part, int64_t i)
+static inline void end_dissemination(struct state *s, struct part *part, const struct job *job, int64_t i)
 {
     const struct phase phase = present_phase(s, i);
     const struct heard_votes heard = read_inbox(s, i, phase.tie);
@@ -81,7 +69,7 @@ static inline void end_dissemination(struct state *s, struct part *part, int64_t
         .mean_value = heard.votes > 0 ? as_share(s, heard.total) / (double)heard.votes : 0.0,
         .chance = phase.chance,
     };
-    struct mind mind = mind_in(s, i);
+    struct mind mind = mind_in(job, s, i);
     adopt(s, i, s->rules->decide(&mind, &received));
     if (s->params->decision.declare.enabled)
         declare_by_votes(s, i, heard.feasible, heard.votes);
@@ -97,7 +85,7 @@ ALWAYS void end_phases(struct state *s, struct part *part, const struct job *job
         for (uint32_t left = s->sets[ENDING][w]; left; left = without_lowest(left)) {
             const int64_t i = lowest_member(w, left);
             if (has(s->sets[DISSEMINATING], i))
-                end_dissemination(s, part, i);
+                end_dissemination(s, part, job, i);
             else
                 end_exploration(s, job, i);
         }
