@@ -10,7 +10,7 @@ ROS_PYTHON ?= python3.11
 .PHONY: help paper test test-all test-lowest test-ros coverage lint lint-js format-js engine wheels wasm bench sizes docs claims claims-short clean
 help:
 	@echo "make paper   the paper's figures, data and claims, in paper/, as docs/paper.md has them: 2,000 swarms at each ratio, seed 1"
-	@echo "make test    the tests that take minutes together"
+	@echo "make test    the tests that take minutes together; ROOM=engine those of one folder in tests/"
 	@echo "make test-all    the slow ones, too"
 	@echo "make test-lowest   those of make test that need packages, with the lowest versions that pyproject.toml states, of"
 	@echo "             Python too; in $(LOWEST)"
@@ -20,7 +20,7 @@ help:
 	@echo "make lint-js format and types of the pages' JavaScript, with npm; make format-js formats it"
 	@echo "make engine  the engine, compiled from C into src/feasibee/engine/lib, unless it is there; make test does it, too"
 	@echo "make wheels  the package for Linux, macOS and Windows, and its sources, in dist/; all from this machine"
-	@echo "make wasm    the engine of \`feasibee page\`, compiled from C into src/feasibee/engine/lib/feasibee.wasm"
+	@echo "make wasm    the engine of pages, compiled from C into src/feasibee/engine/lib/feasibee.wasm"
 	@echo "make bench   speed, threads, start-up and memory, as ratios to other programs, and the live arena; QUICK=1 takes a"
 	@echo "             minute, SAVE=1 keeps the figures for docs/speed.md, AGAINST=../other/src compares two versions"
 	@echo "make sizes   flash and RAM of the C controller for each strategy and processor with a compiler here"
@@ -32,10 +32,12 @@ paper: $(VENV)/installed
 	$(BIN)/feasibee paper --runs 2000 --seed 1 --out paper
 
 test: $(VENV)/with-test
-	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(ROOM:%=tests/%)
 
+# A test that hangs ends with a traceback, and not with the patience of whoever waits for all of them.
 test-all: $(VENV)/with-test $(VENV)/with-recipes
-	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -m ""
+	$(BIN)/python -m pytest --numprocesses auto --dist worksteal -m "" --durations 25 \
+		-o faulthandler_timeout=600 -o faulthandler_exit_on_timeout=true
 
 # Old versions warn of what new ones, brought along by others, no longer want. Robots in C and pages need no version.
 test-lowest: $(LOWEST)/installed

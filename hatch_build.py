@@ -11,10 +11,10 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 sys.path.insert(0, str(Path(__file__).parent / "src"))
 
+from feasibee.base.errors import FeasibeeError
 from feasibee.engine.build import build, tag_of
 from feasibee.engine.compilers import ZIGLANG, zig, zig_has_wheels
 from feasibee.engine.platforms import LIBRARIES, PLATFORMS, WEBASSEMBLY, native
-from feasibee.errors import FeasibeeError
 
 PLATFORM = "FEASIBEE_PLATFORM"
 """Environment variable: the platform of the wheel, one of `PLATFORMS`; by default this machine's."""

@@ -37,11 +37,11 @@ from worlds import (
 )
 
 import feasibee
+from feasibee.simulation.sweep import Execution, Rounds
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.assess import assess
 from feasibee.studies.comparison import compare, contenders_of
 from feasibee.studies.report import Assessment
-from feasibee.sweeps.sweep import Execution, Rounds
 
 LARGE = 10_000
 VAST = 1_000_000

@@ -18,6 +18,7 @@ from typing import Any
 
 from claims.book import ROOT, Page
 from claims.values import Record, Table, parse_csv, parse_json
+from feasibee.base.files import write_text
 
 KEPT = ROOT / ".claims"
 CURVE = "calibration.csv"
@@ -34,9 +35,7 @@ def outcome(page: Page, name: str) -> Any:
         written = _run(command, files)
         _tell(f"  {time.monotonic() - start:.1f} s\n")
         KEPT.mkdir(exist_ok=True)
-        part = kept.with_suffix(".part")
-        part.write_text(json.dumps(written), encoding="utf-8")
-        part.replace(kept)
+        write_text(kept, json.dumps(written))
     return _parsed(json.loads(kept.read_text(encoding="utf-8")))
 
 
@@ -72,7 +71,7 @@ def _run(command: str, files: dict[str, str]) -> dict[str, Any]:
         if done.returncode != 0:
             raise SystemExit(f"{command}\nended with status {done.returncode}:\n{done.stderr}")
         made = sorted(set(Path(folder).rglob("*.*")) - before)
-        data = [path for path in made if path.suffix in (".csv", ".json")]
+        data = [path for path in made if path.suffix in (".csv", ".json") and path.parent.name != "runs"]
         written = {path.name: path.read_text(encoding="utf-8") for path in data}
     return {"printed": done.stdout, "files": written}
 
@@ -81,7 +80,8 @@ def _arguments(command: str) -> list[str]:
     """Return what runs ``feasibee ...``, or a ``python``, such as that of a folder, and one of our files."""
     program, *rest = shlex.split(command)
     if program == "feasibee":
-        return [sys.executable, "-m", "feasibee", *rest]
+        data = ["--out", "compare"] if rest[0] == "compare" and not {"--out", "--json"} & {*rest} else []
+        return [sys.executable, "-m", "feasibee", *rest, *data]
     return [str(ROOT / program) if "/" in program else sys.executable, str(ROOT / rest[0]), *rest[1:]]
 
 

@@ -6,7 +6,7 @@ import warnings
 from importlib.metadata import version as installed
 from pathlib import Path
 
-from feasibee.files.cache import cache_root, own_folder
+from feasibee.base.cache import cache_root, own_folder
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE / "_extensions"), str(HERE.parent)]  # our extensions, and claims/

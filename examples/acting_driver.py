@@ -7,7 +7,7 @@ import sys
 
 TASKS, SIGHT, SPEED, REACH = [(2.0, 3.0), (6.0, 5.0)], 20.0, 1.0, 1.0
 number, scenario = sys.argv[1:3]
-command = ["feasibee", "robot", scenario, "--id", number, "--senses", "/dev/stdin"]
+command = ["feasibee", "robot", "join", scenario, "--id", number, "--senses", "/dev/stdin"]
 mind = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 place, going, others = (8.0, 9.0), None, {1: 1}  # another robot of rank 1 has task 1
 

@@ -9,7 +9,7 @@ from contextlib import suppress
 
 STEP, PORT = 0.1, 7401  # seconds per step; the swarm's radio
 number, scenario = sys.argv[1:3]
-command = ["feasibee", "robot", scenario, "--id", number, "--senses", "/dev/stdin"]
+command = ["feasibee", "robot", "join", scenario, "--id", number, "--senses", "/dev/stdin"]
 mind = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 radio = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 for option in (socket.SO_REUSEPORT, socket.SO_BROADCAST):

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from feasibee import Swarm, reference
-from feasibee.model.record import Record
+from feasibee.base.record import Record
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.snapshot import FLAGS
@@ -67,7 +67,37 @@ def assert_same_step(swarm, plain):
     assert counts == (len(plain.present), len(plain.tasks), len(plain.counted))
     assert (swarm.feasible_count, swarm.infeasible_count) == (plain.feasible_count, plain.infeasible_count)
     assert (swarm.bits_sent, swarm.decision) == (plain.bits_sent, plain.decision)
+    for robot in plain.robots:
+        assert_same_robot(swarm, plain, robot)
     if plain.work:
         np.testing.assert_array_equal(swarm.targets[there], [each.errand.target for each in robots])
         standing = {each.number for each in robots if each.errand.task != -1}
         assert set(np.flatnonzero(swarm.standing)) == standing
+
+
+def assert_same_robot(swarm, plain, robot):
+    """See that what a swarm tells of a robot is what the reference's robot knows."""
+    found, mind = swarm.robot(robot.number), robot.mind
+    flags = {name for bit, name in enumerate(FLAGS) if found.flags >> bit & 1}
+    assert ("working" in flags) == robot.works(plain.time)
+    if not robot.works(plain.time):
+        return
+    inside = {
+        "feasible": mind.opinion == 1,
+        "neutral": mind.opinion == -1,
+        "disseminating": mind.disseminating,
+        "declared": mind.declared != -1,
+    }
+    assert {name: name in flags for name in inside} == inside
+    assert found.phase_left == mind.phase_left
+    np.testing.assert_array_equal(found.memory, mind._memory)
+    assert found.feasible_quality == mind.feasible_quality
+    if mind.knowledge:  # the engine keeps what it knows, and no counts; at step 0 zeros
+        assert plain.time == 0 or found.knowledge == tuple(mind.knowledge.words)
+        return
+    messages = [*mind._latest.values(), *mind._messages]
+    feasible = sum(each.opinion for each in messages)
+    heard = sorted((sender, each.opinion, each.value) for sender, each in mind._latest.items())
+    assert found.votes == (feasible, len(messages) - feasible)
+    assert found.heard == tuple(heard)
+    assert (found.robots_seen, found.tasks_seen) == (tuple(mind.robots_seen), tuple(mind.tasks_seen))

@@ -16,18 +16,20 @@ import click
 from feasibee.cli import main
 
 LANDED = {
-    "lines of Python in src": 41_428,
-    "lines of C in src": 12_564,
-    "lines of JavaScript, HTML and CSS": 6_921,
-    "lines of tests": 39_523,
-    "lines of claims and benchmarks": 4_700,
+    "lines of Python in src": 38_878,
+    "lines of C in src": 12_563,
+    "lines of JavaScript, HTML and CSS": 5_893,
+    "lines of tests": 33_788,
+    "lines of claims and benchmarks": 4_210,
     "lines of research": 666,
-    "words of docs": 78_572,
-    "files of Python in src": 219,
-    "packages": 16,
-    "commands": 29,
+    "words of docs": 64_525,
+    "files of Python in src": 200,
+    "packages": 14,
+    "commands": 23,
 }
 """Largest figure of each kind."""
+OTHERS = ":(exclude)src/feasibee/live/static/uplot.js"
+"""A library that isn't ours."""
 
 
 def tracked(*patterns: str) -> list[Path]:
@@ -53,7 +55,7 @@ def measured() -> dict[str, int]:
     return {
         "lines of Python in src": lines("src/*.py"),
         "lines of C in src": lines("src/*.c", "src/*.h"),
-        "lines of JavaScript, HTML and CSS": lines("src/*.js", "src/*.html", "src/*.css"),
+        "lines of JavaScript, HTML and CSS": lines("src/*.js", "src/*.html", "src/*.css", OTHERS),
         "lines of tests": lines("tests/*.py"),
         "lines of claims and benchmarks": lines("claims/*.py", "benchmarks/*.py", "benchmarks/*.c"),
         "lines of research": lines("research/*.py"),

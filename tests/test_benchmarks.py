@@ -23,6 +23,8 @@ def benchmarks(monkeypatch):
     pytest.importorskip("resource", reason="benchmarks ask the system for CPU time")
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     monkeypatch.syspath_prepend(str(ROOT / "docs" / "_extensions"))
+    for name in MODULES:  # tests may have modules of these names
+        monkeypatch.delitem(sys.modules, name, raising=False)
     yield import_module
     for name in MODULES:
         sys.modules.pop(name, None)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feasibee.errors import (
+from feasibee.base.errors import (
     LINE_LIMIT,
     PART_LIMIT,
     PROBLEMS_LIMIT,
@@ -20,7 +20,7 @@ from feasibee.errors import (
     one_line,
     quoted,
 )
-from feasibee.files import UnreadableError, read_text
+from feasibee.base.files import UnreadableError, read_text
 
 
 def problems(number):
@@ -44,12 +44,9 @@ def test_a_long_line_keeps_its_beginning_and_its_remedy():
 
 VALUES = {
     "a long word": "x" * 10**6,
-    "many bytes": b"x" * 10**5,
-    "4,000 digits": 10**4000,
     "5,000 digits": 10**5000,
     "a long list": [1] * 10**6,
     "a long table": {i: i for i in range(10**5)},
-    "a long tuple": tuple(range(10**6)),
     "a deep list": [[[[[[[[[[]]]]]]]]]],
     "control characters": "\n\x1b[2J\u202e\ud800",
     "no number": float("nan"),

@@ -24,6 +24,7 @@ PUBLIC = [
     "Scenario",
     "ScenarioError",
     "Swarm",
+    "assess",
     "compare",
     "confidence_sequence",
     "decision_counts",
@@ -39,6 +40,8 @@ PUBLIC = [
     "save_results",
     "scenario_of",
     "simulate",
+    "size",
+    "sweep",
     "truth",
     "truth_at",
     "wilson",
@@ -61,7 +64,7 @@ def loaded_by(code):
 
 def test_the_public_names_are_these_and_no_others():
     assert sorted(feasibee.__all__) == PUBLIC == dir(feasibee)
-    assert len(PUBLIC) <= 25
+    assert len(PUBLIC) <= 30
     assert all(getattr(feasibee, name).__doc__ for name in PUBLIC)
 
 

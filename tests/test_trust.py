@@ -8,17 +8,17 @@ import pickle
 import numpy as np
 import pytest
 from commands import invoke
-from journals import rows_in
+from stores import rows_in
 
 from feasibee import FeasibeeError, Scenario, open_results, save_results, scenario_of, simulate, truth
 from feasibee.live.catalogue import read_catalogue
 from feasibee.scenario import trial
 from feasibee.scenario.runs import Runs
+from feasibee.simulation import executors
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.sweeps import executors
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.plan import Study, study_of
-from feasibee.sweeps.sweep import sweep
+from feasibee.simulation.plan import Study, study_of
+from feasibee.simulation.store import Store
+from feasibee.simulation.sweep import complete
 
 TEXT = """\
 PARAMETERS = {"weight": 1.0}
@@ -65,7 +65,7 @@ def scenario_file(tmp_path, program):
 
 def test_a_scenario_is_read_checked_and_printed_without_its_strategy_being_run(scenario_file, marker):
     for command in (("truth",), ("truth", "--json"), ("scenario",)):
-        assert invoke(*command, scenario_file).exit_code == 0
+        assert invoke("show", *command, scenario_file).exit_code == 0
     scenario = Scenario.read(scenario_file)
     changed = scenario.replace({"tasks.count": 3})
     assert (truth(scenario), changed.decision.parameters) == (True, {"weight": 1.0})
@@ -78,10 +78,10 @@ def test_a_scenario_is_read_checked_and_printed_without_its_strategy_being_run(s
 
 @pytest.fixture
 def results(tmp_path, scenario_file, marker):
-    """The journal of a study with that strategy, and its results as NetCDF."""
+    """The folder of a study with that strategy, and its results as NetCDF."""
     study = tmp_path / "study.toml"
     study.write_text('file = "swarm.toml"\nruns = 6\nseed = 1\n[sweep]\n"tasks.count" = [2, 40]\n')
-    sweep(Study.read(study), tmp_path / "results", executors.threads(1))
+    complete(Study.read(study), tmp_path / "results", executors.threads(1))
     save_results(simulate(Scenario.read(scenario_file), runs=3), tmp_path / "runs.nc")
     marker.unlink()
     return tmp_path / "results"
@@ -99,12 +99,10 @@ def test_results_are_shown_without_their_strategies_being_run(results, tmp_path,
         ("results", "plot", results, "--x", "tasks.count"),
         ("results", "export", results),
         ("results", "export", results, "--out", tmp_path / "all.nc"),
-        ("results", "merge", tmp_path / "merged", results),
-        ("results", "status", tmp_path / "merged"),
     ):
         done = invoke(*command)
         assert done.exit_code == 0, done.output
-    assert read_catalogue(results, "all").to_dict()["found"] == 12
+    assert read_catalogue(results, "all").replays["found"] == 12
     dataset = open_results(tmp_path / "runs.nc")
     scenario = scenario_of(dataset)
     assert scenario.hash == json.loads(dataset.attrs["recipe"])["scenario_hash"]
@@ -156,9 +154,8 @@ def test_imports_are_checked_before_anything_is_executed(tmp_path, marker):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("workers", [executors.threads, executors.processes])
-def test_a_strategys_file_that_is_edited_during_a_sweep_changes_no_row(tmp_path, workers):
-    """In the journal is the text of the start, and every row is that text's."""
+def test_a_strategys_file_that_is_edited_during_a_sweep_changes_no_row(tmp_path):
+    """In the folder is the text of the start, and every row is that text's."""
     file = tmp_path / "mine.py"
     file.write_text(TEXT)
     tables = {"runs": 40, "scenario": {"run": {"steps": 60}, "decision": {"strategy": "mine.py"}}}
@@ -169,15 +166,15 @@ def test_a_strategys_file_that_is_edited_during_a_sweep_changes_no_row(tmp_path,
         told.append(progress)
         file.write_text(OTHER)
 
-    sweep(study, tmp_path / "results", workers(1), progress=edit)
+    complete(study, tmp_path / "results", executors.threads(1), progress=edit)
     assert told[0].runs_done == 0  # it was edited before the first run
-    with Journal(tmp_path / "results") as journal:
-        for point, row in zip(study.points, journal.points, strict=True):
-            assert row.scenario.manifest.source == TEXT
-            kept = simulate_record(point.scenario, Runs(40, 0))
-            columns = rows_in(journal, row.id)
-            np.testing.assert_array_equal(columns[:, 1], kept.decision)
-            np.testing.assert_array_equal(columns[:, 3], kept.bits_sent)
+    store = Store(tmp_path / "results")
+    for point, row in zip(study.points, store.points, strict=True):
+        assert row.scenario.manifest.source == TEXT
+        kept = simulate_record(point.scenario, Runs(40, 0))
+        columns = rows_in(store, row)
+        np.testing.assert_array_equal(columns[:, 1], kept.decision)
+        np.testing.assert_array_equal(columns[:, 3], kept.bits_sent)
 
 
 def test_a_scenario_takes_its_strategys_text_along(tmp_path):

@@ -1,4 +1,4 @@
-"""Measure how soon robots that act do all tasks in rooms, with bodies and without: docs/places.md."""
+"""Measure how soon robots that act do all tasks in rooms: docs/places.md."""
 
 from __future__ import annotations
 
@@ -13,14 +13,9 @@ from feasibee.simulation.flooding import flooded
 RUNS, SEED = 400, 5
 LONGEST = 2000
 """Steps that robots have for all tasks once they act."""
-ROOMS = ("2 rooms, door", "8 rooms", "12 shelves", "40 obstacles")
-WAYS: dict[str, dict[str, Any]] = {
-    "bodiless": {"robots.avoid_collisions": False, "robots.contact": "stand"},
-    "deflect": {},
-    "stand": {"robots.contact": "stand"},
-    "search": {"acting.start": "search"},
-}
-"""What differs from robots that deflect and start when it is safe."""
+OPEN = "corridor of 100 by 4"
+WAYS: dict[str, dict[str, Any]] = {"deflect": {}, "search": {"acting.start": "search"}}
+"""What differs from robots that start when it is safe."""
 COMMON: dict[str, Any] = {
     **{"decision.strategy": "quiet-census", "acting.start": "safe", "tasks.count": 20},
     **{"run.stop_when_taken": True, "run.stop_at_declarations": False},
@@ -29,8 +24,8 @@ COMMON: dict[str, Any] = {
 
 def main() -> None:
     """Print the measures of each place."""
-    names = ["hall", *(each for each in PLACES if each.startswith(ROOMS) and not each.endswith("door 4"))]
-    wide = in_time(safe_in(WORST).replace({"acting.reach": 2.0}))
+    names = [each for each in PLACES if each != OPEN]
+    wide = in_time(flooded(safe_in(WORST).replace({"acting.reach": 2.0})))
     print(json.dumps({"runs": RUNS, "rows": [measured(name) for name in names], "wide": wide}, indent=1))
 
 
@@ -42,7 +37,7 @@ def safe_in(name: str) -> Scenario:
 def measured(name: str) -> dict[str, Any]:
     """Return how soon all tasks are taken in a place, and how often one of 21 is although that is in vain."""
     safe = safe_in(name)
-    found = {way: in_time(safe.replace(changes)) for way, changes in WAYS.items()}
+    found = {way: in_time(flooded(safe.replace(changes))) for way, changes in WAYS.items()}
     few = safe.replace({"tasks.count": 21, "run.steps": safe.acts_from + 100, "run.stop_when_taken": False})
     began = simulate(few, RUNS, seed=SEED).starts_in_vain.values > 0
     return {"place": name, "start": safe.acts_from, **found, "vain": wilson(int(began.sum()), RUNS)._asdict()}

@@ -1,4 +1,4 @@
-"""Measure sizes of animations, and the time per frame of 10,000 robots relative to 20: docs/animate.md."""
+"""Measure sizes of animations, and the time per frame of 10,000 robots relative to 20: docs/watch.md."""
 
 from __future__ import annotations
 

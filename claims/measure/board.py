@@ -1,4 +1,4 @@
-"""The worlds of the benchmark's suite, and the board of the built-in strategies: docs/benchmark.md."""
+"""The board of the built-in strategies: docs/benchmark.md."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ from feasibee.studies.board import standings
 
 
 def main() -> None:
-    """Print them as one JSON object."""
+    """Print its rows as JSON."""
     card = board()
-    worlds = [{"name": each.name, "group": each.group, "about": each.about} for each in card.worlds]
     rows = [
         {
             "given": given,
@@ -28,7 +27,7 @@ def main() -> None:
         for given, group in standings(card).items()
         for place, each in enumerate(group, start=1)
     ]
-    print(json.dumps({"worlds": worlds, "rows": rows}))
+    print(json.dumps({"rows": rows}))
 
 
 if __name__ == "__main__":

@@ -79,7 +79,6 @@ def standing() -> dict[str, Any]:
             record = simulate_record(scenario, Runs(1000, 1))
             track = tracking(record, scenario, SETTLED)
             found.setdefault(name, {})[str(tasks)] = {
-                "right": track.right_share.estimate,
                 "alarms": int(
                     np.rint(track.false_alarms.estimate * record.runs * (STEPS - SETTLED + 1) / 1000)
                 ),
@@ -115,7 +114,6 @@ def streaming() -> dict[str, Any]:
             found.setdefault(name, {})[stream] = {
                 **track.to_dict(),
                 "never_changing": float(np.maximum(true := record.truth[:, 1:].mean(1), 1 - true).mean()),
-                "flips": float((np.diff(record.truth, axis=1) != 0).sum(1).mean()),
                 "taken_back": taken_back(record.truth, 50),
             }
     return found
@@ -152,16 +150,12 @@ def measured(name: str, case: tuple[int, int, int], changes: dict[str, Any], run
     record = simulate_record(scenario, Runs(runs, 1))
     delay = changes_of(record.truth, record.held).delay
     late = np.where(delay < 0, STEPS, delay)
-    shares = {
-        f"within_{most}": float((late <= most).mean()) if late.size else None for most in (150, 250, 300)
-    }
+    shares = {f"within_{most}": float((late <= most).mean()) if late.size else None for most in (150, 300)}
     return {
         "right_before": late.size / runs,
         **shares,
         "median": int(np.median(late)) if late.size else None,
         "p90": int(np.quantile(late, 0.9)) if late.size else None,
-        "bits": float(record.bits_sent.mean() / record.robots_present[:, 1:].sum(1).mean()),
-        "right_after": float((record.held == record.truth)[:, CHANGE + 300 :].mean()),
     }
 
 

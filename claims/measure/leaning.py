@@ -16,16 +16,14 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
 NORMAL = NormalDist()
-NEAR, FAR = range(190, 231, 10), range(250, 411, 40)
+NEAR = range(190, 231, 10)
 SWARMS: dict[str, tuple[int, Iterable[int], int, dict[str, Any]]] = {
     "twenty": (20, range(17, 23), 20_000, {}),
     "thousand": (1000, range(1000, 1121, 30), 400, {}),
     "coin": (200, NEAR, 2000, {}),
     "first_sight": (200, NEAR, 2000, {"decision.start": "first-sight"}),
     "own_vote": (200, NEAR, 2000, {"decision.own_vote": False}),
-    "cross_inhibition": (200, NEAR, 2000, {"decision.strategy": "cross-inhibition"}),
     "long": (200, NEAR, 1000, {"decision.exploration": 40.0}),
-    "short": (200, FAR, 1000, {"decision.exploration": 0.1}),
 }
 """Number of robots, numbers of tasks, number of runs at each, and what differs from the paper's robots."""
 STEPS = 4000

@@ -13,7 +13,6 @@ RATES = (1e-5, 1e-4, 1e-3, 1e-2)
 RUNS, ROBOTS = 1000, 20
 DECLARING = {
     "quiet_census": {"decision.strategy": "quiet-census"},
-    "tolerant": {"decision.strategy": "quiet-census", "decision.parameters": {"tolerates": 1.0}},
     "turns": {"decision.strategy": "turns"},
     "fewer": {"decision.strategy": "quiet-census", "tasks.count": 18},
 }

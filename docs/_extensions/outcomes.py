@@ -9,7 +9,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES
+from feasibee.base.outcomes import CURVES, OUTCOMES, TRACES
 from feasibee.results.measures import MEASURES
 
 

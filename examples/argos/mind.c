@@ -8,7 +8,7 @@
 
 #define FEASIBEE_DOUBLE   /* a simulated robot can afford doubles */
 #define FEASIBEE_INBOX 1024
-#include "feasibee.h"     /* feasibee header > feasibee.h */
+#include "feasibee.h"     /* feasibee robot header > feasibee.h */
 
 struct mind {
     struct feasibee_setting setting;

@@ -20,9 +20,9 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from std_msgs.msg import Float32, Header, Int8, String, UInt8MultiArray
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.codes import DECISIONS
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.node import HEARD_LIMIT, Node
-from feasibee.model.codes import DECISIONS
 from feasibee_ros.messages import frame_from, frame_message, goal_at, report
 from feasibee_ros.senses import OBJECTS, POSES, Senses
 
@@ -298,7 +298,7 @@ class Robot(LifecycleNode):
             self._heard.append([sender, text])
 
     def keep(self, line: Any) -> None:
-        """Publish a line of its log, as `feasibee replay` reads it from a file."""
+        """Publish a line of its log, as `feasibee robot replay` reads it from a file."""
         self._log.publish(String(data=json.dumps(line, separators=(",", ":"))))
 
     def tell(self) -> None:

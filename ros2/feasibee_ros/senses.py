@@ -29,7 +29,7 @@ class Senses:
     detections : str
         `POSES` or `OBJECTS`.
     simulated : bool
-        Whether the objects come from the world of `feasibee launch --ros`.
+        Whether the objects come from the world of `feasibee robot launch --ros`.
     """
 
     def __init__(self, metres: float, detections: str, *, simulated: bool = False) -> None:

@@ -62,7 +62,7 @@ class SimulatedRobot(Robot):
     def _ask(self) -> None:
         """Ask the world for orders, or repeat the last answer; end if the world is silent for too long."""
         if self._now - self._heard_at > self._patience:
-            self.problem = f"the world was silent for {self._patience:g} s; start feasibee launch --ros"
+            self.problem = f"the world was silent for {self._patience:g} s; start feasibee robot launch --ros"
             self.status, self.has_ended = GONE, True
         elif self.mind is None:
             self._hello.publish(UInt16(data=self.number))
@@ -162,7 +162,7 @@ class SimulatedRobot(Robot):
         super().keep(line)
 
 
-USAGE = """One robot of a field; feasibee launch --ros --no-robots is its world and waits for it.
+USAGE = """One robot of a field; feasibee robot launch --ros --no-robots is its world and waits for it.
 
 Example:
   {program} --ros-args -r __ns:=/robot_3

@@ -10,10 +10,10 @@ import pytest
 from fields import PUT, STREAMS, a_plan, opinions, run, simulated, small
 from std_msgs.msg import String
 
+from feasibee.base.codes import DECISIONS
 from feasibee.field.bodies import Bodies
 from feasibee.field.plan import Fault
 from feasibee.field.replay import replay
-from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 from feasibee_ros.simulated import SimulatedRobot
 

@@ -12,13 +12,12 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from feasibee.errors import FeasibeeError as FeasibeeError
-    from feasibee.errors import ScenarioError as ScenarioError
+    from feasibee.base.errors import FeasibeeError as FeasibeeError
+    from feasibee.base.errors import ScenarioError as ScenarioError
     from feasibee.figures.arena import plot_arena as plot_arena
     from feasibee.figures.decisions import plot_decision_steps as plot_decision_steps
     from feasibee.figures.decisions import plot_decisions as plot_decisions
     from feasibee.figures.decisions import plot_opinions as plot_opinions
-    from feasibee.results.dataset import open_results as open_results
     from feasibee.results.dataset import save_results as save_results
     from feasibee.results.dataset import scenario_of as scenario_of
     from feasibee.results.statistics import confidence_sequence as confidence_sequence
@@ -32,15 +31,19 @@ if TYPE_CHECKING:
     from feasibee.simulation.ensemble import simulate as simulate
     from feasibee.simulation.swarm import Swarm as Swarm
     from feasibee.simulation.swarm import truth_at as truth_at
+    from feasibee.simulation.table import open_results as open_results
+    from feasibee.simulation.table import sweep as sweep
     from feasibee.strategies import STRATEGIES as STRATEGIES
-    from feasibee.studies.table import compare as compare
+    from feasibee.studies.assess import assess as assess
+    from feasibee.studies.constraints import compare as compare
+    from feasibee.studies.size import size as size
     from feasibee.theory.predict import predict as predict
 
 _NAMES = {
-    "errors": ("FeasibeeError", "ScenarioError"),
+    "base.errors": ("FeasibeeError", "ScenarioError"),
     "figures.arena": ("plot_arena",),
     "figures.decisions": ("plot_decision_steps", "plot_decisions", "plot_opinions"),
-    "results.dataset": ("open_results", "save_results", "scenario_of"),
+    "results.dataset": ("save_results", "scenario_of"),
     "results.statistics": (
         "confidence_sequence",
         "decision_counts",
@@ -53,7 +56,10 @@ _NAMES = {
     "simulation.ensemble": ("simulate",),
     "simulation.swarm": ("Swarm", "truth_at"),
     "strategies": ("STRATEGIES",),
-    "studies.table": ("compare",),
+    "studies.assess": ("assess",),
+    "studies.constraints": ("compare",),
+    "studies.size": ("size",),
+    "simulation.table": ("open_results", "sweep"),
     "theory.predict": ("predict",),
 }
 _HOMES = {name: home for home, names in _NAMES.items() for name in names}

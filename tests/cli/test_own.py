@@ -17,8 +17,8 @@ from feasibee import FeasibeeError, Scenario
 from feasibee.field.brain import CompiledMind
 from feasibee.robot.firmware import header, needs_double
 from feasibee.robot.wire import WireError
-from feasibee.scenario.html import render
 from feasibee.scenario.plugins import load
+from feasibee.scenario.shown import render
 from feasibee.studies import check
 
 KINDS = pytest.mark.parametrize("options", [(), ("--knowledge",)], ids=["opinions", "knowledge"])
@@ -54,7 +54,7 @@ def here(tmp_path, monkeypatch):
 
 @KINDS
 def test_a_skeleton_runs_as_it_is_and_with_what_its_comments_offer(here, options):
-    assert "feasibee check mine.py" in output_of("new", "strategy", "mine.py", *options)
+    assert "feasibee check mine.py" in output_of("new", "mine.py", *options)
     text = (here / "mine.py").read_text()
     assert 0 <= json_of("run", "--set", "decision.strategy=mine.py", "--runs", 5)["accuracy"]["estimate"] <= 1
     assert not needs_double(load("mine.py"))
@@ -74,33 +74,19 @@ def test_a_skeleton_passes_on_names_as_the_example_does():
     assert len({text[text.index("def words") : text.index("def bits")] for text in texts}) == 1
 
 
-def test_a_skeleton_overwrites_nothing(here):
+def test_a_new_file_overwrites_nothing_and_is_of_a_known_kind(here):
     (here / "mine.py").write_text("x")
-    line = refused_in_a_line("new", "strategy", "mine.py")
-    assert line == "feasibee: mine.py: exists already; use another name, or remove it"
-    assert (here / "mine.py").read_text() == "x"
-
-
-def test_a_scenario_is_written_as_ever(here):
+    for arguments, words in {
+        ("mine.py",): "mine.py: exists already; use another name, or remove it",
+        ("mine.txt",): "mine.txt: unknown file format; end the name with .toml or .py",
+        ("other.py", "--set", "tasks.count=3"): "leave out --set",
+        ("mine.toml", "--knowledge"): "leave out --knowledge",
+        ("strategy", "mine.py"): "unexpected extra argument (mine.py). See 'main new --help'.",
+    }.items():
+        assert words in refused_in_a_line("new", *arguments)
+    assert [(each.name, each.read_text()) for each in here.iterdir()] == [("mine.py", "x")]
     output_of("new", "mine.toml", "--set", "tasks.count=7")
     assert Scenario.read("mine.toml").tasks.count == 7
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (("strategy", "mine.toml"), "mine.toml: unknown file format; end the name with .py"),
-        (
-            ("strategy", "mine.py", "--set", "tasks.count=3"),
-            "--set with strategy: is for fields of a scenario",
-        ),
-        (("mine.toml", "--knowledge"), "write feasibee new strategy mine.py"),
-        (("one.toml", "two.toml"), "one.toml: can't be written with two.toml; name one file"),
-    ],
-)
-def test_what_a_new_file_cannot_be_is_told(here, arguments, words):
-    assert words in refused_in_a_line("new", *arguments)
-    assert not list(here.iterdir())
 
 
 # --- In C ---
@@ -108,10 +94,10 @@ def test_what_a_new_file_cannot_be_is_told(here, arguments, words):
 
 @KINDS
 def test_a_file_is_translated_to_a_header_that_compiles(here, options):
-    output_of("new", "strategy", "mine.py", *options)
+    output_of("new", "mine.py", *options)
     own = (here / "mine.py").read_text().replace('"lead": 0.0', '"lead": 1.5')  # more than one vote
     (here / "mine.py").write_text(own)
-    text = output_of("header", "mine.py", "--inbox", 32)
+    text = output_of("robot", "header", "mine.py", "--inbox", 32)
     assert text == header(load("mine.py"), 32)
     if shutil.which("cc") is None:
         pytest.skip("no cc; Debian has it in gcc")
@@ -123,10 +109,10 @@ def test_a_file_is_translated_to_a_header_that_compiles(here, options):
 
 
 def test_several_strategies_may_be_named_in_both_ways(here):
-    output_of("new", "strategy", "mine.py")
-    text = output_of("header", "dmmd", "mine.py", "--strategy", "dc")
+    output_of("new", "mine.py")
+    text = output_of("robot", "header", "dmmd", "mine.py", "dc")
     assert "Strategies: dmmd, mine.py, dc." in text
-    assert output_of("header", "--strategy", "dmmd") == header("dmmd") == output_of("header", "dmmd")
+    assert output_of("robot", "header", "dmmd") == header("dmmd")
 
 
 @pytest.mark.parametrize(
@@ -145,13 +131,7 @@ def test_several_strategies_may_be_named_in_both_ways(here):
 def test_what_cannot_be_translated_is_told_with_its_path(here, name, text, words):
     (here / "sub").mkdir()
     (here / name).write_text(text)
-    assert words in refused_in_a_line("header", "dmmd", name)
-
-
-def test_a_missing_file_is_told_with_its_path(here):
-    line = refused_in_a_line("header", "mine.py")
-    assert line == "feasibee: mine.py: can't be read: No such file or directory; name a file of Python"
-    assert "must be one of dmmd" in refused_in_a_line("header", "mine")
+    assert words in refused_in_a_line("robot", "header", "dmmd", name)
 
 
 # --- Checked ---
@@ -161,39 +141,33 @@ QUIET = (Path(__file__).parents[2] / "examples" / "strategies" / "quiet_census.p
 
 
 @NEEDS_CC
-def test_a_check_says_all_of_a_strategy_in_one_screen(here):
+def test_a_check_says_all_of_a_strategy_in_one_screen_and_in_json(here, monkeypatch):
     (here / "mine.py").write_text(QUIET)
-    lines = output_of("check", "mine.py", "--runs", 20, "--seed", 1).splitlines()
-    assert lines[:6] == [
-        "Needs     the number of robots.",
-        "Messages  1 to 661 bits.",
+    real, kept = check.check, []
+    monkeypatch.setattr(
+        check, "check", lambda *given: kept[0] if kept else kept.append(real(*given)) or kept[0]
+    )
+    words = ("check", "mine.py", "--runs", 20, "--seed", 1)
+    lines = output_of(*words).splitlines()
+    assert lines[0] == "The engine, Python and C agree, in 6 random worlds."
+    assert lines[1].startswith("mine.py is right in 100 % of the runs (97 to 100), dmmd in ")
+    assert "It needs the number of robots; a message has 1 to 661 bits." in lines
+    more = output_of(*words, "--details").splitlines()
+    assert more[: len(lines)] == lines
+    assert more[len(lines) : len(lines) + 4] == [
         "Memory    20 words known, 20 in a message, 2 floats.",
         "Engine    equal to Python in 6 random worlds.",
         "C         equal to Python in 6 random worlds.",
         "          needs FEASIBEE_DOUBLE.",
     ]
-    assert "x86-64: " in lines[6]
-    assert len(lines) <= 20
+    assert "x86-64: " in more[len(lines) + 4]
+    assert len(more) <= 22
     row = next(line for line in lines if line.strip().startswith("20 (1.00)")).split()
     assert row[2] == "100.0"
-
-
-@NEEDS_CC
-def test_json_has_all_of_it(here):
-    (here / "mine.py").write_text(render("strategy.txt", file="mine.py", knowledge=True))
-    found = json_of("check", "mine.py", "--runs", 5)
-    assert (found["bits"], found["words"], found["needs"]) == ({"first": 40, "full": 40}, 40, [])
-    assert (found["engine"], found["c"], found["in_c"], found["needs_double"]) == (
-        "agree",
-        "agree",
-        "",
-        False,
-    )
-    assert {(each["contender"], each["runs"]) for each in found["outcomes"]} == {
-        ("mine.py", 5),
-        ("dmmd", 5),
-        ("census", 5),
-    }
+    found = json_of(*words)
+    assert (found["bits"], found["words"], found["needs"]) == ({"first": 1, "full": 661}, 20, ["count"])
+    assert [found[key] for key in ("engine", "c", "in_c", "needs_double")] == ["agree", "agree", "", True]
+    assert {each["contender"] for each in found["outcomes"]} == {"mine.py", "dmmd", "census"}
     assert [each["tasks"] for each in found["outcomes"][:6]] == [10, 16, 20, 21, 25, 40]
     for flash, _ in (each for each in found["sizes"].values() if isinstance(each, list)):
         assert 3000 < flash < 20_000
@@ -239,19 +213,16 @@ def test_an_engine_that_differs_is_found(here, monkeypatch):
     assert "feasible_count differs between engine and Python" in found
 
 
-OVERFLOWS = "def decide(mind, inbox):\n    return 1 if (inbox.feasible_votes + 3037000000) ** 2 > 0 else 0\n"
-
-
-def test_a_whole_number_that_leaves_64_bits_ends_a_check_with_status_1(here):
-    (here / "mine.py").write_text(OVERFLOWS.replace("votes", "votes * 1000"))
-    done = invoke("check", "mine.py", "--runs", 2)
-    assert done.exit_code == 1
-    assert re.fullmatch(r"feasibee: mine\.py, line 2: decide.* \d+ \*\* 2 leaves 64 bits\n", done.stderr)
+OVERFLOWS = BAD.replace("[1][0]", "1 if (inbox.feasible_votes * 1000 + 3037000000) ** 2 > 0 else 0")
 
 
 @pytest.mark.parametrize("agrees", [True, False])
-def test_a_difference_ends_a_check_with_status_1(here, monkeypatch, agrees):
-    (here / "mine.py").write_text(render("strategy.txt", file="mine.py", knowledge=False))
+def test_a_difference_or_a_failure_ends_a_check_with_status_1(here, monkeypatch, agrees):
+    (here / "mine.py").write_text(OVERFLOWS)
+    done = invoke("check", "mine.py", "--runs", 2)
+    assert done.exit_code == 1
+    assert re.fullmatch(r"feasibee: mine\.py, line 2: decide.* \d+ \*\* 2 leaves 64 bits\n", done.stderr)
+    (here / "mine.py").write_text(BAD.replace("[1][0]", "1"))
     found = SimpleNamespace(agrees=agrees, to_dict=lambda seed: {"engine": "world 0"})
     monkeypatch.setattr(check, "check", lambda *_: found)
     assert invoke("check", "mine.py", "--json").exit_code == (not agrees)
@@ -260,7 +231,7 @@ def test_a_difference_ends_a_check_with_status_1(here, monkeypatch, agrees):
 def test_what_only_the_engine_takes_is_checked_without_c(here):
     (here / "mine.py").write_text("def decide(mind, inbox):\n    return round(inbox.chance)\n")
     told = "mine.py, line 2: round(...); write math.floor(number + 0.5)"
-    assert refused_in_a_line("header", "mine.py") == f"feasibee: {told}"
+    assert refused_in_a_line("robot", "header", "mine.py") == f"feasibee: {told}"
     found = json_of("check", "mine.py", "--runs", 2)
     assert (found["engine"], found["c"], found["in_c"], found["sizes"]) == ("agree", told, told, {})
 
@@ -275,20 +246,17 @@ def test_a_large_strategy_does_not_fit_a_small_processor(here):
     assert check._size("ATmega328P", check._paper("mine.py")) == "too large for its memory"
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("nothing.py", "nothing.py: can't be read: No such"),
-        ("dmmd", "dmmd: is built in; name a file of your"),
-    ],
-)
-def test_what_cannot_be_checked_is_told(here, name, words):
-    assert words in refused_in_a_line("check", name)
+def test_what_cannot_be_checked_or_translated_is_told_with_its_path(here):
+    missing = "nothing.py: can't be read: No such file or directory; name a file of Python"
+    assert missing in refused_in_a_line("check", "nothing.py")
+    assert refused_in_a_line("robot", "header", "nothing.py") == f"feasibee: {missing}"
+    assert "must be one of dmmd" in refused_in_a_line("robot", "header", "mine")
+    assert "dmmd: is built in; name a file of your" in refused_in_a_line("check", "dmmd")
 
 
 # --- As the page says ---
 
-PAGE = Path(__file__).parents[2] / "docs" / "strategy-robots.md"
+PAGE = Path(__file__).parents[2] / "docs" / "add-a-strategy.md"
 
 
 def steps_of(heading):
@@ -309,14 +277,13 @@ def test_a_reader_simulates_translates_and_flashes_a_strategy(here):
         if shutil.which(tool) is None:
             pytest.skip(f"no {tool}; Debian has it in gcc, gcc-avr and avr-libc, or simavr")
     shutil.copy(PAGE.parents[1] / "examples" / "strategies" / "witness.py", "mine.py")
+    shutil.copy(PAGE.parents[1] / "examples" / "robot.c", "robot.c")
     (here / "feasibee").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m feasibee "$@"\n')
     (here / "feasibee").chmod(0o755)
     environment = {**os.environ, "PATH": f"{here}:{os.environ['PATH']}", "COLUMNS": "84", "NO_COLOR": "1"}
     ran, printed = 0, ""
     for language, text in steps_of("A strategy on a real robot, in C"):
-        if language == "c":
-            (here / "robot.c").write_text(re.sub(r"(?m)^   ", "", text))
-        elif language == "sh":
+        if language == "sh":
             command = ["sh", "-c", text]
             done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
             printed = re.sub(r"\x1b\[\d*m", "", done.stdout + done.stderr * ("simavr" in text))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from commands import json_of, output_of, refused
 
-import feasibee.figures.theory as figures
 from feasibee.cli import predict as module
 
 TEN = ("predict", "--set", "tasks.count=10")
@@ -20,10 +19,15 @@ def test_a_prediction_for_programs():
     assert found["scenario"]["tasks"]["count"] == 10
 
 
-def test_a_prediction_for_people_says_when_and_why():
+def test_a_prediction_for_people_says_what_and_when_and_why_if_asked():
     text = output_of(*TEN)
-    for words in ("feasible (true)", "half by step", "Opinions tip where", "the coins at the start"):
-        assert words in text
+    assert text.startswith("By theory, 75 % of the swarms rightly decide feasible")
+    assert len(text.splitlines()) == 3
+    assert "Half have decided by step 125" in text
+    more = output_of(*TEN, "--details")
+    assert more.startswith(text)
+    assert "Opinions tip where" in more
+    assert "the coins at the start" in more
     assert "do not tip" in output_of(*TEN, "--set", "decision.strategy=voter")
 
 
@@ -40,6 +44,7 @@ def test_runs_of_the_engine_beside_it(tmp_path):
 def test_a_field_is_followed_as_far_as_the_theory_reaches(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "POINTS", 3)
     shown = output_of(*TEN, "--over", "decision.gain=0.5:40", "--plot", tmp_path / "gain.png")
+    assert shown.startswith("By theory, ")
     assert "Beyond reach: decision.gain = 0.5" in shown
     assert (tmp_path / "gain.png").stat().st_size > 10_000
     found = json_of(*TEN, "--over", "decision.gain=0.5:40")
@@ -48,12 +53,6 @@ def test_a_field_is_followed_as_far_as_the_theory_reaches(tmp_path, monkeypatch)
     assert "beyond_reach" in first
     assert [point["value"] for point in others] == pytest.approx([20**0.5, 40])
     assert all(0.6 < point["feasible"] < 0.8 for point in others)
-
-
-def test_the_figure_over_a_field_marks_what_the_engine_found():
-    points = module._points(module.Given(None, ()).read(), "robots.count", [20, 30], 50, 1, 1)
-    drawn = figures.draw_field("robots.count", points)
-    assert [len(ax.lines) for ax in drawn.axes] == [2, 3, 2]  # lines, and the engine's dots
 
 
 def test_what_is_beyond_reach_is_refused():

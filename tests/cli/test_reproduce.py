@@ -1,4 +1,4 @@
-"""feasibee reproduce: the same bytes, and lines that name what differs."""
+"""feasibee run --again: the same bytes, and lines that name what differs."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def saved(tmp_path):
 
 
 def test_saved_results_and_their_figure_are_the_same(saved):
-    answer = output_of("reproduce", saved)
+    answer = output_of("run", "--again", saved)
     assert "20 runs, written by feasibee" in " ".join(answer.split())
     assert "All results are the same, byte for byte." in answer
     assert "saved.svg: the same, byte for byte." in answer
@@ -34,7 +34,7 @@ def test_a_changed_value_is_named_by_column_and_run(saved):
     results.decision_step[[2, 7]] += 1
     results.feasible_count[4, 50] += 1
     feasibee.save_results(results, saved)
-    result = invoke("reproduce", saved)
+    result = invoke("run", "--again", saved)
     assert result.exit_code == 1
     assert "Different: decision_step in 2 of 20 runs: 7, 12." in result.stdout
     assert "Different: feasible_count in 1 of 20 runs: 9." in result.stdout
@@ -47,24 +47,26 @@ def test_other_figures_and_versions_are_named(saved):
     feasibee.save_results(results.assign_attrs(recipe=json.dumps(recipe)), saved)
     other = saved.with_name("other.svg")
     other.write_text("another figure")
-    result = invoke("reproduce", saved, "--figure", other)
+    result = invoke("run", "--again", saved, "--again", other)
     assert result.exit_code == 1
     assert "written by feasibee 0.0.1; now:" in " ".join(result.stdout.split())
     assert "other.svg: differs." in result.stdout
     saved.with_suffix(".svg").unlink()
-    assert "svg" not in output_of("reproduce", saved)
-    assert "does not exist" in refused_in_a_line("reproduce", saved, "--figure", saved.with_name("none.svg"))
+    assert "svg" not in output_of("run", "--again", saved)
+    assert "does not exist" in refused_in_a_line(
+        "run", "--again", saved, "--again", saved.with_name("none.svg")
+    )
 
 
 def test_part_of_the_results_is_compared_with_its_runs(saved):
     results = feasibee.open_results(saved).isel(run=[3, 9], step=slice(10, 20))
     feasibee.save_results(results, saved)
-    assert "2 runs" in output_of("reproduce", saved)
+    assert "2 runs" in output_of("run", "--again", saved)
 
 
 @pytest.fixture
 def folder(tmp_path):
-    """Return the journal of a sweep of two points, three runs each."""
+    """Return the folder of a sweep of two points, three runs each."""
     study = tmp_path / "study.toml"
     study.write_text('runs = 3\nseed = 1\n[scenario.run]\nsteps = 50\n[sweep]\n"tasks.count" = [5, 40]\n')
     output_of("sweep", study, "--out", tmp_path / "results")
@@ -82,13 +84,13 @@ FIGURES = {
 def test_figures_of_a_sweep_are_drawn_again_as_their_files_say(folder):
     for name, options in FIGURES.items():
         output_of("results", "plot", folder, "--x", "tasks.count", *options, "--out", folder / name)
-    answer = output_of("reproduce", folder)
+    answer = output_of("run", "--again", folder)
     for name in FIGURES:
         assert f"{name}: the same, byte for byte." in answer
     column = folder / "column.pdf"
     column.write_bytes(column.read_bytes().replace(b"x%22:%20%22tasks.count", b"x%22:%20%22radio.range"))
-    for options in ((), ("--figure", column)):
-        result = invoke("reproduce", folder, *options)
+    for options in ((), ("--again", column)):
+        result = invoke("run", "--again", folder, *options)
         assert result.exit_code == 1
         assert "column.pdf: differs." in result.stdout
         assert ("map.svg" in result.stdout) == (not options)
@@ -96,29 +98,22 @@ def test_figures_of_a_sweep_are_drawn_again_as_their_files_say(folder):
 
 @pytest.mark.parametrize(
     "wrong",
-    ["{", '{"x": "tasks.count"}', '{"x": 1, "show": "accuracy"}']
-    + [f'{{"x": "tasks.count", "show": {show}}}' for show in ("[]", '"all"')]
-    + [
-        f'{{"x": "tasks.count", "show": "accuracy", {more}}}'
-        for more in (
-            '"width": 1e9',
-            '"height": NaN',
-            '"journal": 1.0',
-            '"title": 5',
-            '"facet": ["radio.loss"]',
-        )
+    [
+        *("{", '{"x": "tasks.count"}', '{"x": "tasks.count", "show": "all"}'),
+        '{"x": "tasks.count", "show": "accuracy", "height": NaN}',
+        '{"x": "tasks.count", "show": "accuracy", "facet": ["radio.loss"]}',
     ],
 )
 def test_a_file_that_says_something_else_is_no_figure_of_a_sweep(folder, wrong):
     other = folder / "other.png"
     other.write_text(f"feasibee results plot {quote(wrong)}")
-    assert "other.png" not in output_of("reproduce", folder)
-    answer = refused_in_a_line("reproduce", folder, "--figure", other)
+    assert "other.png" not in output_of("run", "--again", folder)
+    answer = refused_in_a_line("run", "--again", folder, "--again", other)
     assert "isn't a figure of feasibee results plot; leave it out, or draw it again" in answer
 
 
-def test_a_journal_is_the_same_and_another_seed_is_not(folder, monkeypatch):
-    assert "6 runs" in output_of("reproduce", folder)
+def test_a_folder_is_the_same_and_another_seed_is_not(folder, monkeypatch):
+    assert "6 runs" in output_of("run", "--again", folder)
 
     true = reproduce.simulate_record
 
@@ -127,7 +122,7 @@ def test_a_journal_is_the_same_and_another_seed_is_not(folder, monkeypatch):
         return true(scenario, Runs(runs.count, seed, runs.first), **options)
 
     monkeypatch.setattr(reproduce, "simulate_record", off_at_forty)
-    result = invoke("reproduce", folder)
+    result = invoke("run", "--again", folder)
     assert result.exit_code == 1
     answer = " ".join(result.stdout.split())
     for run in range(3):

@@ -37,7 +37,7 @@ def run_with(closing, *arguments):
 
 @unix
 def test_closed_output_is_a_reader_that_has_gone():
-    assert run_with(">&-", "strategies") == (1, "", "")
+    assert run_with(">&-", "show", "strategies") == (1, "", "")
 
 
 @unix
@@ -45,14 +45,14 @@ def test_closed_output_is_a_reader_that_has_gone():
 @pytest.mark.parametrize(
     "command",
     [
-        *(("presets",), ("scenario",), ("schema",), ("header",), ("truth",), ("--help",), ("--version",)),
-        *(("run", "--runs", "2"), ("run", "--runs", "2", "--json")),
-        ("launch", "--lockstep", "--set", "run.steps=2"),
+        *(("show", "schema"), ("show", "truth"), ("--help",), ("--version",)),
+        ("run", "--runs", "2", "--json"),
+        ("robot", "launch", "--lockstep", "--set", "run.steps=2"),
     ],
     ids=" ".join,
 )
 def test_each_command_takes_closed_streams(command, tmp_path):
-    """Ten commands, two starts each."""
+    """Six commands, two starts each."""
     status, output, errors = run_with(">&-", *command)
     assert (status, output) == (1, "")
     assert "Traceback" not in errors
@@ -65,7 +65,7 @@ def test_each_command_takes_closed_streams(command, tmp_path):
 def test_a_file_never_takes_the_place_of_a_closed_stream(tmp_path):
     """What a library writes to standard error would go into it."""
     page = tmp_path / "a.html"
-    assert run_with(">&- 2>&- <&-", "page", "--out", page)[0] == 1
+    assert run_with(">&- 2>&- <&-", "run", "--out", page)[0] == 1
     assert page.read_text().endswith("</html>\n")
 
 
@@ -87,25 +87,27 @@ def test_hidden_characters_in_names_are_printed_as_escapes(tmp_path, hidden, mon
     (tmp_path / f"a{hidden}b.toml").write_text("tasks.count = 2\n")
     strategy = ("--set", f"decision.strategy=a{hidden}b.py")
     outputs = [
-        invoke("scenario", f"a{hidden}b.toml", *strategy).output,
-        invoke("strategies", *strategy).output,
-        invoke("page", "--out", f"a{hidden}b.html").output,
-        invoke("truth", "--set", f"tas{hidden}.x=1").output,
-        invoke("truth", "--set", f"preset=a{hidden}b").output,
-        invoke("truth", f"missing{hidden}").output,
+        invoke("show", "scenario", f"a{hidden}b.toml", *strategy).output,
+        invoke("show", "strategies", *strategy).output,
+        invoke("run", "--out", f"a{hidden}b.html").output,
+        invoke("show", "truth", "--set", f"tas{hidden}.x=1").output,
+        invoke("show", "truth", "--set", f"preset=a{hidden}b").output,
+        invoke("show", "truth", f"missing{hidden}").output,
         invoke(f"truth{hidden}").output,
     ]
     for output in outputs:
         assert hidden not in output
         assert f"\\u{ord(hidden):04x}" in output
     (tmp_path / "again.toml").write_text(outputs[0])
-    assert invoke("scenario", "again.toml").output == outputs[0]
+    assert invoke("show", "scenario", "again.toml").output == outputs[0]
 
 
 def test_the_live_page_shows_a_files_name_with_escapes():
     from feasibee.live.catalogue import Catalogue
+    from feasibee.live.serve import routes_of
 
-    assert Catalogue(Scenario(), title="a\u202eb.toml").to_dict()["title"] == "a\\u202eb.toml"
+    text = routes_of(Catalogue(Scenario(), title="a\u202eb.toml"))["GET", "/"](b"")
+    assert '"name":"a\\\\u202eb.toml"' in text
 
 
 @pytest.mark.parametrize("hidden", ["\x1b[31m", "\n", "\x07"])
@@ -116,11 +118,11 @@ def test_control_characters_in_names_are_refused_and_printed_as_escapes(tmp_path
     code = hidden.encode("unicode_escape").decode()
     text = json.dumps(f"a{hidden}b.py")
     lines = [
-        refused_in_a_line("truth", "--set", f"decision.strategy={text}"),
-        refused_in_a_line("truth", "--set", f"tas{hidden}k.x=1"),
-        refused_in_a_line("truth", "--set", f"preset=a{hidden}b"),
-        refused_in_a_line("truth", f"missing{hidden}.toml"),
-        refused_in_a_line("page", "--out", f"a{hidden}b.html"),
+        refused_in_a_line("show", "truth", "--set", f"decision.strategy={text}"),
+        refused_in_a_line("show", "truth", "--set", f"tas{hidden}k.x=1"),
+        refused_in_a_line("show", "truth", "--set", f"preset=a{hidden}b"),
+        refused_in_a_line("show", "truth", f"missing{hidden}.toml"),
+        refused_in_a_line("run", "--out", f"a{hidden}b.html"),
     ]
     for line in lines:
         assert line.isprintable()

@@ -14,7 +14,7 @@ import feasibee
 
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
-SEARCHED = {"install": "install", "cite": "citing", "pandas": "results", "Windows": "install"}
+SEARCHED = {"install": "install", "cite": "paper", "pandas": "results", "Windows": "install"}
 SEARCHED |= {"obstacle": "not-modelled", "battery": "not-modelled"}
 """What newcomers search for, and a page that must be among the results."""
 
@@ -60,8 +60,8 @@ feasibee none
 ```
 
 ```console
-$ feasibee truth mine.toml --json
-$ feasibee truth none.toml
+$ feasibee show truth mine.toml --json
+$ feasibee show truth none.toml
 {error}
 ```
 

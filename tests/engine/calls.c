@@ -1,7 +1,7 @@
 /* One call of a strategy's function, with what the engine does where it fails. */
 
 #include "../../src/feasibee/engine/c/failures.c"
-#include "../../src/feasibee/engine/c/state.h"
+#include "../../src/feasibee/engine/c/engine.h"
 
 struct call {
     const struct rules *rules;
@@ -12,9 +12,6 @@ struct call {
     const struct inbox *inbox;
     struct known known;
     const struct setting *setting;
-    struct state *state;
-    int32_t action;
-    int64_t number;
     double real;
     int64_t whole;
 };
@@ -31,7 +28,7 @@ static int64_t work(void *given)
     case 4: call->real = rules->value(call->mind); return 0;
     case 5: call->real = rules->lasting(call->mind, call->gain); return 0;
     case 6: call->real = rules->probability(call->mind, call->known, call->setting); return 0;
-    default: call->whole = rules->update(call->state, call->action, call->number); return 0;
+    default: return -1;
     }
 }
 

@@ -12,6 +12,7 @@ from typing import Any
 from cffi import FFI
 
 import feasibee.engine
+from feasibee.engine import build
 from feasibee.engine.generate import RULES, built_in_strategies
 from feasibee.engine.given import struct_of
 from feasibee.engine.own import Failure
@@ -26,11 +27,9 @@ SANITIZED = ("-fsanitize=undefined", "-fno-sanitize-recover=all")
 
 
 def declarations() -> FFI:
-    """Return what engine.h and state.h declare, and what calls.c does."""
+    """Return what the engine declares, and what calls.c does."""
     ffi = FFI()
-    for name in ("engine.h", "state.h"):
-        lines = (C / name).read_text(encoding="utf-8").splitlines()
-        ffi.cdef("\n".join(line for line in lines if not line.startswith("#")))
+    ffi.cdef(build.declarations())
     calls = CALLS.read_text(encoding="utf-8")
     ffi.cdef(calls[calls.index("struct call {") : calls.index("static int64_t work")])
     ffi.cdef("int64_t call_once(struct call *call, struct failure *failure);")
@@ -43,7 +42,9 @@ def library(folder: Path, name: str, source: Path | str, *flags: str) -> Path:
     if isinstance(source, str):
         file = folder / f"{name}.c"
         file.write_text(source, encoding="utf-8")
-    command = [shutil.which("cc") or "gcc", *FLAGS, *flags, f"-I{C}", str(file), "-o", str(made), "-lm"]
+    (folder / "params.h").write_text(build.params_header(), encoding="utf-8")
+    includes = (f"-I{folder}", f"-I{C}")
+    command = [shutil.which("cc") or "gcc", *FLAGS, *flags, *includes, str(file), "-o", str(made), "-lm"]
     subprocess.run(command, check=True)
     return made
 
@@ -89,14 +90,6 @@ class Rules:
         if call.mind:
             arguments[0].memory[:] = list(call.mind.memory[0 : call.mind.memory_count])
         return call.whole if rule in ("decide", "say") else call.real
-
-    def update(self, state: Any, action: int, number: int) -> Any:
-        """Call the functions of knowledge for all that waits; return the bits sent, or the failure."""
-        call, failure = self.ffi.new("struct call *"), self.ffi.new("struct failure *")
-        call.rules, call.rule, call.state, call.action, call.number = self.rules, -1, state, action, number
-        if self.calls.call_once(call, failure) != 0:
-            return Failure(failure.what, failure.line, failure.first, failure.second)
-        return call.whole
 
     def _struct(self, kind: str, record: Any, kept: list[Any]) -> Any:
         made = self.ffi.new(f"{kind} *")

@@ -10,14 +10,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from feasibee.base.outcomes import ACCOUNT
 from feasibee.engine.compilers import zig
 from feasibee.live.packet import wasm_of
-from feasibee.live.page import given_of
-from feasibee.model.outcomes import ACCOUNT
+from feasibee.live.scene import simulated_of
 from feasibee.scenario.runs import Runs
 
 HARNESS = Path(__file__).with_name("wasm.mjs")
-NUMBERS = ("robots", "there", "tasks", "counted", "feasible", "infeasible", "needed", "decision", "missing")
+NUMBERS = (
+    *("robots", "there", "tasks", "counted", "feasible", "infeasible", "needed", "decision", "missing"),
+    "bits",
+)
 """Of a step, as in world.js."""
 
 
@@ -27,7 +30,10 @@ def given_in_node(scenario):
         pytest.skip("no node in PATH")
     if zig() is None:
         pytest.skip("ziglang isn't installed: it compiles WebAssembly")
-    return given_of(scenario, Runs.single(0, 0), [scenario]) | {"wasm": wasm_of(scenario)}
+    given = simulated_of(scenario, Runs.single(0, 0), [scenario])
+    given["strategies"][0] |= {"quality": "how it rates", "decide": "how it decides"}
+    fields, seconds = {"units.metres": scenario.units.metres}, scenario.units.seconds or 0
+    return given | {"fields": fields, "seconds": seconds, "wasm": wasm_of(scenario)}
 
 
 def shown_in_node(scenario, seed, run=0, given=None):
@@ -37,8 +43,17 @@ def shown_in_node(scenario, seed, run=0, given=None):
     return list(_read(said, scenario.run.steps + 1))
 
 
-def ended_in_node(scenario, seed, runs, chunk):
-    """Return decision, step, missing robots and account of runs that stop; a call plays ``chunk`` steps."""
+def told_in_node(scenario, seed, steps, **moment):
+    """Return the words of a page for each robot at each of these steps: lists of reasons and a sentence.
+
+    ``moment`` says what the page knows of all: what comes next, and since when they hold their opinions.
+    """
+    job = {"settings": _settings(scenario, seed, 0), "tellAt": list(steps), "moment": moment}
+    return json.loads(_played(given_in_node(scenario), [job]))
+
+
+def ended_in_node(scenario, seed, runs, chunk, given=None):
+    """Return decision, step, missing robots, account and curve of runs that stop, ``chunk`` steps a call."""
     jobs = [
         {
             "settings": _settings(scenario, seed, run),
@@ -48,20 +63,22 @@ def ended_in_node(scenario, seed, runs, chunk):
         }
         for run in range(runs)
     ]
-    said = _played(given_in_node(scenario), jobs)
-    kind = np.dtype([("head", "<i4", 4), ("account", "<i8", len(ACCOUNT))])
+    said = _played(given or given_in_node(scenario), jobs)
+    steps = scenario.run.steps + 1
+    kind = np.dtype([("head", "<i4", 4), ("account", "<i8", len(ACCOUNT)), ("course", "<i4", steps)])
     found = np.frombuffer(said, kind)
-    return *found["head"].T[:3], found["account"]
+    return *found["head"].T[:3], found["account"], found["course"]
 
 
 def _settings(scenario, seed, run):
     events = [each.model_dump(exclude_defaults=True) for each in scenario.events]
     counts = {"robots": scenario.robots.count, "tasks": scenario.tasks.count}
+    counts |= {"sight": scenario.sensing.range, "radio": scenario.radio.range, "speed": scenario.robots.speed}
     return {**counts, "strategy": 0, "seed": str(seed), "run": run, "events": events}
 
 
 def _played(given, runs):
-    job = {"given": given, "runs": runs, "columns": len(ACCOUNT)}
+    job = {"given": given, "runs": runs, "numbers": NUMBERS}
     command = ["node", str(HARNESS)]
     done = subprocess.run(command, input=json.dumps(job).encode(), capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()

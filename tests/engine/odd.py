@@ -2,61 +2,39 @@
 
 from __future__ import annotations
 
-EXPRESSIONS = """
-a + b
-a - b
-a * b
-a // b
-a % b
-a / b
+import math
+
+from feasibee.engine.failing import OF_MATH
+
+PAIRS = ("a", "b"), ("x", "y"), ("a", "x"), ("x", "a")
+OF_ONE = [name for name, number in OF_MATH.items() if number == 1 and hasattr(math, name)]
+COMPUTED = [
+    *(f"{one} {sign} {other}" for sign in ("+", "-", "*", "/", "//", "%", "**") for one, other in PAIRS),
+    *(f"{one} {sign} {other}" for sign in ("<", "<=", ">", ">=", "==", "!=") for one, other in PAIRS),
+    *(f"a {sign} b" for sign in ("&", "|", "^", "<<", ">>")),
+    *(f"{sign}{one}" for sign in ("-", "+", "not ") for one in "ax"),
+    *(f"{name}({one})" for name in ("abs", "int", "float", "round", "bool") for one in "ax"),
+    *(f"{name}({one}, {other})" for name in ("min", "max") for one, other in PAIRS),
+    *(f"math.{name}(x)" for name in (*OF_ONE, "floor", "ceil", "trunc", "isnan", "isinf", "isfinite")),
+    *(f"math.{name}({one})" for name, number in OF_MATH.items() if number == 2 for one in ("a, b", "x, y")),
+]
+"""Each operation of numbers on whole and real ones."""
+EXPRESSIONS = (
+    COMPUTED
+    + """
 a ** (b % 70)
-a ** b
 2 ** b
-a << b
 a << (b % 80)
-a >> b
 a >> (b % 80)
-a & b
 a | b ^ c
 ~a
--a
-+a
--(-a)
-abs(a)
-abs(a - 1)
 a.bit_length() + b.bit_count()
-x + y
-x - a
-x * y
-x / y
-x / a
-a / x
-x // y
-x // a
-a // x
-x % y
-x % a
-a % x
-x ** y
-x ** a
-a ** x
 x ** 0.5
 x ** 2
 -x ** 2
 (-x) ** 2
-abs(x)
--x
-int(x)
 int(x * 1e12)
-int(x) // 3
-float(a)
-float(a) == a
-round(x)
 round(x * 0.5)
-round(a)
-bool(x) + bool(a)
-min(a, b)
-max(a, x)
 min(x, y, a)
 max(x, math.nan)
 max(math.nan, x)
@@ -64,43 +42,27 @@ min((a, b, c))
 max(TABLE)
 a if x > y else b
 a if x else y
-x or y
-a and b
 a or x
 a and b and c
 a or b or x
 (a and x) or y
-not a
 not (a or x) and not y
 (a < b) + (b < c)
 a < b < c
 a < x <= b
 x != x
-a == x
-a != x
-a < x
-a <= x
-a > x
-a >= x
-x < a
-x <= a
-x > a
-x >= a
 a in (1, 2, b)
 a not in (0, 1.0, x)
 a in TABLE
 a % 3 in (0, 1)
-x == y or a == b
 LEAST + a
 MOST - a
 MOST + a
-LEAST // a
 LEAST % a
 LEAST * a
 abs(LEAST + (a > 0))
 -LEAST + (a * 0)
 TABLE[a]
-TABLE[a % 4]
 TABLE[-1] + WHOLE[2]
 WHOLE[a]
 WHOLE[b % 3] * x
@@ -111,55 +73,24 @@ mind.memory[0] + mind.memory[-1]
 mind.memory[b % 3]
 mind.parameters[a]
 len(TABLE) + len(mind.memory) + len(mind.parameters)
-math.sqrt(x)
 math.sqrt(a)
-math.log(x)
 math.log(a)
 math.log(x, y)
 math.log(x, 2)
-math.log2(x)
-math.log10(x)
-math.log1p(x)
-math.exp(x)
-math.expm1(x)
 math.exp(math.exp(x))
-math.sin(x) + math.cos(y)
-math.tan(x)
-math.atan(x) + math.atan2(x, y)
-math.asin(x)
-math.acos(x)
-math.sinh(x) + math.cosh(x)
-math.tanh(x)
-math.asinh(x)
-math.acosh(x)
-math.atanh(x)
-math.erf(x) - math.erfc(x)
-math.pow(x, y)
-math.pow(a, b)
 pow(x, y)
 pow(a, b % 9)
-math.fmod(x, y)
-math.copysign(x, y)
-math.hypot(x, y)
-math.fabs(x)
-math.degrees(x) + math.radians(y)
-math.floor(x)
-math.ceil(x)
-math.trunc(x)
 math.floor(a)
 math.gcd(a, b)
-math.isnan(x) + math.isinf(y) + math.isfinite(x)
 math.inf - math.inf + x
 math.pi * math.e + x
 log(x) if x > 0 else sqrt(y)
 helper(a, b)
-helper(a)
 helper(b=a, a=b)
 halves(a)[0] + halves(b)[1]
 fails(a) + fails(b)
 fails(b) + 1 / a
 1 / a + fails(b)
-min(fails(a), fails(b))
 fails(a) < fails(b)
 write(mind, a) + write(mind, b)
 write(mind, a) - mind.memory[0]
@@ -205,6 +136,7 @@ True + a
 (a > 0) * x - (b > 0)
 (a > 0) & (b > 0) | (c > 0)
 """.strip().splitlines()
+)
 """Expressions of whole numbers a, b, c and real ones x, y."""
 
 HELPERS = """

@@ -214,7 +214,9 @@ def test_an_error_of_the_compiler_is_said(tmp_path):
 def test_c_is_compiled_without_a_warning(name, tmp_path):
     if shutil.which(name) is None:
         pytest.skip(f"no {name}")
-    options = ("-std=c11", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", f"-I{build.SOURCES}")
+    (tmp_path / "params.h").write_text(build.params_header())
+    folders = (f"-I{build.SOURCES}", f"-I{tmp_path}")
+    options = ("-std=c11", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", *folders)
     for path in build.SOURCES.glob("*.c"):
         done = subprocess.run([name, *options, str(path)], capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr

@@ -4,41 +4,47 @@ from __future__ import annotations
 
 import shutil
 from functools import cache
+from pathlib import Path
+from threading import Thread
+from time import sleep
 
 import numpy as np
 import pytest
 
-from feasibee import Scenario, reference
+from feasibee import STRATEGIES, Scenario, reference
+from feasibee.base.record import Record
 from feasibee.engine import given, library, platforms
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
 from feasibee.engine.given import Given
-from feasibee.engine.players import AnyWorld
+from feasibee.engine.players import AnyWorld, PaperWorld
 from feasibee.engine.tables import Control
-from feasibee.model.record import Record
 from feasibee.scenario.fields import fields
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import FAST_PATH, takes_fast_path
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import lower
-from tests import anyworlds, fastworlds
-from tests.equal import assert_same, assert_same_swarms
+from tests.equal import assert_equal, assert_same, assert_same_swarms
+from tests.worlds import CROWDS, EDGES, OWN, by_one_thread, fields_of, value, world
 
-RUNS = 2
-NUMBERS = range(12)
-MORE = range(12, 60)
-ANY = range(48)
-MORE_ANY = range(48, 400)
+KINDS = {
+    "paper": {"fast": True},
+    "crowd of the paper": {"fast": True, "robots": (129, 133, 161)},
+    "any": {},
+    "any, of users": {"own": True},
+    "crowd": {"robots": CROWDS},
+    "shared crowd": {"robots": CROWDS, "shared": True},
+    "both sides of the switch to sorted robots": {"robots": (1024, 1025), "shared": True},
+}
+"""Worlds of the fast path, and of the general one."""
+PAPER, MORE = range(len(fields_of(fast=True))), range(14, 60)
+ANY, MORE_ANY = range(len(fields_of())), range(59, 400)
 
 
 @cache
 def world_of(kind: str, number: int) -> Scenario:
-    """Return a world of the fast path, any world, or one of a crowd."""
-    if kind == "paper":
-        return fastworlds.world(number)
-    if kind == "crowd":
-        return anyworlds.world(number, anyworlds.CROWDS, shared=number % 3 < 2)
-    return anyworlds.world(number, own=number in MORE_ANY)
+    """Return a world of a kind."""
+    return world(number, **KINDS[kind])
 
 
 @cache
@@ -49,7 +55,7 @@ def expected(kind: str, number: int) -> Record:
 
 def which(kind: str, number: int) -> Runs:
     """Return runs of a world; some have seeds and numbers of more than 32 bits."""
-    runs = RUNS if kind == "paper" else 1
+    runs = 2 if kind == "paper" else 1
     return Runs(runs, number * 0x9E3779B97F4A7C15 % 2**64, (2**32 - runs) * (number % 2))
 
 
@@ -63,6 +69,7 @@ MADE = {
     "gcc": (("gcc",), "x86-64-v3"),
     "clang": (("clang",), "x86-64-v3"),
     "undefined": (("gcc",), "x86-64-v3", "-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all"),
+    "carrying": (("cc",), "x86-64-v2", "-O1", "-DENOUGH=200u"),
 }
 """Libraries that are compiled for these tests: compiler, level, and more options."""
 SLOW = ("gcc", "clang", "undefined")
@@ -100,14 +107,22 @@ def engine(request, library_of, monkeypatch):
 def records(kind, numbers):
     """See that the engine gives the records of the reference."""
     for number in numbers:
-        check(
-            kind, number, simulate_record(world_of(kind, number), which(kind, number), curves=True, threads=1)
-        )
+        scenario, runs = world_of(kind, number), which(kind, number)
+        check(kind, number, simulate_record(scenario, runs, curves=True, threads=1))
+
+
+def played(scenario, runs, team, fast=True):
+    """Return the record of the engine, whose threads play each run together."""
+    lengths = scenario.run.steps + 1, (scenario.run.steps + 1) * scenario.dynamic
+    record = Record.empty(runs.first, runs.count, *lengths)
+    player = (PaperWorld if fast else AnyWorld)(Given(lower(scenario, runs.seed, fast=fast)), team)
+    player.play(record, Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)))
+    return record
 
 
 @pytest.mark.parametrize("engine", BACKENDS, indirect=True)
 def test_all_backends_give_the_record_of_the_reference(engine):
-    records("paper", NUMBERS)
+    records("paper", PAPER)
     records("any", ANY[::2])
 
 
@@ -116,11 +131,11 @@ def test_all_backends_give_the_record_of_the_reference(engine):
 @pytest.mark.parametrize("engine", BACKENDS, indirect=True)
 def test_all_backends_give_the_record_of_the_reference_in_more_worlds(engine, part):
     records("paper", MORE[part::2])
-    records("any", MORE_ANY[part:100:2])
+    records("any, of users", MORE_ANY[part:100:2])
 
 
 def test_several_threads_give_the_same_record():
-    for number in NUMBERS:
+    for number in PAPER:
         scenario, runs = world_of("paper", number), which("paper", number)
         check("paper", number, simulate_record(scenario, runs, curves=True, threads=3, chunk=1))
 
@@ -143,45 +158,116 @@ def test_a_swarm_of_any_world_step_by_step_is_the_references_swarm(part):
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(PARTS))
 def test_more_of_any_worlds_have_the_record_and_the_swarm_of_the_reference(part):
-    records("any", MORE_ANY[part::PARTS])
+    records("any, of users", MORE_ANY[part::PARTS])
     for number in MORE_ANY[part::PARTS]:
-        assert_same_swarms(
-            world_of("any", number), number, number, min(40, world_of("any", number).run.steps)
-        )
+        scenario = world_of("any, of users", number)
+        assert_same_swarms(scenario, number, number, min(40, scenario.run.steps))
 
 
-CROWDS = [*range(6), *(pytest.param(number, marks=pytest.mark.slow) for number in range(6, 60))]
+@pytest.mark.parametrize("file", OWN, ids=lambda file: Path(file).stem)
+def test_a_users_strategy_has_the_record_of_the_reference(file):
+    """Most of them pass on knowledge."""
+    small = {
+        "robots.count": 6,
+        "tasks.count": 9,
+        "arena.side": 8.0,
+        "run.steps": 80,
+        "robots.know_count": True,
+    }
+    for more in ({"sensing.miss": 0.2}, {"arena.boundary": "walls", "radio.delay": 2}):
+        assert_equal(Scenario().replace(small | {"decision.strategy": file, **more}), 1)
 
 
-@pytest.mark.parametrize("number", CROWDS)
-def test_threads_together_give_any_crowd_the_record_of_the_reference(number):
-    scenario, runs = world_of("crowd", number), which("crowd", number)
-    given = Given(lower(scenario, runs.seed, fast=False))
-    for team in (1,) if anyworlds.by_one_thread(scenario) else (1, 2, 3):
-        lengths = scenario.run.steps + 1, (scenario.run.steps + 1) * scenario.dynamic
-        record = Record.empty(runs.first, runs.count, *lengths)
-        AnyWorld(given, team).play(record, Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)))
-        check("crowd", number, record)
+PARAMETERS = [
+    *(("quiet-census", each) for each in ({"tolerates": 2.0}, {"quiet": 30.0}, {"lasts": 40.0})),
+    *(("map", each) for each in ({"cell": 4.0, "rows": 2.0}, {"cell": 5.0, "tolerates": 1.0})),
+    *(("turns", each) for each in ({"names": -1.0}, {"names": 2.0, "tolerates": 1.0}, {"looks": 2.0})),
+    *(("roster", each) for each in ({"tolerates": 1.0}, {"task_timeout": 9.0, "looks": 1.0})),
+]
+
+
+@pytest.mark.parametrize(("strategy", "parameters"), PARAMETERS)
+def test_parameters_of_knowledge_give_the_record_of_the_reference(strategy, parameters):
+    """Among liars, so that what enough neighbours have told is believed; drawn worlds seldom have both."""
+    small = {
+        "robots.count": 6,
+        "robots.know_count": True,
+        "tasks.count": 9,
+        "arena.side": 8.0,
+        "run.steps": 60,
+    }
+    liar = {"faults.byzantine": {"count": 1}, "decision.strategy": strategy}
+    assert_equal(Scenario().replace({**small, **liar, "decision.parameters": parameters}), 1)
+
+
+def some(kind, fast, numbers):
+    """Return worlds of a kind, of which all but some are slow."""
+    return [
+        pytest.param(kind, number, id=f"{kind} {number}", marks=() if number in fast else pytest.mark.slow)
+        for number in numbers
+    ]
+
+
+ON_LATTICES = [fields_of().index(each) for each in sorted(EDGES)[:3]]
+BY_ONE = [number for number, each in enumerate(fields_of()) if each not in fields_of(shared=True)]
+CROWD = [*some("crowd of the paper", range(5), range(14)), *some("crowd", ON_LATTICES, ON_LATTICES + BY_ONE)]
+CROWD += some("shared crowd", range(4), range(len(fields_of(shared=True))))
+CROWD += some("both sides of the switch to sorted robots", (), range(4))
+
+
+@pytest.mark.parametrize(("kind", "number"), CROWD)
+def test_threads_together_give_any_crowd_the_record_of_the_reference(kind, number):
+    scenario, fast = world_of(kind, number), KINDS[kind].get("fast", False)
+    for team in (1,) if by_one_thread(scenario) else (1, 2, 5):
+        check(kind, number, played(scenario, which(kind, number), team, fast))
+
+
+LONG = {
+    **{"robots.count": 133, "tasks.count": 120, "arena.side": 51.5, "run.steps": 40},
+    **{"decision.exploration": 25.0, "decision.gain": 40.0, "sensing.range": 9.0, "radio.range": 9.0},
+}
+"""A crowd whose robots count hundreds in one phase."""
+
+
+@pytest.mark.parametrize("inbox", ["latest-per-robot", "every-message"])
+@pytest.mark.parametrize("engine", ["carrying"], indirect=True)
+def test_counts_of_a_crowd_may_be_larger_than_their_rows_hold(engine, inbox):
+    """This library carries counts of 200 and more, in place of 2**31."""
+    scenario, runs = Scenario().replace({**LONG, "decision.inbox": inbox}), Runs(1, 5)
+    assert_same(played(scenario, runs, 2), reference.simulate(scenario, runs, curves=True))
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_cancelled_runs_end(threads):
+    scenario = Scenario().replace({"robots.count": 20_000, "arena.side": 632.0, "run.steps": 10**9})
+    shared, record = Control(np.zeros(1, np.int64), np.zeros(1, np.bool_)), Record.empty(0, 1, 0)
+
+    def cancel():
+        while shared.steps_done[0] < 3:
+            sleep(0.01)
+        shared.cancelled[0] = True
+
+    other = Thread(target=cancel)
+    other.start()
+    PaperWorld(Given(lower(scenario, 5)), threads).play(record, shared)
+    other.join()
+    assert 3 <= shared.steps_done[0] < scenario.run.steps
 
 
 # --- What is compared ---
 
 
-def value(scenario, path):
-    section, name = path.split(".")
-    return getattr(getattr(scenario, section), name)
-
-
-@pytest.mark.parametrize(
-    ("kind", "numbers", "paths"), [("paper", MORE, FAST_PATH), ("any", MORE_ANY, fields())]
-)
+@pytest.mark.parametrize(("kind", "numbers", "paths"), [("paper", PAPER, FAST_PATH), ("any", ANY, fields())])
 def test_the_worlds_have_every_field(kind, numbers, paths):
+    """Each has another value than the paper's in some world, also of those that aren't slow."""
     drawn, paper = [world_of(kind, number) for number in numbers], Scenario()
     assert [path for path in paths if all(value(each, path) == value(paper, path) for each in drawn)] == []
+    strategies = {each.decision.strategy for each in drawn}
+    assert strategies >= {name for name, each in STRATEGIES.items() if kind == "any" or not each.knowledge}
 
 
 def test_the_engine_plays_all_of_them():
-    assert all(takes_fast_path(world_of("paper", number)) for number in (*NUMBERS, *MORE))
+    assert all(takes_fast_path(world_of("paper", number)) for number in (*PAPER, *MORE))
     assert not any(takes_fast_path(world_of("any", number)) for number in ANY)
 
 
@@ -196,7 +282,6 @@ def test_what_robots_can_do_does_occur_in_any_worlds():
     least |= {"declared_feasible": 1, "declared_infeasible": 1, "starts_in_vain": 1}
     assert [name for name, number in least.items() if occur(name) < number] == []
     assert occur("all_done_step", 0) > 1
-    assert len({world_of("any", number).decision.strategy for number in ANY}) > 12
     for name, number in (("robots_present", 8), ("truth", 3)):
         traces = [getattr(each, name) for each in found.values()]
         assert sum(np.ptp(each) > 0 for each in traces if each.size) > number

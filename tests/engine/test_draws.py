@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from feasibee import Scenario, Swarm
-from feasibee.model import purposes
-from feasibee.model.purposes import PHASE, WALK
+from feasibee.base import purposes
+from feasibee.base.purposes import PHASE, WALK
 from feasibee.reference import draws
 
 words = st.integers(0, 2**32 - 1)

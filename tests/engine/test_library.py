@@ -43,12 +43,6 @@ def test_the_numbers_of_a_scenario_lie_where_the_header_says():
     assert_same(library.ffi().typeof("struct params"), PARAMS)
 
 
-def test_a_number_in_another_place_is_found():
-    other = np.dtype([("high", np.uint32), ("low", np.uint32)], align=True)
-    with pytest.raises(AssertionError):
-        assert_same(library.ffi().typeof("struct seed"), other)
-
-
 def test_the_engine_reads_the_numbers_that_python_packs():
     record = packed(lower(Scenario(robots={"count": 23}, run={"steps": 77}), 2**40 + 5).params)
     params = library.pointer(record, "struct params")
@@ -95,4 +89,4 @@ def test_each_level_gives_the_same_results():
     found = library.levels()
     assert found == list(platforms.native().levels)[: len(found)]
     assert len({run(level) for level in found}) == 1
-    assert "40 runs" in run(found[0])
+    assert "feasible 3, infeasible 4" in run(found[0])

@@ -12,13 +12,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from feasibee.base.record import Record
 from feasibee.engine import given, library, platforms, players
 from feasibee.engine.build import LIBRARIES, compile_library
 from feasibee.engine.compilers import Compiler
 from feasibee.engine.tables import Control
-from feasibee.model.record import Record
 from feasibee.simulation.lowering import lower
-from tests import fastworlds
+from tests.worlds import world
 
 ODD = {
     bool: (True, False),
@@ -48,7 +48,7 @@ def replaced(numbers: Any, path: tuple[str, ...], value: Any) -> Any:
 def odd(number: int) -> Any:
     """Return a world of which up to three numbers are others."""
     draw = Random(number)
-    lowered = lower(fastworlds.world(number), number)
+    lowered = lower(world(number, fast=True), number)
     params = lowered.params
     for path in draw.sample(paths(params), draw.randint(1, 3)):
         old = params
@@ -77,7 +77,7 @@ def test_odd_numbers_are_played_or_refused(part):
 
 
 def test_the_worlds_of_scenarios_are_played():
-    assert all(play(lower(fastworlds.world(number), number)) for number in range(60))
+    assert all(play(lower(world(number, fast=True), number)) for number in range(60))
 
 
 SANITIZED = """

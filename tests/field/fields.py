@@ -12,7 +12,9 @@ from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field
 from feasibee.reference import play
 
-NEEDS_GROUPS = pytest.mark.skipif(sys.platform == "win32", reason="feasibee launch needs groups of processes")
+NEEDS_GROUPS = pytest.mark.skipif(
+    sys.platform == "win32", reason="feasibee robot launch needs groups of processes"
+)
 MINE = """
 def quality(robots_seen, tasks_seen):
     return 0.6

@@ -9,9 +9,9 @@ import pytest
 from commands import invoke
 from fields import NEEDS_GROUPS, a_plan, opinions, run, simulated, small
 
+from feasibee.base.codes import DECISIONS
 from feasibee.field.replay import replay
 from feasibee.field.robot import take_part
-from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 
 pytestmark = NEEDS_GROUPS
@@ -87,7 +87,7 @@ def test_the_command_prints_the_decision_and_the_measures_of_the_run(tmp_path):
     events = [{"step": 10, "tasks": 6}, {"step": 30, "tasks": -7}]
     scenario = small(**{"decision.strategy": "roster", "events": events, "run.steps": 60})
     path.write_text(scenario.to_toml())
-    found = json.loads(invoke("launch", path, "--lockstep", "--seed", 1, "--json").stdout)
+    found = json.loads(invoke("robot", "launch", path, "--lockstep", "--seed", 1, "--json").stdout)
     expected = json.loads(invoke("run", path, "--runs", 1, "--seed", 1, "--json").stdout)
     names = ("right_share", "detection_delay", "missed", "false_alarms", "truth_intervals")
     assert {name: found[name] for name in names} == {name: expected[name] for name in names}

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from fields import NEEDS_GROUPS, a_plan, small
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.connections import (
     DIED,
     HEARD,

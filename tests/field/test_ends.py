@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from commands import invoke, refused_in_a_line
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.logs import LineLog
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="looks for processes in /proc")
@@ -32,7 +32,7 @@ class Running:
         folder.mkdir()
         self.folder = folder
         self.process = subprocess.Popen(
-            [sys.executable, "-m", "feasibee", "launch", *LONG, *options],
+            [sys.executable, "-m", "feasibee", "robot", "launch", *LONG, *options],
             env={**os.environ, "TMPDIR": str(folder)},
             cwd=folder,
             stderr=subprocess.PIPE,
@@ -143,15 +143,15 @@ def test_a_robot_that_dies_is_named_at_once_and_one_that_crashes_with_the_signal
 def test_a_second_field_in_a_folder_is_refused_and_names_the_process(start, tmp_path):
     out = tmp_path / "logs"
     field = start("--out", out).wait_for("have joined")
-    line = refused_in_a_line("launch", "--lockstep", "--set", "run.steps=1", "--out", out)
+    line = refused_in_a_line("robot", "launch", "--lockstep", "--set", "run.steps=1", "--out", out)
     assert line == (
         f"feasibee: {out}: process {field.process.pid} writes here; wait for it, or choose another folder"
     )
     field.process.kill()
     field.process.wait()
     assert field.sees_all_end()
-    assert invoke("launch", "--lockstep", "--set", "run.steps=1", "--out", out).exit_code == 0
-    assert invoke("replay", out).exit_code == 0
+    assert invoke("robot", "launch", "--lockstep", "--set", "run.steps=1", "--out", out).exit_code == 0
+    assert invoke("robot", "replay", out).exit_code == 0
 
 
 # --- A full disk ---
@@ -168,7 +168,7 @@ main(prog_name="feasibee")
 @pytest.mark.parametrize(
     ("size", "told"),
     [
-        (100, "logs: can't be locked: .*; choose a folder that you may write to, with some free space"),
+        (0, "logs: can't be locked: .*; choose a folder that you may write to, with some free space"),
         (
             5_000,
             r"logs/world\.jsonl: can't be written: File too large; free some disk space, and run it again",
@@ -177,9 +177,9 @@ main(prog_name="feasibee")
 )
 def test_a_full_disk_ends_a_field_with_one_line(tmp_path, size, told):
     """No file may grow beyond a size here. The lines of the logs are whole."""
-    options = ("launch", "--lockstep", "--set", "robots.count=3", "--set", "run.steps=50", "--out", "logs")
+    options = "robot launch --lockstep --set robots.count=3 --set run.steps=50 --out logs"
     ended = subprocess.run(
-        [sys.executable, "-c", FULL, str(size), *options],
+        [sys.executable, "-c", FULL, str(size), *options.split()],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -194,7 +194,9 @@ def test_a_full_disk_ends_a_field_with_one_line(tmp_path, size, told):
 
 def test_a_robot_whose_log_cant_be_written_ends_its_field_with_one_line(tmp_path):
     (tmp_path / "robot-1.jsonl").mkdir()
-    line = refused_in_a_line("launch", "--lockstep", "--json", "--set", "run.steps=1", "--out", tmp_path)
+    line = refused_in_a_line(
+        "robot", "launch", "--lockstep", "--json", "--set", "run.steps=1", "--out", tmp_path
+    )
     assert "robot 1: " in line
     assert "robot-1.jsonl: can't be written: Is a directory; name a file in a folder that you may" in line
 

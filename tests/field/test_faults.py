@@ -7,7 +7,7 @@ import json
 import pytest
 from fields import NEEDS_GROUPS, a_plan, run, small
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.plan import Fault, parse_fault, parse_length, schedule
 from feasibee.field.replay import replay
 

@@ -8,12 +8,12 @@ from fields import MINE, NEEDS_GROUPS, PUT, STREAMS, a_plan, opinions, run, simu
 from nets import play as play_in_memory
 
 from feasibee import Scenario
-from feasibee.errors import FeasibeeError
+from feasibee.base.codes import DECISIONS
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.brain import compiled
 from feasibee.field.recording import Recording
 from feasibee.field.replay import replay
 from feasibee.field.supervisor import Field
-from feasibee.model.codes import DECISIONS
 from feasibee.reference import play
 from feasibee.reference.swarm import WORKED
 from feasibee.scenario.plugins import strategy_of
@@ -269,7 +269,7 @@ def test_robots_with_clocks_of_their_own_take_all_tasks(tmp_path):
 def test_what_acting_robots_of_a_field_can_not_do_is_an_error():
     with pytest.raises(FeasibeeError, match="robots of a field that act know only the tasks of the start"):
         Field(a_plan(small(**{"acting.start": 3, "events": PUT[:1]})), None, print)
-    assert "frames in C" in refused_in_a_line("launch", "--c", "--set", "acting.start=3")
+    assert "frames in C" in refused_in_a_line("robot", "launch", "--c", "--set", "acting.start=3")
 
 
 @NEEDS_GROUPS

@@ -10,7 +10,7 @@ from PIL import ImageColor
 from pixels import frames_of
 
 from feasibee import Swarm
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.plan import Fault, fault_in_words, numbers_in_words
 from feasibee.field.recording import Recording
 from feasibee.figures.animation import animate, animate_field
@@ -95,7 +95,7 @@ def test_a_file_of_a_field_in_lockstep_equals_that_of_the_run(plain, tmp_path):
 
 def test_the_command_writes_what_the_function_does(plain, tmp_path):
     one, two = tmp_path / "one.gif", tmp_path / "two.gif"
-    told = invoke("animate", "--field", plain, "--frames", "3:9", "--every", 3, "--dark", "--out", one)
+    told = invoke("robot", "replay", plain, "--frames", "3:9", "--every", 3, "--dark", "--out", one)
     assert told.exit_code == 0, told.output
     animate_field(plain, two, steps=(3, 9), every=3, dark=True)
     assert one.read_bytes() == two.read_bytes()
@@ -166,7 +166,7 @@ def test_a_log_of_a_killed_world_is_shown_without_its_last_line(plain, tmp_path)
 )
 def test_a_damaged_line_is_named(plain, tmp_path, fields):
     folder = changed(plain, tmp_path, 5, **fields)
-    line = refused_in_a_line("animate", "--field", folder, "--out", tmp_path / "run.gif")
+    line = refused_in_a_line("robot", "replay", folder, "--out", tmp_path / "run.gif")
     assert "line 5: can't be read (" in line
     assert "the log is damaged: use an intact copy" in line
     assert not (tmp_path / "run.gif").exists()
@@ -184,7 +184,7 @@ def test_a_damaged_line_is_named(plain, tmp_path, fields):
 )
 def test_a_first_line_that_cant_be_is_an_error(plain, tmp_path, fields, told):
     folder = changed(plain, tmp_path, 1, **fields)
-    assert told in refused_in_a_line("animate", "--field", folder, "--out", tmp_path / "run.gif")
+    assert told in refused_in_a_line("robot", "replay", folder, "--out", tmp_path / "run.gif")
 
 
 def test_a_strategys_text_comes_with_the_log_and_is_never_run(plain, tmp_path):
@@ -197,20 +197,19 @@ def test_a_strategys_text_comes_with_the_log_and_is_never_run(plain, tmp_path):
 
 def test_a_folder_without_a_log_or_steps_is_an_error(plain, tmp_path):
     out = tmp_path / "run.gif"
-    line = refused_in_a_line("animate", "--field", tmp_path, "--out", out)
+    line = refused_in_a_line("robot", "replay", tmp_path, "--out", out)
     assert "world.jsonl: can't be read: No such file" in line
-    assert "feasibee launch --out FOLDER" in line
+    assert "feasibee robot launch --out FOLDER" in line
     log = tmp_path / "world.jsonl"
     log.write_text("")
-    assert "line 1: can't be read" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)
+    assert "line 1: can't be read" in refused_in_a_line("robot", "replay", tmp_path, "--out", out)
     log.write_text((plain / "world.jsonl").read_text().splitlines(keepends=True)[0])
-    assert "has no step; run the" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)
+    assert "has no step; run the" in refused_in_a_line("robot", "replay", tmp_path, "--out", out)
     log.write_text("[" * 100_000 + "\n")
-    assert "line 1: can't be read" in refused_in_a_line("animate", "--field", tmp_path, "--out", out)
+    assert "line 1: can't be read" in refused_in_a_line("robot", "replay", tmp_path, "--out", out)
 
 
-@pytest.mark.parametrize("option", [["--seed", 0], ["--run", 0], ["--set", "tasks.count=5"], ["mine.toml"]])
-def test_what_the_log_says_cant_be_an_option(plain, tmp_path, option):
-    line = refused_in_a_line("animate", "--field", plain, "--out", tmp_path / "run.gif", *option)
-    name = option[0] if option[0].startswith("--") else "FILE"
-    assert line.endswith(f"--field with {name}: the log has scenario, seed and run; leave out {name}")
+def test_one_field_is_drawn_and_nothing_else_is_asked(plain, tmp_path):
+    words = ("robot", "replay", plain, "--out", tmp_path / "run.gif")
+    assert "leave out --json" in refused_in_a_line(*words, "--json")
+    assert "name one folder" in refused_in_a_line(*words, plain)

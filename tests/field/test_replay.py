@@ -9,7 +9,7 @@ from commands import invoke, refused_in_a_line
 from fields import NEEDS_GROUPS, a_plan, change_line, small
 from nets import play
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.replay import replay
 
 
@@ -70,11 +70,11 @@ def test_a_log_never_says_which_file_to_run(log, tmp_path):
 
 
 def test_the_command_replays_a_folder(log):
-    assert "Robot 1: 100 steps" in invoke("replay", log.parent).stdout
-    (found,) = json.loads(invoke("replay", log, "--json").stdout)
+    assert "Robot 1: 100 steps" in invoke("robot", "replay", log.parent).stdout
+    (found,) = json.loads(invoke("robot", "replay", log, "--json").stdout)
     assert found["steps"] == 100
     log.write_text('{"a": 1}\n')
-    assert "isn't the log of a robot" in refused_in_a_line("replay", log)
+    assert "isn't the log of a robot" in refused_in_a_line("robot", "replay", log)
 
 
 def test_a_real_robot_draws_new_numbers_at_each_start_unless_it_has_a_seed(tmp_path):
@@ -83,14 +83,14 @@ def test_a_real_robot_draws_new_numbers_at_each_start_unless_it_has_a_seed(tmp_p
 
     def first_draws(*options):
         log = tmp_path / "robot-1.jsonl"
-        invoke("robot", "--id", "1", "--senses", senses, "--out", log, *options)
+        invoke("robot", "join", "--id", "1", "--senses", senses, "--out", log, *options)
         replay(log)
         return json.loads(log.read_text().splitlines()[0])["draws"]
 
     assert first_draws() != first_draws()
     assert first_draws("--seed", "7") == first_draws("--seed", "7") != first_draws("--seed", "8")
-    assert "seed = -1" in refused_in_a_line("robot", "--id", "1", "--senses", senses, "--seed", "-1")
-    told = refused_in_a_line("robot", "--id", "1", "--connect", "world.json", "--seed", "1")
+    assert "seed = -1" in refused_in_a_line("robot", "join", "--id", "1", "--senses", senses, "--seed", "-1")
+    told = refused_in_a_line("robot", "join", "--id", "1", "--connect", "world.json", "--seed", "1")
     assert "leave out --seed" in told
 
 
@@ -101,6 +101,6 @@ def test_a_field_leaves_no_logs_of_an_earlier_one_and_keeps_those_of_robots_that
     logs = tmp_path / "logs"
     logs.mkdir()
     (logs / "robot-3.jsonl").write_text("of an earlier field")
-    invoke("launch", scenario, "--lockstep", "--out", logs)
+    invoke("robot", "launch", scenario, "--lockstep", "--out", logs)
     robots = [f"robot-{number}.jsonl" for number in range(3)]
     assert sorted(path.name for path in logs.glob("*.jsonl")) == [*robots, "world.jsonl"]

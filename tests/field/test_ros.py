@@ -6,4 +6,4 @@ from commands import refused_in_a_line
 
 
 def test_nodes_need_their_package():
-    assert "--ros: needs ROS 2 and feasibee_ros" in refused_in_a_line("launch", "--ros")
+    assert "--ros: needs ROS 2 and feasibee_ros" in refused_in_a_line("robot", "launch", "--ros")

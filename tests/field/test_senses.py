@@ -32,7 +32,7 @@ LIMIT = 60.0
 @contextmanager
 def a_robot(source, *options):
     """Start a robot; kill it at the end if it still runs."""
-    command = [sys.executable, "-m", "feasibee", "robot", "--id", "1", "--senses", source, *options]
+    command = [sys.executable, "-m", "feasibee", "robot", "join", "--id", "1", "--senses", source, *options]
     robot = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         yield robot
@@ -174,7 +174,18 @@ def test_an_acting_robot_that_loses_its_task_goes_on(tmp_path):
     ]
     (tmp_path / "mine.toml").write_text(scenario.to_toml())
     (tmp_path / "senses").write_text("".join(f"{json.dumps(each)}\n" for each in objects))
-    command = [sys.executable, "-m", "feasibee", "robot", tmp_path / "mine.toml", "--id", "0", "--seed", "1"]
+    command = [
+        sys.executable,
+        "-m",
+        "feasibee",
+        "robot",
+        "join",
+        tmp_path / "mine.toml",
+        "--id",
+        "0",
+        "--seed",
+        "1",
+    ]
     done = subprocess.run(
         [*command, "--senses", tmp_path / "senses"], capture_output=True, text=True, timeout=LIMIT, check=True
     )
@@ -185,4 +196,4 @@ def test_an_acting_robot_that_loses_its_task_goes_on(tmp_path):
 
 
 def test_a_source_without_address_is_an_error():
-    assert "must be HOST:PORT" in refused_in_a_line("robot", "--id", 1, "--senses", "udp:7447")
+    assert "must be HOST:PORT" in refused_in_a_line("robot", "join", "--id", 1, "--senses", "udp:7447")

@@ -9,9 +9,9 @@ from matplotlib.colors import same_color
 from pixels import DRAWINGS, close, seen_at, shown_by
 
 from feasibee import Scenario, Swarm, plot_arena
+from feasibee.base.codes import TASK
 from feasibee.figures.animation import AFTER_DECISION, _span, draw_frame
 from feasibee.figures.arena import DONE, STANDS, WALKS
-from feasibee.model.codes import TASK
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.frames import LIGHT, Painter
 

@@ -17,9 +17,9 @@ from PIL.ImageColor import getrgb
 from pixels import close, frames_of, seen_at
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
+from feasibee.base.codes import COLOURS
 from feasibee.cli import main
 from feasibee.figures.animation import AFTER_DECISION, animate, draw_frame
-from feasibee.model.codes import COLOURS
 from feasibee.simulation.frames import DARK, DRAWN, LIGHT, Painter
 
 NAMES = {1: "feasible", 0: "infeasible", -1: "undecided"}
@@ -266,7 +266,7 @@ def test_frames_are_not_kept(tmp_path, monkeypatch, suffix):
 
 
 def refused(*arguments):
-    return "\n".join(commands.refused("animate", *arguments))
+    return "\n".join(commands.refused("run", *arguments))
 
 
 @pytest.fixture
@@ -281,12 +281,12 @@ def no_simulation(monkeypatch):
 
 
 REFUSED = {
-    "end the name with .gif, .mp4, .png or .webp": ("--out", "run.avi"),
+    "end the name with .nc, .csv, .png, .pdf, .svg, .gif, .webp, .mp4 or .html": ("--out", "run.avi"),
     "must be one of 1, 2, 4, 5, 10, 20, 25, 50": ("--fps", 30),
     "can't be written": ("--out", "nowhere/run.gif"),
     "0 and run.steps = 1000": ("--frames", "0:1001"),
     "must not begin after its end": ("--frames", "7:3"),
-    "such as --frames 100": ("--frames", "7:x"),
+    "such as 100 or 50:100": ("--frames", "7:x"),
     "use every = 4": ("--frames", "0:70000", "--set", "run.steps=100000"),
     "--size": ("--size", 100),
     'pip install ".[video]"': ("--out", "run.mp4"),
@@ -298,7 +298,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
     monkeypatch.chdir(tmp_path)
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
     for told, options in REFUSED.items():
-        assert told in refused("--out", "run.gif", *options)
+        assert told in refused(*(() if "--out" in options else ("--out", "run.gif")), *options)
     with pytest.raises(FeasibeeError, match="size = 5000"):
         animate(Scenario(), "run.gif", size=5000)
     with pytest.raises(FeasibeeError, match=r"size = 4096: a GIF of 301 frames .* write \.webp"):
@@ -324,17 +324,28 @@ def test_an_interruption_leaves_what_was_there(tmp_path, monkeypatch, suffix):
         return draw(self, swarm)
 
     monkeypatch.setattr(Painter, "draw", interrupted)
-    arguments = ["animate", "--frames", "5", "--size", "240", "--out", str(out)]
+    arguments = ["run", "--frames", "5", "--size", "240", "--out", str(out)]
     assert CliRunner().invoke(main, arguments).exit_code == 130
     assert [each.name for each in tmp_path.iterdir()] == [out.name]
     assert out.read_text() == "before"
 
 
-def test_the_command_writes_what_the_function_does(tmp_path):
-    one, two = tmp_path / "one.gif", tmp_path / "two.gif"
+@pytest.mark.parametrize("suffix", ["gif", "png"])
+def test_the_command_writes_what_the_function_does(tmp_path, suffix):
+    one, two = tmp_path / f"one.{suffix}", tmp_path / f"two.{suffix}"
     options = "--set tasks.count=50 --seed 1 --run 3 --frames 2:9 --every 2 --fps 10 --size 240 --dark"
-    result = CliRunner().invoke(main, ["animate", *options.split(), "--out", str(one)])
+    result = CliRunner().invoke(main, ["run", *options.split(), "--out", str(one)])
     assert result.exit_code == 0, result.output
-    assert result.stdout == f"Wrote {one}\n"
+    assert result.stdout.endswith(f"\nWrote {one}\n")
     animate(WORLDS["torus"], two, 1, 3, steps=(2, 9), every=2, fps=10, size=240, dark=True)
     assert one.read_bytes() == two.read_bytes()
+    assert {each.name for each in tmp_path.iterdir()} == {one.name, two.name}
+
+
+def test_with_an_animation_a_png_is_the_figure_of_all_runs(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = "run --runs 3 --steps 20 --frames 2:9 --size 240 --out one.gif --out one.png --out two.nc"
+    assert CliRunner().invoke(main, words.split()).exit_code == 0
+    assert CliRunner().invoke(main, ["run", "--again", "two.nc", "--again", "one.png"]).exit_code == 0
+    animate(Scenario(run={"steps": 20}), "two.gif", steps=(2, 9), size=240)
+    assert (tmp_path / "one.gif").read_bytes() == (tmp_path / "two.gif").read_bytes()

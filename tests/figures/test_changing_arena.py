@@ -8,8 +8,8 @@ from PIL import Image
 from pixels import close, seen_at
 
 from feasibee import Scenario, Swarm, plot_arena
+from feasibee.base.codes import COLOURS, TASK
 from feasibee.figures.animation import _span, animate, draw_frame
-from feasibee.model.codes import COLOURS, TASK
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.frames import DRAWN, Painter
 

@@ -7,10 +7,10 @@ import pytest
 from declaring import declaring
 from matplotlib.colors import to_hex
 
+from feasibee.base.codes import COLOURS
+from feasibee.base.record import Record
 from feasibee.figures.comparison import draw_against_ratio
 from feasibee.figures.decisions import plot_declare_steps
-from feasibee.model.codes import COLOURS
-from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import wilson
 

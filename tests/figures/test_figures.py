@@ -25,11 +25,11 @@ from feasibee import (
     plot_opinions,
     wilson,
 )
+from feasibee.base.codes import COLOURS
+from feasibee.base.record import Record
 from feasibee.figures.comparison import draw_against_ratio
 from feasibee.figures.decisions import Panel, draw_panels, plot_declare_steps, plot_right_steps
 from feasibee.figures.style import figure, save_figure
-from feasibee.model.codes import COLOURS
-from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import opinion_quartiles
 

@@ -22,7 +22,7 @@ from tests.commands import output_of, refused_in_a_line
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return the journal of a sweep of four points, two runs each."""
+    """Return the folder of a sweep of four points, two runs each."""
     folder = tmp_path_factory.mktemp("journal")
     study = folder / "study.toml"
     study.write_text(
@@ -130,7 +130,7 @@ def test_size_panels_and_texts_are_as_asked_and_repeated(folder, suffix):
     if suffix == "png":
         with Image.open(path) as image:
             assert image.size == (1200, 400)
-    assert f"{path}: the same, byte for byte" in output_of("reproduce", folder, "--figure", path)
+    assert f"{path}: the same, byte for byte" in output_of("run", "--again", folder, "--again", path)
 
 
 @pytest.mark.parametrize(("count", "columns"), [(1, 1), (2, 2), (3, 3), (4, 2), (5, 3), (7, 3)])

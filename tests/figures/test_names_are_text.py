@@ -13,10 +13,10 @@ from matplotlib.text import Text
 from walled import DOCK, PLACE
 
 from feasibee import Scenario, Swarm, plot_arena, plot_opinions, wilson
-from feasibee.errors import one_line
+from feasibee.base.errors import one_line
+from feasibee.base.record import Record
 from feasibee.figures import comparison, sweep
 from feasibee.figures.style import NAME_LIMIT, save_figure
-from feasibee.model.record import Record
 from feasibee.results.calibration import Bin, Calibration
 from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import Interval, Quartiles

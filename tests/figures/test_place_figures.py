@@ -9,7 +9,7 @@ from pixels import DRAWINGS, close, seen_at
 from walled import DOCK, PLACE
 
 from feasibee import Scenario, Swarm, plot_arena
-from feasibee.model.codes import ZONE
+from feasibee.base.codes import ZONE
 from feasibee.scenario.picture import between
 
 WALL_AT, NO_GO_AT, DOCK_AT, OPEN_AT = (10.0, 3.0), (15.0, 2.0), (2.5, 7.0), (13.0, 8.0)

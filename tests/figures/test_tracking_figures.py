@@ -7,10 +7,10 @@ import pytest
 from matplotlib.collections import QuadMesh
 
 from feasibee import Scenario, plot_opinions
+from feasibee.base.record import Record
 from feasibee.figures.comparison import draw_delay_against_bits, draw_right_over_time
 from feasibee.figures.decisions import SHADE, draw_truth, infeasible_share, plot_right_steps
 from feasibee.figures.style import figure
-from feasibee.model.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.results.statistics import Quartiles
 

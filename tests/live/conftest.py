@@ -1,37 +1,20 @@
-"""Servers of tests, and their pages."""
+"""Pages of tests: files, and those of servers."""
 
 from __future__ import annotations
 
-import socket
-
 import pytest
+from serving import serving_at
 
 from feasibee import Scenario
-from feasibee.live import server
 from feasibee.live.catalogue import Catalogue
+from feasibee.live.page import page_of
 
 
 @pytest.fixture(scope="session")
 def port():
     """The port of a server of the default scenario, with seed 1."""
-    serving = pytest.importorskip("serving", reason="websockets isn't installed: install feasibee[live]")
-    with serving.serving_at(Catalogue(Scenario(), seed=1)) as port:
+    with serving_at(Catalogue(Scenario(), seed=1)) as port:
         yield port
-
-
-@pytest.fixture
-def same_port():
-    """A port that no other program gets between two servers of a test."""
-    with socket.socket() as held:
-        held.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        held.bind(("127.0.0.1", 0))
-        yield held.getsockname()[1]
-
-
-@pytest.fixture
-def patient(monkeypatch):
-    """A server that answers each message wholly, however long the machine is busy with other things."""
-    monkeypatch.setattr(server, "PATIENCE", 60.0)
 
 
 @pytest.fixture
@@ -60,18 +43,31 @@ def new_page(browser):
 
 
 @pytest.fixture
-def visit(new_page):
-    """Give a function that opens a page of a server."""
-    expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+def show(new_page, tmp_path):
+    """Give a function that opens a page of a scenario, or of a server's port, and waits for its run.
 
-    def opened(port, more="", width=1280, height=800, ready=True, **options):
+    It stands still at step 0, unless it is opened with other options. A file may load nothing.
+    """
+    visiting = pytest.importorskip("visiting", reason="playwright isn't installed")
+    files = {}
+
+    def asked(request):
+        if not request.url.startswith(("file:", "data:", "blob:")):
+            new_page.errors.append(request.url)
+
+    def opened(of, more="", width=1280, height=800, seed=1, **options):
+        is_file = isinstance(of, Scenario)
+        options = {"reduced_motion": "reduce", "offline": is_file, **options}
         page = new_page(viewport={"width": width, "height": height}, **options)
-        page.goto(f"http://127.0.0.1:{port}/{more}")
-        if ready:
-            expect(page.locator("#arena[data-drawn]")).to_be_visible()
-            expect(page.locator("#last")).not_to_have_text("0")
-            expect(page.locator("#veil")).to_be_hidden()
+        address = f"http://127.0.0.1:{of}/"
+        if is_file:
+            page.on("request", asked)
+            path = files.setdefault((of, seed), tmp_path / f"{len(files)}.html")
+            path.write_text(page_of(of, seed), encoding="utf-8")
+            address = path.as_uri()
+        page.goto(f"{address}{more}")
+        visiting.expect_run(page)
         return page
 
-    opened.errors = new_page.errors
-    return opened
+    yield opened
+    new_page.errors[:] = [each for each in new_page.errors if "422" not in each]  # told by the page, too

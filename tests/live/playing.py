@@ -1,11 +1,11 @@
-"""Runs that tests compare with what the live arena shows."""
+"""Runs that tests compare with what pages show."""
 
 from __future__ import annotations
 
 from feasibee import Swarm
-from feasibee.sweeps import executors
-from feasibee.sweeps.plan import study_of
-from feasibee.sweeps.sweep import sweep
+from feasibee.simulation import executors
+from feasibee.simulation.plan import study_of
+from feasibee.simulation.sweep import complete
 
 
 def swarm_at(step, *run, **seed):
@@ -15,15 +15,7 @@ def swarm_at(step, *run, **seed):
     return swarm
 
 
-def looked(outlook, robot=None):
-    """Look to the end of a run, at a robot if one is given; return what is found as a message."""
-    outlook.follow(robot)
-    while not outlook.look(1.0):
-        pass
-    return outlook.to_dict(0)
-
-
 def swept(tables, folder):
     """Run a sweep, given as the tables of its study; return the folder of its results."""
-    sweep(study_of(tables, folder), folder / "results", executors.threads(1))
+    complete(study_of(tables, folder), folder / "results", executors.threads(1))
     return folder / "results"

@@ -1,80 +1,61 @@
-"""A server of the live arena, for tests."""
+"""A server of the live arena, for tests, and requests as a page sends them."""
 
 from __future__ import annotations
 
 import json
+import re
+import socket
 import threading
 from contextlib import contextmanager
 
-import numpy as np
-from websockets.sync.client import connect
-
-from feasibee.live import server as serving
-from feasibee.live.messages import PROTOCOL
+from feasibee.live import serve
+from feasibee.live.catalogue import Catalogue
 
 
 @contextmanager
-def serving_at(catalogue, port=0):
-    """Run a server in a thread; give its port."""
-    with serving.listen("127.0.0.1", port) as listening:
-        server = serving.server_of(catalogue, "127.0.0.1")
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]})
+def serving_at(shown, port=0):
+    """Run a server of a catalogue, or of routes, in a thread; give its port."""
+    routes = serve.routes_of(shown) if isinstance(shown, Catalogue) else shown
+    with serve.listen("127.0.0.1", port) as listening:
+        server = serve.Server(routes, "127.0.0.1", listening)
+        thread = threading.Thread(target=server.serve_forever, args=(0.02,))
         thread.start()
         try:
             yield listening.getsockname()[1]
         finally:
-            server.should_exit = True
+            server.shutdown()
             thread.join(60)
             assert not thread.is_alive()
 
 
-class Page:
-    """What a page does, without a browser."""
-
-    def __init__(self, port, **options):
-        options.setdefault("origin", f"http://127.0.0.1:{port}")
-        self.line = connect(f"ws://127.0.0.1:{port}/swarm", max_size=None, proxy=None, **options)
-
-    def __enter__(self):
-        self.socket = self.line.__enter__()
-        self.welcome = self.receive()
-        return self
-
-    def __exit__(self, *error):
-        self.line.__exit__(*error)
-
-    def receive(self):
-        message = self.socket.recv(60)
-        return json.loads(message) if isinstance(message, str) else decode(message)
-
-    def say(self, **message):
-        self.socket.send(json.dumps(message))
-
-    def answer(self, kind, **message):
-        """Send a message to the server; return its first answer of a kind, and skip others."""
-        self.say(**message)
-        return self.until(kind)
-
-    def until(self, kind):
-        """Return the next message of a kind, and skip others."""
-        while (received := self.receive())["type"] != kind:
-            assert received["type"] in ("going", "opened", "tasks", "robot"), received
-        return received
-
-    def open(self, **message):
-        return self.answer("frame", type="open", **message)
-
-    def problems(self, **message):
-        return [each["path"] for each in self.answer("error", **message)["problems"]]
+def said(port, text):
+    """Return status, headers and body of the answer to a request, given as text."""
+    with socket.create_connection(("127.0.0.1", port), 60) as line:
+        line.sendall(text if isinstance(text, bytes) else text.encode())
+        received = b""
+        while more := line.recv(65536):
+            received += more
+    head, _, body = received.partition(b"\r\n\r\n")
+    first, *lines = head.decode().split("\r\n")
+    headers = dict(each.split(": ", 1) for each in lines)
+    return int(first.split()[1]), headers, body.decode()
 
 
-def decode(message):
-    """Return a binary message as the page reads it; see messages.py."""
-    start = 4 + int.from_bytes(message[:4], "little")
-    found = json.loads(message[4:start])
-    assert found["protocol"] == PROTOCOL
-    for name, kind, length in found["arrays"]:
-        found[name] = np.frombuffer(message, f"<{kind}", length, start)
-        start += found[name].nbytes
-    assert start == len(message)
-    return found
+def got(port, path="/"):
+    return said(port, f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n")
+
+
+def given(text):
+    """Return what a page is given, from its HTML."""
+    (found,) = re.findall(r'<script type="application/json" id="given">(.*?)</script>', text, re.DOTALL)
+    return json.loads(found)
+
+
+def posted(port, path, asked, more=""):
+    """Return the status and the answer, of JSON if it is some, to a page's request."""
+    body = asked if isinstance(asked, bytes) else json.dumps(asked).encode()
+    place = f"127.0.0.1:{port}"
+    head = f"POST {path} HTTP/1.1\r\nHost: {place}\r\nOrigin: http://{place}\r\n{more}"
+    head += f"Content-Length: {len(body)}\r\n\r\n"
+    status, headers, answer = said(port, head.encode() + body)
+    return status, json.loads(answer) if headers["Content-Type"] == "application/json" else answer

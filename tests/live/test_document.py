@@ -1,33 +1,31 @@
-"""The file that `feasibee page` writes, and what it can't show."""
+"""The file that `feasibee run --out` writes, also in the frame of a notebook, and what it can't show."""
 
 from __future__ import annotations
 
-import json
 import re
+from html import unescape
 
 import numpy as np
 import pytest
 from commands import invoke, refused
+from serving import given
 
-from feasibee import Scenario, ScenarioError
+from feasibee import FeasibeeError, Scenario, ScenarioError
+from feasibee.base.errors import how_to_install
 from feasibee.engine import own
-from feasibee.errors import how_to_install
-from feasibee.live.packet import check_scenario, variants_of
+from feasibee.live.packet import check_scenario
 from feasibee.live.page import page_of
 from feasibee.live.prediction import prediction_of
+from feasibee.live.scene import variants_of
+from feasibee.live.widget import Arena
 from feasibee.strategies import STRATEGIES
 
 OWN = "def decide(mind, inbox):\n    return mind.opinion\n"
 
 
-def given(text):
-    (found,) = re.findall(r'<script type="application/json" id="given">(.*?)</script>', text, re.DOTALL)
-    return json.loads(found)
-
-
 def test_the_page_is_small_and_loads_nothing():
     text = page_of(Scenario(tasks={"count": 50}))
-    assert len(text.encode()) < 400_000
+    assert len(text.encode()) < 450_000
     assert not re.search(r"""(src|href)=["'](?!data:|#)""", text)
     assert not re.search(r"(?m)^\s*(import|export)\b|https?:(?!//www\.w3\.org)", text)
 
@@ -35,20 +33,15 @@ def test_the_page_is_small_and_loads_nothing():
 def test_the_page_begins_with_the_scenario(tmp_path):
     file, out = tmp_path / "mine.toml", tmp_path / "mine.html"
     file.write_text("[robots]\ncount = 7\n[decision]\nstrategy = 'voter'\nthreshold = 0.8\n")
-    said = invoke("page", str(file), "--set", "tasks.count=9", "--seed", str(2**64 - 1), "--out", str(out))
-    assert (said.exit_code, said.stdout) == (0, f"Wrote {out}\n")
+    said = invoke("run", str(file), "--set", "tasks.count=9", "--seed", str(2**64 - 1), "--out", str(out))
+    assert (said.exit_code, said.stdout.splitlines()[-1]) == (0, f"Wrote {out}")
     found = given(out.read_text("utf-8"))
     assert found["name"] == "mine.toml"
-    assert found["threshold"] == 0.8
-    assert found["settings"] == {
-        "robots": 7,
-        "tasks": 9,
-        "strategy": list(STRATEGIES).index("voter"),
-        "seed": str(2**64 - 1),
-        "run": 0,
-        "events": [],
-    }
-    assert Scenario.from_toml(found["toml"]).tasks.count == 9
+    assert found["opened"]["threshold"] == 0.8
+    counts = {"robots": 7, "tasks": 9, "strategy": list(STRATEGIES).index("voter"), "events": []}
+    which, ranges = {"seed": str(2**64 - 1), "run": 0}, {"sight": 2.0, "radio": 2.0, "speed": 1.0}
+    assert found["opened"]["settings"] == counts | which | ranges
+    assert Scenario.from_toml(found["opened"]["toml"]).tasks.count == 9
 
 
 def test_the_page_has_what_the_theory_says_of_the_scenario():
@@ -64,7 +57,7 @@ def test_no_name_can_end_the_data():
 def test_all_that_a_page_cannot_simulate_is_told_at_once(tmp_path):
     out = tmp_path / "run.html"
     out.write_text("before")
-    said = refused("page", "--out", str(out), "--set", "tasks.count=20001", "--set", "run.steps=10001")
+    said = refused("run", "--out", str(out), "--set", "tasks.count=20001", "--set", "run.steps=10001")
     assert said == [
         "feasibee: tasks.count = 20001: must be at most 20,000 in a page; use 20,000 or less",
         "feasibee: run.steps = 10001: must be at most 10,000 in a page; use 10,000 or less",
@@ -85,6 +78,16 @@ def test_what_a_page_cannot_simulate(changes, path):
     assert [problem.path for problem in told.value.problems] == [path]
 
 
+@pytest.mark.parametrize("arena", [{"side": [20.0, 14.0]}, {"side": 9.0, "boundary": "walls"}])
+def test_a_page_takes_ranges_and_speeds_up_to_those_that_a_scenario_may_have(arena):
+    scenario = Scenario(arena=arena)
+    most = given(page_of(scenario))["opened"]["most"]
+    for path, name in (("sensing.range", "sight"), ("radio.range", "radio"), ("robots.speed", "speed")):
+        check_scenario(scenario.replace({path: most[name]}))
+        with pytest.raises(ScenarioError, match=path):
+            scenario.replace({path: most[name] * 1.001})
+
+
 @pytest.mark.parametrize("preset", ["valentini-2016", "minimize-surprise", "ros2swarm-majority"])
 def test_a_page_simulates_the_presets(preset):
     check_scenario(Scenario(preset=preset))
@@ -98,7 +101,7 @@ def test_a_page_offers_all_strategies_that_go_with_its_scenario():
     assert offered(decision={"start": "first-sight"}) == [
         name for name, each in STRATEGIES.items() if not (each.knowledge or each.starts_neutral)
     ]
-    strategies = given(page_of(Scenario()))["strategies"]
+    strategies = given(page_of(Scenario()))["opened"]["strategies"]
     assert [each["knows"] for each in strategies] == [each.needs_count for each in STRATEGIES.values()]
     assert [each["declares"] for each in strategies] == [each.declares for each in STRATEGIES.values()]
 
@@ -114,7 +117,7 @@ def test_without_a_compiler_a_page_of_ones_own_strategy_says_how_to_get_it(tmp_p
     file = tmp_path / "mine.py"
     file.write_text(OWN, encoding="utf-8")
     monkeypatch.setattr(own, "zig", lambda: None)
-    (said,) = refused("page", "--strategy", str(file), "--out", str(tmp_path / "run.html"))
+    (said,) = refused("run", "--set", f"decision.strategy={file}", "--out", str(tmp_path / "run.html"))
     assert said == f"feasibee: ziglang: not installed; {how_to_install('c')}"
 
 
@@ -133,6 +136,16 @@ def test_a_hall_of_forty_obstacles_makes_the_page_30_kb_larger_at_most():
     assert len(page_of(shelves).encode()) - len(page_of(hall).encode()) <= 30_000
 
 
-def test_the_file_must_be_html(tmp_path):
-    (said,) = refused("page", "--out", str(tmp_path / "run.gif"))
-    assert said.endswith("end the name with .html")
+def test_an_arena_is_a_frame_with_the_whole_page():
+    scenario = Scenario(tasks={"count": 12})
+    text = Arena(scenario, seed=3, run=5, height=600)._repr_html_()
+    pattern = r'<iframe title="([^"]+)" sandbox="([^"]+)" srcdoc="([^"]+)" style="(.+)"></iframe>'
+    title, sandbox, page, style = re.fullmatch(pattern, text).groups()
+    assert (title, sandbox) == ("feasibee: a swarm", "allow-scripts")
+    assert "height: 600px" in style
+    assert unescape(page) == page_of(scenario, 3, 5)
+
+
+def test_a_run_that_there_is_not_is_refused():
+    with pytest.raises(FeasibeeError, match="seed = -1"):
+        Arena(seed=-1)

@@ -1,253 +1,180 @@
-"""The live page of a field: its steps come from the log of its world, while it is written and later."""
+"""The page of a field: its steps come from the log of its world, while it is written and later."""
 
 from __future__ import annotations
 
 import json
+import os
 import re
-import threading
 import time
-from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
 from commands import invoke
-from serving import Page, decode, serving_at
+from serving import got, serving_at
 
-from feasibee import Scenario
-from feasibee.errors import FeasibeeError
-from feasibee.field.plan import Plan, parse_fault, schedule
+from feasibee import FeasibeeError, Scenario
+from feasibee.base.codes import FLAGS
+from feasibee.cli import watch
+from feasibee.field.columns import AT_ONCE, NO_TASK
+from feasibee.field.plan import Plan
 from feasibee.field.supervisor import Field
-from feasibee.live import fieldsession, server
-from feasibee.live.fieldsession import FieldCatalogue, FieldSession
-from feasibee.live.messages import NO_TASK, Look, encode_frame
-from feasibee.live.scene import Logged
+from feasibee.live.field import routes_of_field
+from feasibee.live.page import STATIC
 from feasibee.reference import play
-from feasibee.simulation.snapshot import FLAGS
 
-LONG = 20_000
-"""Steps of a field that goes on until its test ends."""
-LIMIT = 60.0
-"""Seconds that a busy machine may take."""
+SILENT = "has logged nothing for more than 5 s"
 
 
-def small(steps):
-    arena = {"arena.side": 8.0, "robots.count": 4, "tasks.count": 4}
-    return Scenario().replace({**arena, "run.steps": steps, "run.stop_at_decision": False})
+def a_plan(scenario, seed=1):
+    return Plan(scenario, seed, 0, True, 20.0, 0.0, 0.0, 0.0, (), 20.0, 60.0)
 
 
-def a_plan(scenario, lockstep=False, hz=20.0, faults=(), seed=1):
-    """Return a plan; a robot is silent after 3 s: one that only waits for a busy machine is not."""
-    patience = 20.0 if lockstep else 3.0
-    return Plan(scenario, seed, 0, lockstep, hz, 0.0, 0.0, 0.0, tuple(faults), patience, LIMIT)
+def small(steps, **changes):
+    counts = {"arena.side": 8.0, "robots.count": 4, "tasks.count": 4, "run.steps": steps}
+    return Scenario().replace({**counts, "run.stop_at_decision": False, **changes})
 
 
-def kills(text, steps, hz=20.0):
-    return schedule([parse_fault("kill", text, hz)], 4, steps)
-
-
-class LeftError(Exception):
-    """The test needs its field no longer."""
-
-
-@contextmanager
-def running(plan, folder):
-    """Run a field in a thread, until its end or that of the test; give the thread once there is a step."""
-    left, began = threading.Event(), threading.Event()
-
-    def run():
-        with suppress(LeftError):
-            Field(plan, folder, told).run()
-
-    def told(event):
-        if left.is_set():
-            raise LeftError
-        if event["event"] == "step":
-            began.set()
-
+def logged(folder, scenario, seed=1):
     folder.mkdir(exist_ok=True)
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
-        assert began.wait(LIMIT)
-        yield thread
-    finally:
-        left.set()
-        thread.join(LIMIT)
-    assert not thread.is_alive()
+    Field(a_plan(scenario, seed), folder, lambda event: None).run()
+    return folder
+
+
+def asked(folder, start):
+    return routes_of_field(folder)["GET", "/field"](f"from={start}".encode())
 
 
 @pytest.fixture(scope="module")
 def ended(tmp_path_factory):
-    """The folder of a field in lockstep that has ended, and its scenario."""
-    folder, scenario = tmp_path_factory.mktemp("ended"), small(60).replace({"acting.start": 5})
-    Field(a_plan(scenario, lockstep=True), folder, lambda event: None).run()
-    return folder, scenario
+    """The folder of a field that has ended, and its scenario: robots act, come and go."""
+    events = [{"step": 10, "tasks": 3, "robots": 2}, {"step": 20, "tasks": -5, "robots": -1}]
+    scenario = small(AT_ONCE + 20, **{"acting.start": 5, "events": events})
+    return logged(tmp_path_factory.mktemp("ended"), scenario), scenario
+
+
+def numbers_of(steps):
+    """Return the numbers of each step by name, as history.js lists them."""
+    text = (STATIC / "history.js").read_text()
+    names = re.findall(r'"(\w+)"', re.search(r"NUMBERS = .*?\]\);", text, re.DOTALL)[0])
+    return [dict(zip(names, each, strict=True)) for each in np.reshape(steps["numbers"], (-1, len(names)))]
 
 
 def test_the_steps_of_a_field_in_lockstep_are_those_of_the_run(ended):
     folder, scenario = ended
-    field = Logged(folder)
-    assert field.last == 60
-    for step, swarm in enumerate(play(scenario, 1, 0)):
-        field.step = step
-        shown = decode(encode_frame(field, 0, 0))
-        held = {name: shown["flags"] >> bit & 1 for bit, name in enumerate(FLAGS)}
-        opinions = [robot.mind.opinion for robot in swarm.robots]
-        assert (held["feasible"].astype(int) - held["neutral"]).tolist() == opinions
-        assert (shown["feasible"], shown["infeasible"]) == (swarm.feasible_count, swarm.infeasible_count)
-        assert shown["truth"] == swarm.truth
-        errands = [robot.errand for robot in swarm.robots]
-        assert held["standing"].tolist() == [each.task >= 0 for each in errands]
-        aims = [max(each.target, each.task) for each in errands]
-        assert np.where(shown["aims"] == NO_TASK, -1, shown["aims"].astype(int)).tolist() == aims
-        assert shown["taken"].tolist() == [any(each.task == task for each in errands) for task in range(4)]
-    assert held["standing"].any()
-    session = FieldSession(folder)
-    session.begin(None)
-    session.rewind(60, 0)
-    session.inspect(robot := int(np.flatnonzero(held["standing"])[0]))
-    said = next(each for each in session.messages() if isinstance(each, dict) and each["type"] == "robot")
-    assert ["Acts", f"stands at task {errands[robot].task}"] in said["reasons"]
+    first, second = (asked(folder, start) for start in (0, AT_ONCE))
+    assert (first["steps"]["count"], first["steps"]["done"]) == (AT_ONCE, False)
+    assert (second["steps"]["from"], second["steps"]["count"], second["steps"]["done"]) == (AT_ONCE, 21, True)
+    state = {"problems": [], "silent": False, "ended": True, "last": AT_ONCE + 20}
+    assert first["state"] == second["state"] == state
+    steps, there = first["steps"], {}
+    columns = {
+        name: np.reshape(steps[name], (AT_ONCE, -1)) for name in ("x", "y", "flags", "heading", "aims")
+    }
+    for step, swarm in zip(range(AT_ONCE), play(scenario, 1, 0), strict=False):
+        there = next((each for each in steps["there"] if each["step"] == step), there)
+        numbers, flags = numbers_of(steps)[step], columns["flags"][step]
+        held = {name: flags >> bit & 1 for bit, name in enumerate(FLAGS)}
+        robots = [robot.number for robot in swarm.robots]
+        assert np.flatnonzero(held["there"]).tolist() == robots
+        assert (held["feasible"] - held["neutral"])[robots].tolist() == [r.mind.opinion for r in swarm.robots]
+        counts = (len(robots), len(swarm.tasks), swarm.feasible_count, swarm.infeasible_count, swarm.decision)
+        names = ("there", "tasks", "feasible", "infeasible", "decision")
+        assert tuple(numbers[name] for name in names) == counts
+        assert (numbers["missing"] == 0) == swarm.truth
+        assert len(there["taskX"]) == len(there["taskNumbers"]) == len(there["taken"]) == len(swarm.tasks)
+        tasks = there["taskNumbers"]
+        aims = [
+            tasks.index(aim) if (aim := max(r.errand.target, r.errand.task)) in tasks else NO_TASK
+            for r in swarm.robots
+        ]
+        assert columns["aims"][step][robots].tolist() == aims
+        assert held["standing"][robots].tolist() == [each.errand.task >= 0 for each in swarm.robots]
+    assert columns["flags"].shape == (AT_ONCE, scenario.most.robots)
+    assert columns["x"].max() < 2**16
+    assert columns["heading"].max() < 2**8
 
 
-def test_a_log_that_grows_is_that_of_the_whole_file(ended, tmp_path):
+def test_a_page_follows_a_log_that_grows_and_the_next_field(ended, tmp_path):
     lines = (ended[0] / "world.jsonl").read_text().splitlines(keepends=True)
-    growing, copy = tmp_path / "world.jsonl", None
-    for until in (1, 2, 30, len(lines)):
-        # A world may be in the middle of a line.
-        growing.write_text("".join(lines[:until]) + ("" if until == len(lines) else lines[until][:9]))
-        copy = copy or Logged(tmp_path)
-        assert copy.grow()
-        assert copy.last == min(until, len(lines) - 1) - 2
-    whole = Logged(ended[0])
-    whole.step = copy.step = whole.last
-    assert copy.has_ended
-    assert encode_frame(copy, 0, 0) == encode_frame(whole, 0, 0)
-    growing.write_text(lines[0].replace("session", "another") + lines[1])
-    assert not copy.grow()
+    log = tmp_path / "world.jsonl"
+    log.write_text(lines[0])
+    with serving_at(routes_of_field(tmp_path)) as port:
+
+        def after(known):
+            return json.loads(got(port, f"/field?from={known}")[2])
+
+        which = after(0)["which"]
+        assert after(0)["steps"]["count"] == 0
+        log.write_text("".join(lines[:8]) + lines[8][:9])  # a world may be in the middle of a line
+        found = after(0)
+        assert (found["which"], found["steps"]["count"]) == (which, 7)
+        assert found["state"] == {"problems": [], "silent": False, "ended": False, "last": 6}
+        log.write_text("".join(lines[:9]))
+        found = after(7)
+        assert (found["steps"]["from"], found["steps"]["count"], found["steps"]["done"]) == (7, 1, False)
+        assert found["steps"] | {"from": 0} == asked(tmp_path, 7)["steps"] | {"from": 0}
+        log.write_text(json.dumps(json.loads(lines[0]) | {"seed": 2}) + "\n" + lines[1])
+        found = after(8)
+        assert found["which"] != which
+        assert found["steps"]["count"] == 0
+        page = got(port)[2]
+        assert found["which"] in page
+        assert '"server":true' in page
+        assert '"seed":"2"' in page
+        for query in (
+            "from=-1",
+            "from=x",
+            "from=",
+            "from=99999999999",
+            "form=1",
+            "from=1&x=2",
+            "from=%ff",
+            "",
+        ):
+            assert got(port, f"/field?{query}")[0] == 400, query
+        log.write_text(lines[0] + "{\n")
+        assert got(port, "/field?from=0")[0] == 422
 
 
-def test_a_page_goes_on_with_the_next_field_in_its_folder(tmp_path):
-    with (
-        running(a_plan(small(10), lockstep=True), tmp_path) as first,
-        serving_at(FieldCatalogue(tmp_path)) as port,
-        Page(port) as page,
-    ):
-        page.say(type="open")
-        assert followed(page, "field", lambda message: message["end"] == 10)
-        first.join(LIMIT)  # it holds the folder
-        with running(a_plan(small(LONG), seed=2), tmp_path):
-            assert followed(page, "another", lambda message: True)
-            page.say(type="open")
-            assert followed(page, "opened", lambda message: message["seed"] == "2")
-            assert followed(page, "frame", lambda message: message["step"] > 0)
+def test_a_browser_shows_a_field_that_has_ended(show, ended):
+    with serving_at(routes_of_field(ended[0])) as port:
+        page = show(port)
+        assert page.locator("#state").inner_text() == "ended"
+        assert page.locator("#last").inner_text() == str(AT_ONCE + 20)
+        assert page.locator("#form").is_hidden()
+        page.close()  # it would ask the server that ends now
 
 
-def followed(page, kind, is_it):
-    """Follow a field until the server says something; return whether it does in time."""
-    until = time.monotonic() + LIMIT
-    while time.monotonic() < until:
-        message = page.receive()
-        if message["type"] == kind and is_it(message):
-            return True
-        if message["type"] == "frame":
-            page.say(type="advance", steps=1)
-    return False
+def test_a_field_that_says_nothing_is_silent_and_so_are_its_robots(ended, tmp_path):
+    lines = (ended[0] / "world.jsonl").read_text().splitlines(keepends=True)
+    log = tmp_path / "world.jsonl"
+    log.write_text("".join(lines[:6]) + json.dumps(json.loads(lines[6]) | {"lost": [1, 3]}) + "\n")
+    found = asked(tmp_path, 0)
+    assert found["state"]["problems"] == ["robots 1, 3 are silent"]
+    assert found["steps"]["lost"] == [[]] * 5 + [[1, 3]]
+    flags = found["steps"]["flags"][-6:]
+    assert [bool(flags[1] >> FLAGS.index(each) & 1) for each in ("there", "neutral", "working")] == [1, 1, 0]
+    routes = routes_of_field(tmp_path)["GET", "/field"]
+    for gone in (lambda: os.utime(log, (time.time() - 9,) * 2), log.unlink):
+        gone()
+        state = routes(b"from=9")["state"]
+        assert state["silent"]
+        assert SILENT in state["problems"][-1]
+
+
+def test_a_field_of_a_strategy_needs_no_compiler_and_runs_no_code(tmp_path):
+    file = tmp_path / "mine.py"
+    file.write_text("def decide(mind, inbox):\n    return mind.opinion\n")
+    folder = logged(tmp_path / "logs", small(5, **{"decision.strategy": str(file)}))
+    file.unlink()
+    text = routes_of_field(folder)["GET", "/"](b"")
+    assert str(file) in text
+    assert not re.search('"(packets|patches|failures)":', text)
 
 
 def test_the_command_watches_a_field(ended, monkeypatch):
-    served = []
-
-    class Server:
-        def __init__(self, catalogue, host):
-            served.append(catalogue)
-
-        def run(self, sockets):
-            """Serve no page."""
-
-    monkeypatch.setattr(server, "server_of", Server)
-    assert invoke("watch", ended[0], "--port", 0, "--no-open").exit_code == 0
-    assert served[0].to_dict()["title"] == f"field in {ended[0]}"
     assert "can't change" in invoke("watch", ended[0], "--seed", 1).stderr
-
-
-def test_robots_and_tasks_of_a_field_come_and_go(tmp_path):
-    events = [{"step": 10, "tasks": 3, "robots": 2}, {"step": 20, "tasks": -5, "robots": -1}]
-    scenario = small(30).replace({"events": events})
-    Field(a_plan(scenario, lockstep=True), tmp_path, lambda event: None).run()
-    session = FieldSession(tmp_path)
-    session.begin(None)
-    session.inspect(5)
-    assert {each["type"] for each in session.messages() if isinstance(each, dict)} >= {"field", "robot"}
-    assert session.openings()[0]["numbers"] == 6
-    field, there = Logged(tmp_path), FLAGS.index("there")
-    for step, swarm in enumerate(play(scenario, 1, 0)):
-        field.step = step
-        shown = decode(encode_frame(field, 0, 0))
-        numbers = np.flatnonzero(shown["flags"] >> there & 1).tolist()
-        found = numbers, shown["taskX"].size, shown["truth"]
-        assert found == ([robot.number for robot in swarm.robots], len(swarm.tasks), swarm.truth)
-
-
-def test_a_session_says_what_it_cannot_do_and_what_robots_reported(ended):
-    session = FieldSession(ended[0])
-    session.begin(None)
-    assert "what has happened" in session.look(Look(type="look"), 0.0)["problem"]
-    with pytest.raises(FeasibeeError, match="robot = 4"):
-        session.inspect(4)
-    session.inspect(2)
-    said = next(each for each in session.messages() if isinstance(each, dict) and each["type"] == "robot")
-    assert [name for name, _ in said["reasons"]] == ["Phase", "Opinion", "Knows"]
-    with pytest.raises(FeasibeeError, match="what has happened"):
-        session.lane(0)
-
-
-def test_a_field_that_goes_away_is_said(ended, tmp_path, monkeypatch):
-    lines = (ended[0] / "world.jsonl").read_text().splitlines(keepends=True)
-    assert json.loads(lines[-1]) == {"event": "end"}
-    (tmp_path / "world.jsonl").write_text("".join(lines[:1]))
-    monkeypatch.setattr(fieldsession, "SILENCE", -1.0)
-    with pytest.raises(FeasibeeError, match="no step for"):
-        FieldSession(tmp_path).begin(None)
-    (tmp_path / "world.jsonl").write_text("".join(lines[:-1]))
-    session = FieldSession(tmp_path)
-    session.begin(None)
-    [state, _] = session.messages()
-    assert state["silent"]
-    assert str(tmp_path) in state["problems"][-1]
-
-
-@pytest.mark.slow
-def test_the_page_shows_a_field_to_its_end(visit, tmp_path):
-    expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
-    with (
-        running(a_plan(small(120), faults=kills("1@5", 120)), tmp_path) as first,
-        serving_at(FieldCatalogue(tmp_path)) as port,
-    ):
-        page = visit(port)
-        expect(page.locator("#controls")).to_be_hidden()
-        expect(page.locator("#banner-text")).to_have_text("Robot 3 is silent.")
-        expect(page.locator("#retry")).to_be_hidden()
-        expect(page.locator("#field-state")).to_have_text("ended at step 120")
-        expect(page.locator("#now")).to_have_text("120")
-        expect(page.locator("#stopped")).to_have_text("1")
-        page.keyboard.press(",")
-        expect(page.locator("#now")).to_have_text("119")
-        page.keyboard.press("r")
-        expect(page.locator("#now")).to_have_text(re.compile(r"^\d{1,2}$"))
-        page.keyboard.press("n")  # there is no next run
-        expect(page.locator("#field-state")).to_have_text("ended at step 120")
-        page.keyboard.press(" ")
-        expect(page.locator("#now")).to_have_text("120")
-        first.join(LIMIT)
-        with running(a_plan(small(LONG), seed=2), tmp_path):
-            expect(page.locator("#field-which")).to_have_text("2, 0", timeout=60_000)
-            expect(page.locator("#banner")).to_be_hidden()
-            expect(page.locator("#field-state")).to_have_text("running")
-            expect(page.locator("#last")).to_have_text(f"{LONG:,}")
-            expect(page.locator("#now")).not_to_have_text("0", timeout=60_000)
-
-
-def test_watch_of_a_missing_path_names_scenario_and_folder(tmp_path):
-    told = invoke("watch", tmp_path / "none", "--no-open").stderr
-    assert told.endswith("none: not found; name a scenario in TOML, or the folder of a sweep or field\n")
+    assert ("GET", "/field") in watch._routes(ended[0], (), None, None, "wrong", False)
+    with pytest.raises(FeasibeeError):
+        routes_of_field(Path("nowhere"))

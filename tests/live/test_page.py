@@ -1,364 +1,382 @@
-"""The live arena in a real browser: what somebody sees and does there."""
+"""The page as a file: it loads nothing, and its runs are those of feasibee; clock, keys, and what it says."""
 
 from __future__ import annotations
 
 import re
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
-from declaring import declaring
-from playing import swarm_at, swept
-from serving import serving_at
+from playing import swarm_at
 from visiting import (
-    change,
+    asked,
+    at,
     control_of,
-    expect_no_scrolling,
-    expect_picture,
-    expect_shade,
+    expect_run,
+    expect_scenario,
     focus_nothing,
+    frames_of,
     picture_of,
-    play_to_the_end,
     point_at,
     press,
     seek,
-    step_of,
+    slider,
+    unfolded,
 )
-from waiting import eventually, expect_rest
+from waiting import drawn, eventually
+from walled import PLACE
 
-from feasibee import Scenario, Swarm, simulate
-from feasibee.live.catalogue import Catalogue, read_catalogue
-from feasibee.live.reasons import sentence_of
-from feasibee.live.timeline import History, Timeline
+from feasibee import Scenario, Swarm, decision_counts, simulate, wilson
+from feasibee.live.page import STATIC
+from feasibee.simulation.snapshot import FLAGS
+from tests.places import rectangle
 
 expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't installed").expect
+SITE = Path(__file__).parents[2] / "docs" / "_static"
+FIFTY = Scenario(tasks={"count": 50})
+OWN = """
+def decide(mind, inbox):
+    return 1 if inbox.feasible_votes > inbox.infeasible_votes else mind.opinion
+"""
+EYES = [{"name": "eye", "count": 9, "skills": ["see"]}, {"name": "<b>arm", "count": 9, "skills": ["grip"]}]
+JOBS = [{"name": "look", "count": 5, "needs": {"see": 1}}, {"name": "lift", "count": 4, "needs": {"grip": 2}}]
+EVENTS = [{"step": 20, "tasks": 6}, {"step": 40, "robots": -8}, {"step": 70, "tasks": -20, "robots": 3}]
+WALLS = {"arena.boundary": "walls", "arena.side": [20.0, 14.0], "robots.diameter": 0.5}
+WORLDS = {
+    "paper": {},
+    "changing": {"events": EVENTS, "robots.failure_rate": 0.002},
+    "bodies": WALLS
+    | {"robots.avoid_collisions": True, "faults.stopped": {"count": 2}, "faults.byzantine": 0.1},
+    "acting": {"acting.start": 30, "tasks.work": 20},
+    "classes": {"robots.classes": EYES, "tasks.classes": JOBS},
+    "place": WALLS | {"place.walls": [rectangle(8.0, 0.0, 8.2, 14.0)], "radio.walls": 0.7},
+    "own": {},
+}
 
 
-def test_keys_step_play_pause_and_restart(visit, port):
-    page = visit(port)
-    expect(page.locator("#now")).to_have_text("0")
-    press(page, (".", 1), ("ArrowRight", 2))
-    page.get_by_role("button", name="One step").click()
-    expect(page.locator("#now")).to_have_text("3")
-    faster, slower = (page.get_by_role("button", name=each) for each in ("Faster", "Slower"))
-    for act, pace in (
-        (lambda: page.keyboard.press("+"), 30),
-        (faster.click, 60),
-        (lambda: page.keyboard.press("-"), 30),
-        (slower.click, 20),
-    ):
-        act()
+def world(name, folder):
+    changes = WORLDS[name]
+    if name == "own":
+        pytest.importorskip("ziglang", reason="ziglang isn't installed")
+        (folder / "mine.py").write_text(OWN, encoding="utf-8")
+        changes = {"decision.strategy": str(folder / "mine.py")}
+    return Scenario(run={"steps": 150}).replace(changes)
+
+
+@pytest.mark.quick(4)
+@pytest.mark.parametrize("seed", [1, 2**64 - 1])
+@pytest.mark.parametrize("name", WORLDS)
+def test_each_step_is_that_of_a_swarm(show, tmp_path, name, seed):
+    scenario = world(name, tmp_path)
+    swarm, page = Swarm(scenario, seed), show(scenario, seed=seed)
+    for step, frame in enumerate(frames_of(page, range(151))):
+        swarm.advance(step - swarm.step)
+        own, places = swarm.snapshot(), swarm.task_places()
+        expected = {
+            **{"step": step, "there": swarm.present.sum(), "tasks": len(swarm.tasks)},
+            **{"feasible": swarm.feasible_count, "infeasible": swarm.infeasible_count},
+            **{"counted": swarm.counted.sum(), "decision": swarm.decision, "bits": swarm.bits_sent},
+            **{"x": own.x.tolist(), "y": own.y.tolist(), "flags": own.flags.tolist()},
+            **dict(zip(("taskX", "taskY"), (each.tolist() for each in places), strict=True)),
+        }
+        if scenario.acts:
+            expected |= {"taken": swarm.acting.looks.tolist()}
+        assert {each: frame[each] for each in expected} == expected
+        assert (frame["missing"] == 0) == swarm.truth
+    asked(page, int(Swarm(scenario, seed).present.sum()), len(Swarm(scenario, seed).tasks))
+    expect_scenario(page, scenario)
+
+
+def test_the_page_knows_the_flags_of_robots():
+    known = re.findall(r"\b([A-Z]+) = (\d+)", (STATIC / "frames.js").read_text("utf-8"))
+    assert known == [(name.upper(), str(1 << k)) for k, name in enumerate(FLAGS)]
+
+
+@pytest.mark.quick(1)
+@pytest.mark.parametrize("name", ["paper", "place", "acting", "bodies"])
+def test_a_hundred_swarms_are_those_of_simulate(show, tmp_path, name):
+    scenario = world(name, tmp_path).replace({"run.steps": 400})
+    page, swarms = show(scenario), simulate(scenario, runs=100, seed=1, curves=True)
+    expect(page.locator("#swarms")).to_have_attribute("aria-busy", "false")
+    found = page.evaluate(
+        "feasibee.lanes[0].outcomes.map(at => [at.decision, at.step, at.isRight, ...at.course])"
+    )
+    right = 0
+    for run, (decision, step, is_right, *course) in enumerate(found):
+        decided, curve = int(swarms.decision[run]), swarms.feasible_count.values[run]
+        last = int(swarms.decision_step[run]) if decided >= 0 else 400
+        assert (decision, step) == (decided, last), run
+        assert course[: last + 1] == curve[: last + 1].tolist(), run
+        right += is_right
+    counts = decision_counts(swarms.decision)
+    said = [f"{counts[word]} {word}" for word in ("feasible", "infeasible")]
+    said += [f"{counts['undecided']} undecided"] if counts["undecided"] else []
+    expect(page.locator("#sentences")).to_contain_text(f"100 swarms: {', '.join(said)}.")
+    low, high = (round(100 * each) for each in wilson(right, 100)[1:])
+    told = f"Right in {right} of 100 swarms ({low} to {high} % of all such swarms)."
+    expect(page.locator("#many")).to_have_text(told)
+    for run in (0, 1):
+        if (step := int(swarms.decision_step[run])) >= 0:
+            word = ("infeasible", "feasible")[int(swarms.decision[run])]
+            expect(page.locator("#decision")).to_contain_text(f"The swarm decides {word} at step {step}.")
+            press(page, ("d", step))
+            expect(page.locator("#feasible")).to_have_text(str(int(swarms.feasible_count[run, step])))
+        else:
+            expect(page.locator("#decision")).to_have_text("The swarm doesn't decide by step 400.")
+        page.keyboard.press("n")
+        expect(control_of(page, "run")).to_have_value(str(run + 1))
+        expect_run(page)
+        focus_nothing(page)
+
+
+def test_the_answer_is_there_before_time_has_come_to_it(show):
+    page, decided = show(FIFTY), int(simulate(FIFTY, 1, 1).decision_step[0])
+    at(page, 0)
+    asked(page, 20, 50)
+    expect(page.locator("#truth")).to_contain_text("Truth: No: 30 robots are missing")
+    expect(page.locator("#decision")).to_have_text(
+        f"The swarm decides infeasible at step {decided}. That is right."
+    )
+    expect(page.locator("#announcer")).to_contain_text(f"decides infeasible at step {decided}")
+    expect(page.locator("#marks-text")).to_have_text(f"Decision at step {decided}.")
+    expect(page.locator("#now-held")).to_contain_text("At this step: 10 agree, of the 19 robots")
+    seek(page, decided)
+    expect(page.locator("#now-held")).to_have_text("At this step it has decided.")
+
+
+def test_keys_and_buttons_move_time(show):
+    page = show(Scenario())
+    press(page, (".", 1), ("ArrowRight", 2), (",", 1), ("ArrowLeft", 0), (",", 0))
+    for name, step in (("One step", 1), ("One step", 2), ("Step back", 1), ("Restart", 0)):
+        page.get_by_role("button", name=name, exact=True).click()
+        at(page, step)
+    seek(page, 700)
+    expect(page.locator("#seek")).to_have_attribute("aria-valuetext", "step 700 of 1,000")
+    page.locator("#seek").focus()
+    press(page, ("ArrowLeft", 699), (".", 700), ("r", 0))
+    decided = int(simulate(Scenario(), 1, 1).decision_step[0])
+    press(page, ("d", decided), (",", decided - 1))
+    page.get_by_role("button", name="Go to the decision").click()
+    at(page, decided)
+    for key, pace in (("+", 30), ("+", 60), ("-", 30)):
+        page.keyboard.press(key)
         expect(page.locator("#speed")).to_have_text(f"{pace} steps / s")
-    focus_nothing(page)
-    page.keyboard.press(" ")
-    expect(page.get_by_role("button", name="Pause")).to_be_visible()
-    expect(page.locator("#now")).not_to_have_text("3")
-    page.get_by_role("button", name="Pause").click()
-    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
-    expect_rest(page, step_of)
-    press(page, ("r", 0))
-    page.get_by_role("button", name="Play", exact=True).click()
-    expect(page.locator("#now")).not_to_have_text("0")
-    page.get_by_role("button", name="Restart").click()
-    expect(page.locator("#now")).to_have_text("0")
+    for name, pace in (("Slower", 20), ("Faster", 30)):
+        page.get_by_role("button", name=name, exact=True).click()
+        expect(page.locator("#speed")).to_have_text(f"{pace} steps / s")
     focus_nothing(page)
     page.keyboard.press("?")
     expect(page.get_by_role("dialog")).to_be_visible()
+    page.keyboard.press("r")  # a dialog takes the keys
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_be_hidden()
+    at(page, decided)
 
 
-def test_the_page_says_what_simulate_says(visit, port):
-    page = visit(port, "#seed=1&run=4&tasks.count=24")
-    expected = simulate(Scenario(tasks={"count": 24}), 1, 1, first_run=4, curves=True)
-    play_to_the_end(page)
-    word = {1: "feasible", 0: "infeasible"}[int(expected.decision[0])]
-    expect(page.locator("#decision")).to_contain_text(word)
-    expect(page.locator("#decision")).to_contain_text(f"step {int(expected.decision_step[0])}")
-    expect(page.locator("#feasible")).to_have_text(str(int(expected.feasible_count[0, -1])))
-    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 24 tasks)")
-    right = "right" if word == "infeasible" else "wrong"
-    expect(page.locator("#judgement")).to_have_text(f"The swarm's decision is {right}.")
-    expect(page.locator("#announcer")).to_contain_text("The swarm has decided at step")
+def test_it_plays_by_itself_pauses_and_ends(show):
+    page = show(Scenario(run={"steps": 300}), reduced_motion="no-preference")
+    expect(page.locator("#now")).not_to_have_text("0")
+    page.keyboard.press(" ")
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    page.wait_for_function("() => feasibee.clock.head === feasibee.clock.target")
+    there = page.evaluate("feasibee.clock.step")
+    drawn(page, 20)
+    at(page, there)
+    for _ in range(8):
+        page.keyboard.press("+")
+    page.keyboard.press(" ")
+    at(page, 300)
+    expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
+    for _ in range(5):
+        page.keyboard.press("-")
+    page.keyboard.press(" ")  # from the start
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    expect(page.locator("#now")).not_to_have_text("300")
 
 
-def test_the_theory_is_drawn_behind_the_swarms_curve(visit, port):
-    page = visit(port, "#tasks.count=10")
-    theory, marks = page.locator("#theory"), page.locator("#tasks-marks option")
-    expect(theory).to_contain_text("75 % of such swarms decide feasible")
-    expect(theory.get_by_role("listitem")).to_have_text([re.compile("^theory: "), "tipping point"])
-    expect(marks).to_have_attribute("value", "20")
-    expect_shade(page, "#plot", True)
-    control_of(page, "decision.strategy").select_option("majority")
-    expect(theory).to_contain_text("50 % of such swarms decide feasible")
-    expect(marks).to_have_count(0)
-    control_of(page, "decision.strategy").select_option("census")
-    expect(theory).to_contain_text("No predicted curve: decision.strategy = 'census'")
-    expect(theory.get_by_role("listitem")).to_have_count(0)
-    expect_shade(page, "#plot", False)
-
-
-def test_a_change_starts_anew_and_shows_the_scenario(visit, port):
-    page = visit(port)
-    page.locator("[data-slides='tasks.count']").fill("33")
-    expect(page.locator("#question")).to_have_text("Can 20 robots do 33 tasks?")
-    expect(page.locator("[data-path='tasks.count']")).to_have_value("33")
-    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 33 tasks)")
-    expect(page.locator("#now")).to_have_text("0")
-    control_of(page, "arena.boundary").select_option("walls")
-    page.get_by_label("Robots avoid collisions").check()
-    page.get_by_text("Scenario as TOML").click()
-    expect(page.locator("#toml")).to_contain_text("avoid_collisions = true")
-    scenario = Scenario.from_toml(page.locator("#toml").inner_text())
-    changes = {"tasks.count": 33, "arena.boundary": "walls", "robots.avoid_collisions": True}
-    assert scenario == Scenario().replace(changes)
-    page.reload()
-    expect(page.locator("#truth")).to_have_text("infeasible (20 robots, 33 tasks)")
-    page.get_by_role("button", name="Undo all changes").click()
-    expect(page.locator("#truth")).to_have_text("feasible (20 robots, 20 tasks)")
-
-
-@pytest.mark.slow
-def test_bodies_bring_a_choice_of_what_blocked_robots_do(visit, port):
-    page = visit(port)
-    contact, bodies = page.get_by_label("Blocked robots"), page.get_by_label("Robots avoid collisions")
-    control_of(page, "robots.avoid_collisions")
-    expect(bodies).to_be_visible()
-    expect(contact).to_be_hidden()
-    bodies.check()
-    contact.select_option("deflect")
-    expect(page.locator("#toml")).to_contain_text('contact = "deflect"')
-    bodies.uncheck()
-    expect(page.locator("#note-robots-contact")).to_contain_text("set robots.avoid_collisions to true")
-    contact.select_option("stand")
-    expect(contact).to_be_hidden()
-    expect(page.locator("#toml")).to_contain_text("avoid_collisions = false")
-
-
-def test_a_wrong_value_is_told_at_its_control_and_the_swarm_goes_on(visit, port):
-    page = visit(port)
-    control = change(page, "robots.count", "-4")
-    expect(control).to_have_attribute("aria-invalid", "true")
-    expect(page.locator("#note-robots-count")).to_contain_text("robots.count = -4: must be ≥ 1")
-    expect(page.locator("#problem")).to_contain_text("the previous run continues")
-    change(page, "seed", "seven")
-    expect(page.locator("#note-seed")).to_contain_text("must be a whole number")
-    expect(page.locator("#note-robots-count")).to_be_visible()
+def test_a_step_looks_the_same_from_before_and_from_after(show):
+    """Robots and tasks are drawn while they are there."""
+    page = show(Scenario(events=EVENTS, run={"steps": 120}))
     focus_nothing(page)
-    press(page, (".", 1))
-    change(page, "seed", "2")
-    change(page, "robots.count", "25")
-    expect(page.locator("#truth")).to_have_text("feasible (25 robots, 20 tasks)")
-    expect(page.locator("#note-robots-count")).to_be_hidden()
-
-
-@pytest.mark.slow
-def test_markup_in_a_name_stays_text(visit):
-    robots = {"classes": [{"name": "<img src=x onerror=alert(1)>", "count": 3, "skills": ["lift"]}]}
-    tasks = {"classes": [{"name": "<b>", "count": 1, "needs": {"lift": 1}}]}
-    scenario = Scenario(robots=robots, tasks=tasks, arena={"side": 4.0})
-    with serving_at(Catalogue(scenario, title="<i>x</i>")) as port:
-        page = visit(port)
-        point_at(page, Swarm(scenario), 0, "move")
-        expect(page.locator("#tip")).to_contain_text("class <img src=x onerror=alert(1)>")
-        expect(page.locator("#title")).to_have_text("<i>x</i>")
-        assert page.locator("main img").count() == 0
-
-
-@pytest.mark.slow
-def test_the_page_fits_any_width(visit, port):
-    page = visit(port, width=360, height=740)
-    for width, height in ((360, 740), (800, 600), (1440, 900), (1920, 1080)):
-        page.set_viewport_size({"width": width, "height": height})
-        expect_no_scrolling(page, width)
-        eventually(page, lambda size=(width, height): expect_arena_within(page, *size))
-
-
-def expect_arena_within(page, width, height):
-    box = page.locator("#arena").bounding_box()
-    assert box["x"] >= 0
-    assert box["x"] + box["width"] <= width
-    assert min(box["width"], box["height"]) >= 0.3 * min(width, height)
-    assert box["y"] + box["height"] <= height
-
-
-@pytest.mark.slow
-def test_a_page_whose_server_stops_says_so_and_goes_on_when_it_is_back(visit, same_port):
-    catalogue, port = Catalogue(Scenario(), seed=1), same_port
-    with serving_at(catalogue, port):
-        page = visit(port, "#seed=3&tasks.count=11", reduced_motion="reduce")
-        for step in range(1, 4):
-            press(page, (".", step))
-        seen = picture_of(page)
-    expect(page.get_by_role("alert").first).to_contain_text("The server doesn't answer")
-    expect(page.locator("#connection")).to_have_text("not connected")
-    expect(page.locator("#banner-text")).to_contain_text("next attempt in 2 s")  # two have failed
-    with serving_at(catalogue, port):
-        expect(page.locator("#connection")).to_have_text("live")
-        expect(page.locator("#banner")).to_be_hidden()
-        expect(page.locator("#now")).to_have_text("3")
-        expect(page.locator("#truth")).to_have_text("feasible (20 robots, 11 tasks)")
-        expect_picture(page, seen)
-        press(page, (".", 4))
-        page.goto("about:blank")
-    visit.errors[:] = [each for each in visit.errors if "WebSocket connection" not in each]
-
-
-def test_a_sweeps_wrong_runs_are_listed_and_replayed(visit, tmp_path):
-    tables = {"runs": 20, "seed": 5, "scenario": {"run": {"steps": 1000}}, "sweep": {"tasks.count": [17, 24]}}
-    catalogue = read_catalogue(swept(tables, tmp_path), "wrong")
-    chosen = catalogue.replays[-1]
-    with serving_at(catalogue) as port:
-        page = visit(port)
-        expect(page.locator("#replays-title")).to_have_text(f"{catalogue.found} runs that decided wrong")
-        expect(page.locator("#replay-list button")).to_have_count(catalogue.found)
-        groups = page.locator("#replay-list summary")
-        expect(groups).to_contain_text(["tasks.count 17", "tasks.count 24"])
-        groups.last.click()
-        expect(page.locator("#replay-list button").last).to_be_hidden()
-        page.keyboard.press("Enter")  # unfold again
-        expect(page.locator("[aria-current='true']")).to_have_count(1)
-        button = page.locator("#replay-list button").last
-        words = {1: "feasible", 0: "infeasible"}
-        decided = f"{words[chosen.decision]} at step {chosen.decision_step}"
-        assert f"run {chosen.run}: {decided}" in button.inner_text()
-        button.focus()
-        page.keyboard.press("Enter")
-        expect(page.get_by_role("button", name="Pause")).to_be_visible()  # picking a run plays it
-        focus_nothing(page)
-        page.keyboard.press(" ")
-        expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
-        expect(page.locator("[data-path='run']")).to_have_value(str(chosen.run))
-        expect(button).to_have_attribute("aria-current", "true")
-        play_to_the_end(page)
-        expect(page.locator("#verdict")).to_have_attribute("data-verdict", "wrong")
-        expect(page.locator("#decision")).to_have_text(re.compile(rf"step {chosen.decision_step}\b"))
-
-
-LOOKS = {
-    "feasible": (1 + 16, {"centre": "F", "disc": "F", "rim": "F"}),
-    "infeasible": (16, {"centre": "G", "disc": "I", "rim": "I"}),
-    "no opinion": (2 + 16, {"centre": "U"}),
-    "disseminating": (1 + 4 + 16, {"centre": "F", "disc": "F", "rim": "F", "ring": "F"}),
-    "declared feasible": (1 + 8 + 16, {"centre": "F", "disc": "F", "rim": "K"}),
-    "declared infeasible": (8 + 16, {"centre": "G", "disc": "I", "rim": "K"}),
-    "Byzantine": (1 + 16 + 32, {"centre": "F", "disc": "F", "rim": "F", "corner": "K"}),
-}
-PIXELS = """async flags => {
-    const { drawSprite } = await import("./sprites.js");
-    const colours = { feasible: "#f00", infeasible: "#0f0", undecided: "#00f", ground: "#ff0", ink: "#000" };
-    const names = { "255,0,0": "F", "0,255,0": "I", "0,0,255": "U", "255,255,0": "G", "0,0,0": "K" };
-    const sprite = drawSprite(flags, 40, colours), width = sprite.width;
-    const data = sprite.getContext("2d").getImageData(0, 0, width, width).data;
-    const found = {}, places = [["centre", 0, 0], ["disc", 30, 0], ["rim", 37, 0], ["ring", 60, 0]];
-    places.push(["corner", 46, 46]);
-    for (const [place, x, y] of places) {
-        const at = 4 * ((width / 2 + y) * width + width / 2 + x);
-        const colour = data.slice(at, at + 3).join();
-        if (data[at + 3]) found[place] = names[colour] ?? colour;
-    }
-    return found;
-}"""
-
-COLOURED = """at => {
-    const { data } = at.getContext("2d").getImageData(0, 0, at.width, at.height);
-    let seen = 0;
-    for (let k = 0; k < data.length; k += 4)
-        seen += Math.abs(data[k] - data[k + 2]) > 80;
-    return seen;
-}"""
-
-
-@pytest.mark.quick(2)
-@pytest.mark.parametrize("look", LOOKS)
-def test_robots_look_as_the_legend_says(visit, port, look):
-    flags, expected = LOOKS[look]
-    assert visit(port).evaluate(PIXELS, flags) == expected
-
-
-def test_the_page_says_what_is_seen_and_why_a_robot_holds_its_opinion(visit, port):
-    page = visit(port, reduced_motion="reduce")
-    seek(page, 80)
-    page.get_by_text("What am I looking at?").click()
-    terms = ["Exploring", "Broadcasting", "Opinion", "Declaration", "Truth"]
-    expect(page.locator("#terms dt")).to_have_text(terms)
-    swarm = swarm_at(80, seed=1)
-    for robot in (3, 5):
-        timeline = Timeline(Swarm(seed=1))
-        timeline.advance(80)
-        point_at(page, swarm, robot, "move")
-        expect(page.locator("#tip")).to_contain_text(f"Robot {robot}: ")
-        expect(page.locator("#tip")).to_contain_text(sentence_of(timeline.swarm, robot, History(timeline)))
     page.mouse.move(1, 1)
-    expect(page.locator("#tip")).to_be_hidden()
+    seen = {}
+    for step in (19, 39, 41, 119, 71, 41, 39, 19):
+        seek(page, step)
+        assert picture_of(page) == seen.setdefault(step, picture_of(page)), step
+    assert len(set(seen.values())) == 5
 
 
-def test_robots_are_seen_in_a_large_hall(visit, port):
-    page = visit(port, "#arena.side=[4000.0,1000.0]&tasks.count=0", reduced_motion="reduce")
-    expect(page.locator("#truth")).to_contain_text("0 tasks")
+def test_a_seek_and_steps_that_come_at_once_add_up(show):
+    scenario = Scenario(robots={"count": 1000}, tasks={"count": 900}, arena={"side": 141.0})
+    page = show(scenario)
+    keys = "document.body.dispatchEvent(new KeyboardEvent('keydown', { key: '.', bubbles: true }));"
+    page.evaluate(
+        f"""() => {{ const it = document.querySelector("#seek");
+        for (it.value of [900, 3, 150]) it.dispatchEvent(new Event("input"));
+        {3 * keys} }}"""
+    )
+    at(page, 153)
+    for step, frame in zip((250, 800), frames_of(page, (250, 800)), strict=True):  # they came in parts
+        own = swarm_at(step, scenario, 1).snapshot()
+        assert [frame["x"], frame["flags"]] == [own.x.tolist(), own.flags.tolist()]
 
-    def check():
-        seen = page.locator("#arena").evaluate(COLOURED)
-        assert seen > 20 * 25  # pixels of 20 robots
 
-    eventually(page, check)
+def test_no_run_has_a_word_of_another(show):
+    """Counts of tasks that come faster than runs are simulated: the last one counts."""
+    page = show(Scenario())
+    page.evaluate(
+        """() => { const it = document.querySelector("[data-path='tasks.count']");
+        for (it.value of ["30", "500", "25"]) it.dispatchEvent(new Event("change", { bubbles: true })); }"""
+    )
+    asked(page, 20, 25)
+    expect_run(page)
+    expect(page.locator("#swarms")).to_have_attribute("aria-busy", "false")
+    swarms = simulate(Scenario(tasks={"count": 25}), 100, 1)
+    expect(page.locator("#many")).to_contain_text(f"Right in {int((swarms.decision == 0).sum())} of 100")
+    expect(page.locator("#decision")).to_contain_text(f"at step {int(swarms.decision_step[0])}.")
 
 
-@pytest.mark.slow
-def test_declarations_are_counted_and_told(visit, tmp_path):
-    scenario = declaring(tmp_path, quiet=20.0, faults={"byzantine": 0.2}, run={"steps": 60})
-    swarm = swarm_at(60, scenario, seed=1)
+def test_the_truth_of_a_world_that_changes(show):
+    scenario = Scenario(events=EVENTS, decision={"strategy": "census"}, run={"steps": 120})
+    page = show(scenario)
+    told = "the world changes 3 times, the truth 2 times, at 20, 70"
+    expect(page.locator("#marks-text")).to_contain_text(told)
+    for key, step, robots, tasks, answer in (
+        ("]", 20, 20, 26, "No: 6 robots are missing"),
+        ("]", 70, 15, 6, "Yes: 9 robots to spare"),
+        ("]", 70, 15, 6, "Yes: 9 robots to spare"),
+        ("[", 20, 20, 26, "No: 6 robots are missing"),
+        (",", 19, 20, 20, "Yes: just enough"),
+    ):
+        press(page, (key, step))
+        asked(page, robots, tasks)
+        expect(page.locator("#truth")).to_contain_text(answer)
+    seek(page, 45)
+    held = swarm_at(45, scenario, 1).decision
+    words = {1: "holds feasible", 0: "holds infeasible", -1: "holds no decision"}
+    expect(page.locator("#decision")).to_contain_text(f"The swarm {words[held]} at this step.")
+    expect(page.locator("#arena")).to_have_attribute(
+        "aria-label",
+        "The arena: 12 robots and 26 tasks, census, at step 45. Arrow keys go from robot to robot.",
+    )
+
+
+def test_robots_that_act_say_whether_they_did_it(show):
+    scenario = Scenario(acting={"start": 30}, run={"steps": 150})
+    page, step = show(scenario), int(simulate(scenario, 1, 1).all_taken_step[0])
+    expect(page.locator("#done")).to_have_text(
+        "Did 20 robots do 20 tasks? Not yet: robots stand at 0 of 20 tasks."
+    )
+    taken = f"robots stand at all tasks that they can, at step {step}"
+    expect(page.locator("#marks-text")).to_contain_text(taken)
+    for name, shown in {"free": True, "taken": True, "done": False, "task": False, "liar": False}.items():
+        expect(unfolded(page, f"#legend-{name}")).to_be_visible(visible=shown)
+    seek(page, step)
+    expect(page.locator("#done")).to_contain_text(
+        f"Yes: robots stand at 20 of 20 tasks, from step {step} on."
+    )
+
+
+def test_declarations_are_counted(show):
+    scenario = Scenario(
+        decision={"strategy": "quiet-census"}, robots={"know_count": True}, run={"steps": 300}
+    )
+    swarm, page = swarm_at(300, scenario, 1), show(scenario)
     feasible, infeasible = swarm.declared_counts
-    assert feasible
-    with serving_at(Catalogue(scenario, seed=1)) as port:
-        page = visit(port)
-        expect(page.locator("#legend-declared")).to_be_visible()
-        expect(page.locator("#declared")).to_have_text("0 feasible, 0 infeasible, of 16")
-        play_to_the_end(page)
-        expect(page.locator("#declared")).to_have_text(f"{feasible} feasible, {infeasible} infeasible, of 16")
-        robot = int(np.flatnonzero(swarm.declared == 1)[0])
-        point_at(page, swarm, robot, "move")
-        expect(page.locator("#tip")).to_contain_text(f"Robot {robot}: feasible")
-        expect(page.locator("#tip")).to_contain_text("has declared")
+    assert feasible + infeasible > 0
+    expect(page.locator("#marks-text")).to_contain_text("declaration at step")
+    expect(unfolded(page, "#legend-declared")).to_be_visible()
+    seek(page, 300)
+    told = f"{feasible} feasible, {infeasible} infeasible, of 20"
+    expect(unfolded(page, "#counts dl")).to_contain_text(f"have declared{told}")
+    point_at(page, swarm, int(np.flatnonzero(swarm.declared >= 0)[0]))
+    expect(page.locator("#tip")).to_contain_text("has declared")
+
+
+def test_the_theory_is_said_and_drawn_of_the_scenario_that_the_page_was_made_of(show):
+    page = show(FIFTY)
+    theory = unfolded(page, "#theory")
+    expect(theory).to_contain_text("Up to 20 tasks, most swarms decide feasible.")
+    expect(page.locator("#plot")).to_contain_text("theory")
+    slider(page, "tasks.count").fill("51")
+    expect(theory).to_be_empty()
+    slider(page, "tasks.count").fill("50")
+    expect(theory).to_contain_text("Up to 20 tasks, most swarms decide feasible.")
+
+
+@pytest.mark.slow  # it compiles the strategy
+def test_a_strategy_that_fails_ends_the_run_and_says_its_line(show, tmp_path):
+    pytest.importorskip("ziglang", reason="ziglang isn't installed")
+    strategy = tmp_path / "mine.py"
+    strategy.write_text(
+        "def decide(mind, inbox):\n    return mind.opinion + 0 // (1 - inbox.feasible_votes)\n", "utf-8"
+    )
+    page = show(Scenario(decision={"strategy": str(strategy)}, tasks={"count": 5}))
+    expect(page.locator("#decision")).to_contain_text("Line 2 of the strategy fails here")
+    last = int(page.locator("#last").inner_text())
+    assert 0 < last < 1000
+    seek(page, last)
+    control_of(page, "decision.strategy").select_option("voter")
+    expect(page.locator("#decision")).to_contain_text("The swarm decides")
+
+
+def test_markup_in_names_stays_text(show):
+    robots = {"classes": [{"name": "<img src=x onerror=alert(1)>", "count": 3, "skills": ["lift"]}]}
+    tasks = {"classes": [{"name": "</script><b>", "count": 1, "needs": {"lift": 1}}]}
+    scenario = Scenario(robots=robots, tasks=tasks, arena={"side": 20.0})
+    page = show(scenario)
+    point_at(page, Swarm(scenario, 1), 0)
+    expect(page.locator("#tip")).to_contain_text("class <img src=x onerror=alert(1)>")
+    page.locator("#robot").fill("0")
+    page.locator("#robot").press("Tab")
+    expect(page.locator("#reasons-0")).to_contain_text("<img src=x onerror=alert(1)>")
+    assert page.locator("main :is(img, b)").count() == 0
+    expect_scenario(page, scenario)
+    show(PLACE)  # whose zone is called <dock> & more
 
 
 @pytest.mark.slow
-def test_ten_thousand_robots_are_drawn(visit, port):
-    page = visit(port, "#robots.count=10000&tasks.count=9000&arena.side=447")
+def test_ten_thousand_robots_are_drawn(show):
+    page = show(
+        Scenario(robots={"count": 10_000}, tasks={"count": 9000}, arena={"side": 447.0}, run={"steps": 60})
+    )
     press(page, (".", 1))
     expect(page.locator("#feasible")).to_have_text(re.compile("^[45],"))
+    assert page.evaluate("feasibee.history.frame(60).aims.length") == 0  # though its steps came in parts
 
 
-@pytest.mark.quick(1)
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_light_and_dark_as_the_system_or_as_chosen(visit, port, scheme):
-    page = visit(port, color_scheme=scheme, reduced_motion="reduce")
-    paper = "each => getComputedStyle(each).backgroundColor"
-    grounds = [page.locator("body").evaluate(paper)]
-    for _ in range(2):
-        page.locator("#theme").click()
-        grounds.append(page.locator("body").evaluate(paper))
-    assert grounds[1:] == ["rgb(246, 245, 242)", "rgb(17, 20, 23)"]
-    assert grounds[0] == grounds[1 if scheme == "light" else 2]
-    press(page, (".", 1))
+def test_a_swarm_of_the_hundred_is_shown_by_a_click(show):
+    page = show(Scenario())
+    unfolded(page, "#runs")
+    box = page.locator("#runs").bounding_box()
+    page.locator("#runs").click(position={"x": box["width"] - 5, "y": box["height"] - 5})
+    expect(control_of(page, "run")).to_have_value("99")
+    expect_run(page)
+    decided = int(simulate(Scenario(), 1, 1, first_run=99).decision_step[0])
+    expect(page.locator("#decision")).to_contain_text(f"at step {decided}.")
 
 
-def test_every_control_has_a_name(visit, port):
-    page = visit(port)
-    nameless = page.locator("button, input, select").evaluate_all(
-        "all => all.filter(it => !(it.ariaLabel || it.textContent.trim() || it.labels?.length)).length"
+@pytest.mark.slow
+def test_in_a_frame_it_has_the_sites_theme_and_its_own_height(show, new_page, tmp_path):
+    show(FIFTY)
+    shutil.copy(tmp_path / "0.html", tmp_path / "swarm.html")
+    shutil.copy(SITE / "swarm.js", tmp_path)
+    (tmp_path / "index.html").write_text(
+        '<!doctype html><body data-theme="dark"><iframe class="swarm" src="swarm.html"></iframe>'
+        '<script src="swarm.js" defer></script>'
     )
-    assert nameless == 0
-    for each in ("#declared-row", "#legend-declared"):
-        expect(page.locator(each)).to_be_hidden()  # in a scenario without declarations
-    expect(page.locator("#arena")).to_have_attribute("aria-label", re.compile("20 robots and 20 tasks"))
+    page = new_page(reduced_motion="reduce")
+    page.goto((tmp_path / "index.html").as_uri())
+    inside = page.frame_locator("iframe")
+    expect(inside.locator("html")).to_have_attribute("data-theme", "dark")
+    expect(inside.locator("header")).to_be_hidden()
 
+    def check():
+        height = page.locator("iframe").bounding_box()["height"]
+        assert abs(height - inside.locator("body").evaluate("body => body.scrollHeight")) < 8
+        assert height > 400
 
-@pytest.mark.quick(1)
-@pytest.mark.parametrize(
-    ("units", "shown"), [({}, "1 of 1,000"), ({"seconds": 90.0}, "1 of 1,000, 1 min 30 s")]
-)
-def test_the_clock_shows_the_time_if_a_step_has_a_length(visit, units, shown):
-    with serving_at(Catalogue(Scenario(units=units), seed=1)) as port:
-        page = visit(port)
-        page.keyboard.press(".")
-        expect(page.locator("#clock")).to_have_text(shown)
+    eventually(page, check)
+    page.evaluate("document.body.dataset.theme = 'light'")
+    expect(inside.locator("html")).to_have_attribute("data-theme", "light")

@@ -1,23 +1,28 @@
-"""What tests do on the page of the live arena, and how they wait for what it shows."""
+"""What tests do on the page, and how they wait for what it shows."""
 
 from __future__ import annotations
 
 import numpy as np
+from playing import swarm_at
 from playwright.sync_api import expect
 from waiting import drawn, eventually
 
-from feasibee.live.reasons import reasons_of
+from feasibee import Scenario
 
-SHADE = """at => {
-  const ratio = at.width / at.clientWidth, [x, y] = [at.clientWidth - 21, 0.35 * at.clientHeight];
-  const copy = new OffscreenCanvas(1, 1).getContext("2d");
-  copy.drawImage(at, -x * ratio, -y * ratio);
-  return copy.getImageData(0, 0, 1, 1).data[3];
-}"""
+DONE = "() => globalThis.feasibee?.lanes.every(each => !each.coming && each.history?.done !== false)"
+FRAMES = """steps => feasibee.history && steps.map(step => Object.fromEntries(
+    Object.entries(feasibee.history.frame(step)).map(([key, all]) => [key, all?.length ? [...all] : all])))"""
 
 
-def step_of(page):
-    return int(page.locator("#now").inner_text().replace(",", ""))
+def expect_run(page):
+    """Wait until a page shows a run, and knows all of it."""
+    expect(page.locator("#arena[data-drawn]")).to_be_visible()
+    page.wait_for_function(DONE)
+
+
+def frames_of(page, steps):
+    """Return some steps of the run that a page shows, as its arena draws them."""
+    return page.evaluate(FRAMES, list(steps))
 
 
 def at(page, step):
@@ -39,15 +44,6 @@ def press(page, *keys):
         at(page, step)
 
 
-def play_to_the_end(page):
-    """Play fast, until time stops."""
-    while page.locator("#speed").inner_text() != "3,000 steps / s":
-        page.keyboard.press("+")
-    page.keyboard.press(" ")
-    expect(page.locator("#now")).to_have_text(page.locator("#last").inner_text())
-    expect(page.locator("#play")).to_have_attribute("aria-label", "Play")
-
-
 def unfolded(page, selector):
     """Return an element, after all that is folded around it has been opened."""
     element = page.locator(selector)
@@ -59,9 +55,13 @@ def control_of(page, path):
     return unfolded(page, f"[data-path='{path}']")
 
 
-def change(page, path, value):
+def slider(page, path):
+    return page.locator(f"[data-slides='{path}']")
+
+
+def type_into(page, path, text):
     control = control_of(page, path)
-    control.fill(value)
+    control.fill(text)
     control.press("Tab")
     return control
 
@@ -70,10 +70,49 @@ def focus_nothing(page):
     page.locator("h1").click()
 
 
-def move(page, x, y):
-    """Move the pointer to a place of the paper's arena, in units."""
-    box = page.locator("#arena").bounding_box()
-    page.mouse.move(box["x"] + x / 20 * box["width"], box["y"] + (1 - y / 20) * box["height"])
+def asked(page, robots, tasks):
+    """Wait until a page asks whether so many robots can do so many tasks."""
+    words = [
+        f"{count} {word}{'' if count == 1 else 's'}" for count, word in ((robots, "robot"), (tasks, "task"))
+    ]
+    expect(page.locator("#question")).to_have_text(f"Can {words[0]} do {words[1]}?")
+
+
+def scenario_of(page):
+    """Return the scenario that a page shows."""
+    return Scenario.from_toml(page.locator("#toml").text_content())
+
+
+def expect_scenario(page, scenario):
+    def check():
+        assert scenario_of(page) == scenario
+
+    eventually(page, check)
+
+
+def expect_swarm(page, step, scenario, seed=1):
+    """Expect that a page shows a step of a scenario's run, and has its scenario."""
+    swarm = swarm_at(step, scenario, seed)
+    at(page, step)
+    asked(page, int(swarm.present.sum()), len(swarm.tasks))
+    expect(page.locator("#truth")).to_contain_text("Truth: Yes" if swarm.truth else "Truth: No")
+    expect(page.locator("#feasible")).to_have_text(str(swarm.feasible_count))
+    expect(page.locator("#infeasible")).to_have_text(str(swarm.infeasible_count))
+    expect_scenario(page, scenario)
+    (frame,) = frames_of(page, [step])
+    assert [frame["x"], frame["y"]] == [each.tolist() for each in swarm.snapshot()[:2]]
+
+
+def use(page, tool):
+    """Choose one of the page's tools, so that the pointer uses it."""
+    unfolded(page, "#tools")
+    page.locator("#tools").get_by_role("button", name=tool, exact=True).click()
+
+
+def move(page, x, y, side=(20, 20)):
+    """Move the pointer to a place of the arena, in units."""
+    box = box_of(page, "#arena")
+    page.mouse.move(box["x"] + x / side[0] * box["width"], box["y"] + (1 - y / side[1]) * box["height"])
 
 
 def click(page, *places):
@@ -90,25 +129,24 @@ def drag(page, start, end):
     page.mouse.up()
 
 
-def expect_reasons(page, swarm, robot, lane=0):
-    """Expect that the page says why a robot thinks what it does."""
-    expected = reasons_of(swarm, robot)
+def box_of(page, selector):
+    """Return where an element is once it stays there; scroll there if the pointer couldn't get there."""
+    page.locator(selector).scroll_into_view_if_needed()
+    boxes = []
 
     def check():
-        assert lines_of(page, lane)[1] == expected
+        drawn(page)
+        boxes.append(page.locator(selector).bounding_box())
+        assert len(boxes) > 1
+        assert boxes[-1] == boxes[-2]
 
     eventually(page, check)
+    return boxes[-1]
 
 
-def lines_of(page, lane=0):
-    """Return the step that is shown and the lines on a robot, both at one moment."""
-    step, lines = page.evaluate(
-        """lane => { const lines = document.querySelectorAll(`#reasons-${lane} dl > div`);
-        return [document.querySelector("#now").innerText,
-            [...lines].map(line => [...line.children].map(each => each.innerText))]; }""",
-        lane,
-    )
-    return int(step.replace(",", "")), lines
+def point_at(page, swarm, robot):
+    """Move the pointer to a robot."""
+    move(page, *swarm.positions[robot], swarm.scenario.arena.size)
 
 
 def picture_of(page, selector="#arena"):
@@ -125,60 +163,28 @@ def picture_of(page, selector="#arena"):
     return seen[-1]
 
 
-def expect_picture(page, picture, selector="#arena"):
-    """Expect that an element looks as in a picture."""
-
-    def check():
-        assert page.locator(selector).screenshot() == picture
-
-    eventually(page, check)
-
-
-def box_of(page, selector):
-    """Return where an element is once it stays there."""
-    boxes = []
-
-    def check():
-        drawn(page)
-        boxes.append(page.locator(selector).bounding_box())
-        assert len(boxes) > 1
-        assert boxes[-1] == boxes[-2]
-
-    eventually(page, check)
-    return boxes[-1]
-
-
-def point_at(page, swarm, robot, act):
-    """Move the pointer to a robot or click it, by the mouse's function of that name."""
-    width, height = swarm.scenario.arena.size
-    x, y = swarm.positions[robot] / np.array([width, height])
-    box = box_of(page, "#arena")
-    getattr(page.mouse, act)(box["x"] + x * box["width"], box["y"] + (1 - y) * box["height"])
-
-
-def seen_at(page, x, y):
-    """Return the colour of the arena's canvas at shares of its width and height, from the upper left."""
+def colours_at(page, *places, side=(20, 20)):
+    """Return the colours of the arena's canvas at places in units."""
+    shares = [[x / side[0], 1 - y / side[1]] for x, y in places]
     return page.locator("#arena").evaluate(
-        """(at, [x, y]) => {
+        """(at, places) => places.map(([x, y]) => {
             const copy = new OffscreenCanvas(1, 1).getContext("2d");
             copy.drawImage(at, -Math.floor(x * at.width), -Math.floor(y * at.height));
             return [...copy.getImageData(0, 0, 1, 1).data].slice(0, 3);
-        }""",
-        [x, y],
+        })""",
+        shares,
     )
 
 
-def colours_of(page, selector):
-    """Return the opaque colours of a canvas."""
-    found = page.evaluate(
-        """selector => { const it = document.querySelector(selector), found = new Set();
-        const data = it.getContext("2d").getImageData(0, 0, it.width, it.height).data;
-        for (let k = 0; k < data.length; k += 4)
-            if (data[k + 3] === 255) found.add(data.slice(k, k + 3).join());
-        return [...found]; }""",
-        selector,
-    )
-    return set(found)
+def expect_colours(page, colours, side=(20, 20)):
+    """Expect colours at places of the arena, in units."""
+
+    def check():
+        found = colours_at(page, *colours, side=side)
+        for place, colour, expected in zip(colours, found, colours.values(), strict=True):
+            assert np.allclose(colour, expected, atol=3), place
+
+    eventually(page, check)
 
 
 def expect_no_scrolling(page, width):
@@ -186,14 +192,5 @@ def expect_no_scrolling(page, width):
 
     def check():
         assert page.evaluate("document.documentElement.scrollWidth") <= width
-
-    eventually(page, check)
-
-
-def expect_shade(page, canvas, shaded):
-    """Wait until a plot has the shade of the theory at its end, above half of the robots; or hasn't."""
-
-    def check():
-        assert (page.locator(canvas).evaluate(SHADE) > 0) == shaded
 
     eventually(page, check)

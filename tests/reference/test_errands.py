@@ -134,22 +134,6 @@ def test_without_acting_nothing_changes():
     assert (walked == 8 * 150).all()
 
 
-@pytest.mark.parametrize(
-    "acting", [{"start": 0}, {"start": 30, "hold": "tag"}, {"start": 40, "choose": "rank"}]
-)
-def test_no_task_has_two_robots_and_who_stands_is_within_reach(acting):
-    scenario = scenario_of(acting)
-    for run in range(4):
-        for swarm in steps_of(scenario, run):
-            standing = [robot for robot in swarm.robots if robot.errand.task != -1]
-            tasks = [robot.errand.task for robot in standing]
-            assert len(tasks) == len(set(tasks)) == swarm.work.tasks_taken
-            for robot in standing:
-                place = swarm.tasks[robot.errand.task]
-                assert swarm.world.squared_distance(robot.place, place) * swarm.world.unit**2 <= 1
-        assert swarm.work.all_taken_step >= swarm.work.first_taken_step >= acting["start"]
-
-
 def test_a_robot_goes_straight_to_its_target_and_then_on_with_its_run():
     scenario = scenario_of({"start": 20}, robots={"count": 1}, tasks=1)
     swarm = next(steps_of(scenario))
@@ -179,13 +163,6 @@ def test_a_robot_at_its_target_makes_no_step():
         robot.place, robot.errand.target = swarm.tasks[0], 0
         assert swarm.work.course(robot) == (0, 0)
         break
-
-
-def test_by_rank_with_complete_lists_nobody_arrives_in_vain():
-    record = record_of(scenario_of({"start": 100, "choose": "rank"}, tasks=8))
-    assert record.vain_arrivals.sum() == 0
-    assert (record.all_taken_step >= 101).all()
-    assert (record.all_taken_step < 120).all()
 
 
 def test_at_once_robots_arrive_in_vain_and_a_run_ends_once_all_tasks_are_taken():

@@ -7,9 +7,8 @@ import math
 import pytest
 
 from feasibee import Scenario
-from feasibee.model.record import Record
-from feasibee.results.acting import achieved, acts_of
-from feasibee.results.measures import last_steps, measured, together
+from feasibee.base.record import Record
+from feasibee.results.measures import achieved, acts_of, last_steps, measured, together
 
 SCENARIO = Scenario(robots={"count": 4, "speed": 0.5}, acting={"start": 5}, run={"stop_when_taken": True})
 

@@ -9,7 +9,7 @@ import pytest
 from declaring import declaring
 
 from feasibee import Scenario
-from feasibee.model.record import Record
+from feasibee.base.record import Record
 from feasibee.results.dataset import to_dataset
 from feasibee.results.measures import declarations, declared_right, declared_wrong, ended_right
 from feasibee.results.statistics import declare_times, plain, wilson

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from feasibee import FeasibeeError, Scenario, simulate
-from feasibee.model.record import Record
+from feasibee.base.record import Record
 from feasibee.results.measures import decided_right, ended_agreed, ended_right, mean_bits, robot_steps
 from feasibee.studies.comparison import compare
 

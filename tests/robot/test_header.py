@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import feasibee.robot.firmware
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.robot.firmware import acting_header, header, needs_double
 from feasibee.robot.sizes import PROCESSORS, SOURCE
 from feasibee.scenario.plugins import load
@@ -92,19 +92,19 @@ def test_parts_are_short():
 
 
 def test_the_command_prints_the_header():
-    assert invoke("header").stdout == header()
-    trimmed = invoke("header", "--strategy", "dmmd", "--strategy", "dc", "--inbox", 32).stdout
+    assert invoke("robot", "header").stdout == header()
+    trimmed = invoke("robot", "header", "dmmd", "dc", "--inbox", 32).stdout
     assert trimmed == header(["dmmd", "dc"], inbox=32)
     assert "#define FEASIBEE_INBOX 32\n" in trimmed
 
 
 @pytest.mark.parametrize("compiler", [["cc", "-std=c99"], ["g++", "-x", "c++", "-std=c++11"]])
 def test_the_header_of_robots_that_act_stands_alone_and_compiles(compiler, tmp_path):
-    text = invoke("header", "--acting").stdout
+    text = invoke("robot", "header", "--acting").stdout
     assert text == acting_header()
     assert '#include "' not in text
     built(tmp_path, PROGRAM, text, "-fsyntax-only", "-Wno-shadow", command=compiler, packages="g++")
-    assert "leave them out" in refused_in_a_line("header", "dmmd", "--acting")
+    assert "leave out STRATEGY" in refused_in_a_line("robot", "header", "dmmd", "--acting")
 
 
 def test_values_are_left_out_where_no_strategy_sends_any():
@@ -113,7 +113,7 @@ def test_values_are_left_out_where_no_strategy_sends_any():
 
 
 def test_an_unknown_strategy_is_an_error():
-    line = refused_in_a_line("header", "--strategy", "dmdm")
+    line = refused_in_a_line("robot", "header", "dmdm")
     assert line.startswith("feasibee: strategy = 'dmdm': must be one of dmmd, dmvd,")
 
 

@@ -1,4 +1,4 @@
-"""The table of sizes on docs/targets.md is that of the compilers here."""
+"""The table of sizes on docs/firmware.md is that of the compilers here."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from feasibee.robot.sizes import output
 from tests.robot import boards
 from tests.robot.driving import needs
 
-PAGE = boards.SOURCES.parents[2] / "docs" / "targets.md"
+PAGE = boards.SOURCES.parents[2] / "docs" / "firmware.md"
 COLUMNS = [
     *("ATmega328P flash", "ATmega328P RAM", "Cortex-M0 flash", "Cortex-M0 RAM"),
     *("Cortex-M4 flash", "x86-64 flash", "wasm32 flash"),

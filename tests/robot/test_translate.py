@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import pytest
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.robot.firmware import header
 from feasibee.robot.language import BOOL, INT, LONG, REAL, ROW, WORD
 from feasibee.robot.translate import Translation
@@ -88,13 +88,15 @@ CASES = [
     *(Case(each, (REAL, REAL)) for each in ("min(a, b)", "max(a, b)", "a + b", "a < b", "a == b")),
     Case("min(a, b)", (REAL, INT), SMALL),
     Case("a + b", (BOOL, BOOL)),
+    *(Case(each, (INT,)) for each in ("a in TABLE", "min(a % 9, max(TABLE)) + TABLE[-1]")),
+    *(Case(each, (INT,)) for each in ("helper(a)", "helper(b=a % 7, a=9)")),
 ]
 MODES = {"double": (DOUBLE,), "32 bits": (DOUBLE, "-DFEASIBEE_INT32"), "whole": ()}
 
 
 def functions_of(cases):
     """Return a function for each expression, and the text of their module."""
-    lines = ["import math", ""]
+    lines = ["import math", "TABLE = (7, -3)", "def helper(a, b=3):", "    return a % 5 - b", ""]
     for number, case in enumerate(cases):
         lines += [
             f"def f{number}({', '.join('abc'[: len(case.types)])}):",

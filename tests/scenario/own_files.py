@@ -9,7 +9,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from following import SIGHTINGS
 
 from feasibee import FeasibeeError, reference
 from feasibee.robot.controller import Controller, Settings
@@ -41,134 +40,24 @@ def decide(mind, inbox):
     return 1 if lead > 0 else 0
 '''
 """Opinions by the lead of one over the other."""
-SET = (Path(__file__).parents[2] / "examples" / "strategies" / "roll_call.py").read_text(encoding="utf-8")
-"""A grow-only set of the ids of robots and tasks."""
-OPINIONS = SET.partition("\n\ndef words")[0]
-HEAD = '''\
-"""Names of tasks, which robots pass on until they are sure."""
-
-BY_NAME = True
-STARTS_NEUTRAL = True
-NEEDS_COUNT = True
-PARAMETERS = {"quiet": 12.0}
-
-
-def quality(robots_known, tasks_known):
-    return share(robots_known, tasks_known)
-
-
-def share(robots, tasks):
-    return robots / larger(robots + tasks, 1)
-
-
-def larger(first, second):
-    return max(first, second)
-
-
-def dissemination(quality, gain):
-    return gain
-
-
-def say(mind):
-    return larger(mind.opinion, 0)
-
-
-def decide(mind, inbox):
-    return kept(mind.opinion)
-
-
-def kept(opinion):
-    return opinion
-
-
-def words(setting):
-    return 3 + (setting.task_ids + 30) // 31
-
-
-def start(known, me):
-    known[2] = place(me)
-
-
-def place(me):
-    return int(1000 * me.x) * 31 + int(1000 * me.y) * 7 + me.explores
-'''
-QUIET = (
-    HEAD
+SET, QUIET, FADING = (
+    (Path(__file__).parents[2] / "examples" / "strategies" / f"{name}.py").read_text(encoding="utf-8")
+    for name in ("roll_call", "quiet_census", "fading")
+)
+"""A set of the ids of robots and tasks; one that declares; counts that robots judge in each step."""
+SURE = "    return 1 if me.step - me.memory[1] >= me.setting.parameters[0] else -1"
+JUDGED = "    return 1 if (me.setting.robots - 1) * tasks <= (me.setting.robots + 0.5) * robots else 0"
+LAID_OUT = (
+    SET.replace("    length = 2\n", "    return len(message)\n    length = 2\n")
     + """
 
-def observe(known, thing, me):
-    if not thing.is_robot:
-        known[3 + thing.id // 31] |= 1 << (thing.id % 31)
-    known[2] = (known[2] + (int(1000 * thing.x) * 5 + int(1000 * thing.y)) % 97 * place(me)) % 99991
-
-
-def merge(known, message, sender, me):
-    for k in range(3, len(known)):
-        known[k] |= message[k]
-    known[2] = (known[2] + (message[2] + sender) % 89 * place(me)) % 99991
-
-
-def count(known, counts, me):
-    counts[0] = me.setting.robots
-    counts[me.setting.robot_classes] = tasks_in(known) + me.explores
-
-
-def tasks_in(known):
-    total = 0
-    for k in range(3, len(known)):
-        total += known[k].bit_count()
-    return total
-
-
-def bits(message, me):
-    return me.setting.id_bits + 33 * tasks_in(message) + message[2] % 1009 + place(me) % 11
-
-
-def declare(known, me):
-    known[2] = (known[2] + place(me)) % 99991
-    tasks = tasks_in(known)
-    if tasks > me.setting.robots:
-        return 0
-    if tasks != known[0]:
-        known[0] = tasks
-        known[1] = me.step
-    return 1 if me.step - known[1] >= me.setting.parameters[0] else -1
+def layout(wire, message, sender, setting):
+    for k in range(len(message)):
+        message[k] = wire.number(message[k], 1)
+    return -1
 """
 )
-"""A strategy that uses all that the contract offers to those who declare; its bits depend on all of it."""
-SURE = "    return 1 if me.step - known[1] >= me.setting.parameters[0] else -1"
-FADING = (
-    '''\
-"""Names of tasks, each forgotten after a while; robots follow what they know in every step."""
-
-BY_NAME = True
-NEEDS_COUNT = True
-PARAMETERS = {"lasts": 9.0}
-
-
-'''
-    + SIGHTINGS
-    + """\
-
-
-def start(known, me):
-    known[me.id % len(known)] = 1
-
-
-def count(known, counts, me):
-    counts[0], counts[me.setting.robot_classes] = me.setting.robots, present(known)
-
-
-def judge(known, me):
-    for k in range(len(known)):
-        known[k] = max(known[k] - 1, 0)
-    if present(known) == me.id:
-        return -1
-    return 1 if present(known) <= me.id else 0
-"""
-)
-"""A strategy without an `encode` of its own, so that `judge` must mark what it changes."""
-JUDGED = "    return 1 if present(known) <= me.id else 0"
+"""The set, which says by one function how its messages are packed and unpacked."""
 ARRAYS = ("decision", "decision_step", "feasible_count", "infeasible_count", "account")
 
 

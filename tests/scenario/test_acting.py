@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from feasibee import Scenario
-from feasibee.scenario.acting import can_do, most_taken, ranks_of, status_bits
-from feasibee.scenario.feasibility import kinds_of
+from feasibee.scenario.feasibility import can_do, kinds_of, most_taken, ranks_of, status_bits
 from feasibee.scenario.supported import FAST_PATH, THEORY, takes_fast_path, unsupported
 from feasibee.strategies.certified import NEVER
 
-SKILLS = ("arm", "eye", "leg")
 SKILLED = [
     {"name": "both", "count": 8, "skills": ["arm", "eye"]},
     {"name": "arms", "count": 8, "skills": ["arm"]},
@@ -24,58 +25,30 @@ NEEDING = [
 TEAM = {"robots": {"classes": [*SKILLED, {"name": "none", "count": 4}]}, "tasks": {"classes": NEEDING}}
 
 
-def acting(changes=None, **fields):
-    return Scenario(acting={"start": 40, **fields}).replace(changes or {})
+def acting(changes):
+    return Scenario(acting={"start": 40}).replace(changes)
 
 
-@st.composite
-def teams(draw):
-    """Scenarios of a few robots and tasks with skills."""
-
-    def classes(key, least):
-        sets = draw(
-            st.lists(
-                st.sets(st.sampled_from(SKILLS), min_size=least, max_size=least or 3), min_size=1, max_size=3
-            )
-        )
-        made = enumerate(sets)
-        if key == "needs":
-            return [
-                {"name": f"{i}", "count": draw(st.integers(0, 3)), "needs": dict.fromkeys(each, 1)}
-                for i, each in made
-            ]
-        return [
-            {"name": f"{i}", "count": draw(st.integers(1, 2)), "skills": sorted(each)} for i, each in made
-        ]
-
-    return Scenario(
-        robots={"classes": classes("skills", 0)}, tasks={"classes": classes("needs", 1)}, acting={"start": 1}
-    )
+SETS = st.sets(st.sampled_from(("arm", "eye", "leg")))
+ROBOTS = st.lists(st.tuples(st.integers(1, 2), SETS), min_size=1, max_size=3)
+TASKS = st.lists(st.tuples(st.integers(0, 3), st.sampled_from(("arm", "eye", "leg"))), min_size=1, max_size=3)
 
 
 def matching(scenario):
-    """Return the size of a largest matching of robots and tasks, by augmenting paths."""
-    does = can_do(scenario.robots, scenario.tasks)
-    robots, tasks = (
-        [number for number, each in enumerate(part.classes) for _ in range(each.count)]
-        for part in (scenario.robots, scenario.tasks)
-    )
-    owner = {}
-
-    def assign(robot, seen):
-        for task, kind in enumerate(tasks):
-            if does[robots[robot]][kind] and task not in seen:
-                seen.add(task)
-                if task not in owner or assign(owner[task], seen):
-                    owner[task] = robot
-                    return True
-        return False
-
-    return sum(assign(robot, set()) for robot in range(len(robots)))
+    """Return the size of a largest matching of single robots and tasks, from scipy."""
+    counts = [[each.count for each in part.classes] for part in (scenario.robots, scenario.tasks)]
+    does = np.array(can_do(scenario.robots, scenario.tasks), dtype=np.int8)
+    edges = does.repeat(counts[0], axis=0).repeat(counts[1], axis=1)
+    return int((maximum_bipartite_matching(csr_array(edges)) >= 0).sum()) if edges.size else 0
 
 
-@given(teams())
-def test_robots_can_take_as_many_tasks_as_a_largest_matching_has(scenario):
+@given(ROBOTS, TASKS)
+def test_robots_can_take_as_many_tasks_as_a_largest_matching_has(robots, tasks):
+    robots = [
+        {"name": f"{k}", "count": count, "skills": sorted(own)} for k, (count, own) in enumerate(robots)
+    ]
+    tasks = [{"name": f"{k}", "count": count, "needs": {own: 1}} for k, (count, own) in enumerate(tasks)]
+    scenario = Scenario(robots={"classes": robots}, tasks={"classes": tasks}, acting={"start": 1})
     assert most_taken(scenario, kinds_of(scenario.robots)) == matching(scenario)
 
 
@@ -96,7 +69,7 @@ def test_robots_with_most_skills_have_rank_1():
 @pytest.mark.parametrize(
     ("scenario", "bits", "may_come_free"),
     [
-        (acting(), 1, False),
+        (acting({}), 1, False),
         (Scenario(**TEAM, acting={"start": 1}), 2, False),
         (acting({"faults.stopped": 0.1}), 9, True),
         (acting({"tasks.lifetime": 100.0}), 9, True),
@@ -122,6 +95,9 @@ def test_robots_act_from_the_step_of_the_rule_on(start, count, side, step):
     """The prototype of these rules had 40 and 100 with 20 robots, and 49 and 115 with 50."""
     scenario = Scenario(robots={"count": count}, arena={"side": side}, acting={"start": start})
     assert (scenario.acts, scenario.acts_from) == (True, step)
+    declaring = scenario.replace({"decision.strategy": "quiet-census", "acting.start": "declared"})
+    assert (declaring.acts, declaring.acts_from) == (True, NEVER)
+    assert (Scenario().acts, Scenario().acts_from) == (False, NEVER)
 
 
 @pytest.mark.parametrize(
@@ -137,14 +113,8 @@ def test_in_a_place_robots_wait_for_the_time_of_flooding(start, flooding, first,
     assert first <= scenario.with_flooding(flooding).acts_from <= last
 
 
-def test_robots_that_must_declare_first_act_from_no_step_on():
-    declaring = Scenario(decision={"strategy": "quiet-census"}, acting={"start": "declared"})
-    assert (declaring.acts, declaring.acts_from) == (True, NEVER)
-    assert (Scenario().acts, Scenario().acts_from) == (False, NEVER)
-
-
 @pytest.mark.parametrize("supported", [FAST_PATH, THEORY])
 def test_the_fast_path_and_the_theory_have_no_robots_that_act(supported):
-    (problem,) = unsupported(acting(), supported, "isn't simulated here")
+    (problem,) = unsupported(acting({}), supported, "isn't simulated here")
     assert str(problem) == "acting.start = 40: isn't simulated here; leave out acting.start"
-    assert not takes_fast_path(acting())
+    assert not takes_fast_path(acting({}))

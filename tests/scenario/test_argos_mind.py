@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import math
 import random
 import re
@@ -12,6 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import pytest
+from cffi import FFI
 
 from feasibee.robot import Controller, Declare, Message, Settings
 from feasibee.robot.firmware import header
@@ -22,51 +22,30 @@ EXAMPLE = Path(__file__).parents[2] / "examples" / "argos"
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Werror"]
 NAMES = [name for name, strategy in STRATEGIES.items() if not strategy.knowledge]
 ME = 300
-UNIFORM = ctypes.CFUNCTYPE(ctypes.c_double, ctypes.c_void_p)
-WORD = 2**32
-
-
-TYPES = {
-    "const char *": ctypes.c_char_p,
-    "double ": ctypes.c_double,
-    "int ": ctypes.c_int,
-    "bool ": ctypes.c_bool,
-}
-(FIELDS,) = re.findall(r"struct mind_settings \{(.*?)\n\};", (EXAMPLE / "mind.h").read_text(), re.DOTALL)
-
-
-class MindSettings(ctypes.Structure):
-    """The struct mind_settings of mind.h."""
-
-    _fields_ = [(name, TYPES[kind]) for kind, name in re.findall(r"\n    (.*?)(\w+);", FIELDS)]
+USUAL = {"exploration": 10, "gain": 10, "id_bits": 9, "listens_for": -1, "inbox_size": 1024, "own_vote": True}
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    """Return mind.c as a library, compiled with the header."""
+def mind(tmp_path_factory):
+    """Return mind.c, compiled with the header, as a function that begins a robot's mind."""
     if shutil.which("cc") is None:
         pytest.skip("needs a C compiler: Debian's package gcc")
-    folder = tmp_path_factory.mktemp("mind")
+    folder, ffi = tmp_path_factory.mktemp("mind"), FFI()
     (folder / "feasibee.h").write_text(header())
-    out = folder / "mind.so"
     options = [*STRICT, "-O1", "-fPIC", "-shared", "-I", folder]
+    out = folder / "mind.so"
     subprocess.run(["cc", *options, EXAMPLE / "mind.c", "-o", out, "-lm"], check=True)
-    loaded = ctypes.CDLL(str(out))
-    loaded.mind_new.restype = ctypes.c_void_p
-    loaded.mind_new.argtypes = [ctypes.POINTER(MindSettings), ctypes.c_uint16, UNIFORM, ctypes.c_void_p]
-    for name, *arguments in (
-        ("free",),
-        ("see", ctypes.c_int, ctypes.c_int),
-        ("hear", ctypes.c_char_p, ctypes.c_size_t),
-        ("say", ctypes.c_char_p),
-        ("end_step",),
-        ("opinion",),
-        ("declared",),
-    ):
-        getattr(loaded, f"mind_{name}").argtypes = [ctypes.c_void_p, *arguments]
-    loaded.mind_hear.restype = loaded.mind_declared.restype = ctypes.c_bool
-    loaded.mind_say.restype = ctypes.c_size_t
-    return loaded
+    declared = re.sub(r'#.*|extern "C" \{|(?<=\n)\}\n', "", (EXAMPLE / "mind.h").read_text())
+    ffi.cdef(declared)
+    loaded, kept = ffi.dlopen(str(out)), []
+
+    def begin(strategy, draw, **settings):
+        name, uniform = ffi.new("char[]", strategy), ffi.callback("double(void *)", lambda context: draw())
+        given = ffi.new("struct mind_settings *", {"strategy": name, **USUAL, **settings})
+        kept.extend((name, uniform, given))
+        return loaded, loaded.mind_new(given, ME, uniform, ffi.NULL), ffi.new("uint8_t[15]")
+
+    return begin
 
 
 class Words:
@@ -76,27 +55,10 @@ class Words:
         self._random = random.Random(seed)
 
     def fraction(self):
-        return self._random.getrandbits(32) / WORD
+        return self._random.getrandbits(32) / 2**32
 
     def duration(self, mean):
         return max(1, math.ceil(-mean * math.log(1.0 - self.fraction())))
-
-
-def settings_of(strategy, **changed):
-    parameters = dict(STRATEGIES[strategy].parameters)
-    if "k" in parameters:
-        parameters["k"] = int(parameters["k"])
-    if "positive_feedback" in parameters:
-        parameters["positive_feedback"] = bool(parameters["positive_feedback"])
-    usual = {
-        "exploration": 10,
-        "gain": 10,
-        "id_bits": 9,
-        "listens_for": -1,
-        "inbox_size": 1024,
-        "own_vote": True,
-    }
-    return MindSettings(strategy=strategy.encode(), **{**usual, **parameters, **changed})
 
 
 def packed(wire, sender, message):
@@ -104,66 +66,57 @@ def packed(wire, sender, message):
     return (bytes([len(frame)]) + frame).ljust(15, b"\0")
 
 
-@pytest.mark.parametrize("strategy", NAMES)
-def test_it_decides_and_says_what_the_python_controller_does(library, strategy):
-    in_c, in_python = Words(1), Words(1)
-    draw = UNIFORM(lambda context: in_c.fraction())
-    settings = settings_of(
-        strategy,
-        inbox_size=9,
-        first_sight=True,
-        declare_rounds=3,
-        declare_heard=2,
-        declare_quorum=0.9,
+@pytest.mark.parametrize("name", NAMES)
+def test_it_decides_and_says_what_the_python_controller_does(mind, name):
+    strategy, in_c, in_python, declaring = (
+        STRATEGIES[name],
+        Words(1),
+        Words(1),
+        Declare(Fraction(9, 10), 3, 2),
     )
-    mind = library.mind_new(ctypes.byref(settings), ME, draw, None)
+    parameters = {
+        key: int(value) if key != "credence" else value for key, value in strategy.parameters.items()
+    }
+    settings = {"declare_rounds": 3, "declare_heard": 2, "declare_quorum": 0.9, **parameters}
+    c, one, said = mind(name.encode(), in_c.fraction, inbox_size=9, first_sight=True, **settings)
     robot = Controller(
-        STRATEGIES[strategy],
+        strategy,
         int(in_python.fraction() >= 0.5),
         in_python.duration,
         lambda: (in_python.fraction(), in_python.fraction()),
-        Settings(inbox_size=9, first_sight=True, declare=Declare(Fraction(9, 10), 3, 2)),
+        Settings(inbox_size=9, first_sight=True, declare=declaring),
     )
-    wire = Wire(STRATEGIES[strategy], 9, declares=True)
-    world, said, opinions = random.Random(2), ctypes.create_string_buffer(15), set()
+    wire, world, opinions = Wire(strategy, 9, declares=True), random.Random(2), set()
     for _ in range(3000):
         message = robot.message()
-        length = library.mind_say(mind, said)
-        assert (length, said.raw) == ((0, bytes(15)) if message is None else (15, packed(wire, ME, message)))
+        length = c.mind_say(one, said)
+        assert (length, bytes(said)) == (
+            (0, bytes(15)) if message is None else (15, packed(wire, ME, message))
+        )
         seen = world.randrange(4), world.randrange(4)
         robot.observe(*seen)
-        library.mind_see(mind, *seen)
+        c.mind_see(one, *seen)
         for _ in range(world.randrange(3)):
             sender = world.randrange(40)
-            value = world.randrange(2**16) if STRATEGIES[strategy].value_bits else 0
+            value = world.randrange(2**16) if strategy.value_bits else 0
             heard = Message(world.randrange(2), value)
             if robot.listens:
                 robot.hear(sender, heard)
-            assert library.mind_hear(mind, packed(wire, sender, heard), 15)
+            assert c.mind_hear(one, packed(wire, sender, heard), 15)
         robot.end_step()
-        library.mind_end_step(mind)
-        assert (library.mind_opinion(mind), library.mind_declared(mind)) == (
-            robot.opinion,
-            robot.declared != -1,
-        )
+        c.mind_end_step(one)
+        assert (c.mind_opinion(one), c.mind_declared(one)) == (robot.opinion, robot.declared != -1)
         opinions.add(robot.opinion)
-    library.mind_free(mind)
+    c.mind_free(one)
     assert len(opinions) > 1
 
 
-def test_what_is_no_message_is_not_heard(library):
-    settings = settings_of("dmmd")
-    mind = library.mind_new(ctypes.byref(settings), ME, UNIFORM(lambda context: 0.5), None)
+def test_what_is_no_message_is_not_heard_and_an_unknown_strategy_is_none(mind):
+    c, one, _ = mind(b"dmmd", lambda: 0.5)
     good = packed(Wire(STRATEGIES["dmmd"], 9), 7, Message(1))
-    assert library.mind_hear(mind, good, 15)
-    assert not library.mind_hear(mind, good, 14)
-    assert not library.mind_hear(mind, bytes(15), 15)
-    assert not library.mind_hear(mind, b"\xff" + good[1:], 15)
-    assert not library.mind_hear(mind, good[:4] + bytes([good[4] ^ 1]) + good[5:], 15)
-    library.mind_free(mind)
-
-
-def test_an_unknown_strategy_is_none(library):
-    settings = settings_of("dmmd")
-    settings.strategy = b"census"
-    assert library.mind_new(ctypes.byref(settings), ME, UNIFORM(lambda context: 0.5), None) is None
+    assert c.mind_hear(one, good, 15)
+    assert not c.mind_hear(one, good, 14)
+    for wrong in (bytes(15), b"\xff" + good[1:], good[:4] + bytes([good[4] ^ 1]) + good[5:]):
+        assert not c.mind_hear(one, wrong, 15)
+    c.mind_free(one)
+    assert not mind(b"census", lambda: 0.5)[1]

@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-import json
-import re
-import tomllib
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from remedies import check_remedies, problems_of, ways
 
 from feasibee import Scenario, ScenarioError, reference
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.sections import KINDS
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.lowering import params_of
+from feasibee.simulation.plan import study_of
 from tests.commands import invoke
 
 HALVES = [
     (1, 0.5, 1),
     (3, 0.5, 2),
-    (4, 0.125, 1),
-    (5, 0.1, 1),
-    (5, 0.3, 2),
     (5, 0.0999, 0),
-    (15, 0.1, 2),
+    (5, 0.3, 2),
     (25, 0.1, 3),
     (45, 0.7, 32),  # 31.5, which is 31.499999999999996 in floats
-    (35, 0.7, 25),
-    (5, {"count": 1}, 1),
     (5, {"count": 4}, 4),
-    (5, {"count": 0}, 0),
 ]
 """Numbers of robots, what is given, and how many are faulty."""
 
@@ -39,7 +31,7 @@ HALVES = [
 @pytest.mark.parametrize(("robots", "given_", "faulty"), HALVES)
 def test_reference_and_engine_round_exact_halves_up(robots, given_, faulty):
     """Catches a half rounded down, or to the even number, and a product of floats that isn't a half."""
-    scenario = Scenario(robots={"count": robots}, faults={"stubborn": given_}, run={"steps": 20})
+    scenario = Scenario(robots={"count": robots}, faults={"stubborn": given_}, run={"steps": 5})
     swarm = reference.Swarm(scenario, seed=1, run=0)
     assert [robot.fault for robot in swarm.robots].count("stubborn") == faulty
     assert params_of(scenario, 1, fast=False).faults.stubborn == faulty
@@ -51,14 +43,11 @@ def test_reference_and_engine_round_exact_halves_up(robots, given_, faulty):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("value", [1, 1.0, True, 1.5, -0.1, {"count": 1.0}, {"count": -1}, {"share": 1}, {}])
+@pytest.mark.parametrize("value", [1, 1.0, {"count": 1.0}, {"share": 1}])
 def test_what_is_neither_a_share_nor_a_count_is_an_error_with_a_remedy(kind, value):
     """1 could be meant as one robot or as all of them."""
-    with pytest.raises(ScenarioError) as caught:
-        Scenario(faults={kind: value})
-    (problem,) = caught.value.problems
-    assert (problem.path, problem.value) == (f"faults.{kind}", value)
-    assert problem.remedy == "use {count = 1} for one robot"
+    (problem,) = problems_of({"faults": {kind: value}})
+    assert (problem.path, problem.remedy) == (f"faults.{kind}", "use {count = 1} for one robot")
 
 
 FAULTY = st.one_of(
@@ -76,10 +65,10 @@ def test_faults_leave_an_honest_robot_or_are_an_error_with_a_remedy_that_holds(r
         scenario = Scenario(**tables)
     except ScenarioError as error:
         assert not fits
-        remedy = re.search(r"use faults\.(\w+) = ({count = \d+})", str(error))
-        if remedy:
-            tables["faults"][remedy[1]] = tomllib.loads(f"it = {remedy[2]}")["it"]
-            assert sum(Scenario(**tables).faulty) >= robots - 1
+        (problem,) = error.problems
+        check_remedies(problem, tables)
+        for other in ways(problem, tables):
+            assert sum(Scenario(**other).faulty) >= robots - 1
     else:
         assert fits
         assert list(scenario.faulty) == numbers
@@ -92,13 +81,8 @@ def test_a_count_of_faulty_robots_can_be_set_and_swept(tmp_path):
     assert by_path.get("faults.byzantine.count") == 1
     assert by_path.replace({"faults.byzantine.count": np.int64(2)}).faulty == (0, 2, 0)
     for given_ in ("faults.byzantine={count = 3}", "faults.byzantine.count=3"):
-        result = invoke("scenario", "--set", given_)
+        result = invoke("show", "scenario", "--set", given_)
         assert Scenario.from_toml(result.stdout).faulty == (0, 3, 0)
-    study = tmp_path / "study.toml"
-    study.write_text('runs = 2\n[scenario]\nrun.steps = 5\n[sweep]\n"faults.byzantine.count" = [0, 1, 2]\n')
-    result = invoke("sweep", study, "--out", tmp_path / "results")
-    assert result.exit_code == 0, result.stderr
-    result = invoke("results", "status", tmp_path / "results", "--json")
-    assert [point["values"] for point in json.loads(result.stdout)] == [
-        {"faults.byzantine.count": count} for count in (0, 1, 2)
-    ]
+    sweep = {"scenario": {"run": {"steps": 5}}, "sweep": {"faults.byzantine.count": [0, 1, 2]}}
+    points = study_of({"runs": 2, **sweep}, tmp_path).points
+    assert [point.scenario.faulty[1] for point in points] == [0, 1, 2]

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feasibee.figures import arena
-from feasibee.scenario import geometry
-from feasibee.scenario.geometry import images, segments
-from feasibee.simulation import frames
+from feasibee.scenario.picture import images, segments
 
 SIDES = st.integers(1, 200).map(lambda number: number / 4)
 PARTS = st.integers(0, 64).map(lambda number: number / 64)
@@ -45,20 +41,9 @@ def test_within_walls_each_shows_once():
     spots, names = images(places, 5.0, (30.0, 12.0), walls=True)
     assert spots.tolist() == places.tolist()
     assert names.tolist() == [0, 1, 2]
-
-
-def test_whole_numbers_stay_whole():
-    """Numbers of pixels need no rounding."""
     spots, names = images(np.array([[1, 5]]), 2, (30, 12), walls=False)
-    assert spots.dtype == np.int64
-    assert spots.tolist() == [[1, 5], [31, 5]]
+    assert (spots.tolist(), spots.dtype) == ([[1, 5], [31, 5]], np.int64)  # pixels need no rounding
     assert names.tolist() == [0, 0]
-
-
-@pytest.mark.parametrize("painter", [frames, arena])
-def test_every_painter_asks_the_one_rule(painter):
-    assert painter.images is geometry.images
-    assert painter.segments is geometry.segments
 
 
 @given(SIDES, SIDES, st.tuples(PARTS, PARTS, PARTS, PARTS))

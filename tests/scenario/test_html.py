@@ -9,16 +9,13 @@ import pytest
 from declaring import declaring
 from pixels import shown_by
 
-from feasibee import Scenario, Swarm, simulate
+from feasibee import Scenario, Swarm
 from feasibee.figures.animation import draw_frame
-from feasibee.simulation.html import MOST, SIZE
-from feasibee.studies.assess import assess
+from feasibee.simulation.frames import MOST, SIZE
 
 
 class Page(HTMLParser):
     """Text and tags of some HTML, which must close what it opens."""
-
-    ALONE = frozenset({"img"})
 
     def __init__(self, text):
         super().__init__()
@@ -32,17 +29,11 @@ class Page(HTMLParser):
         self.tags.append((tag, dict(attributes)))
         self.open.append(tag)
 
-    def handle_startendtag(self, tag, attributes):
-        assert tag in self.ALONE
-        self.tags.append((tag, dict(attributes)))
-
     def handle_endtag(self, tag):
         assert self.open.pop() == tag
 
     def handle_data(self, data):
-        if "style" in self.open:
-            return
-        self.text += data
+        self.text += data if "style" not in self.open else ""
         if "strong" in self.open:
             self.strong.append(data)
 
@@ -63,13 +54,10 @@ def test_a_scenario_shows_each_field_by_section_and_stresses_what_is_not_the_pap
     assert "infeasible" in shown.strong
     assert scenario.hash[:12] in shown.text
     assert "Number of tasks, m; each needs one robot, and any robot can do it." in shown.text
+    paper = page(Scenario())
+    assert "as in the paper" in paper.text
+    assert paper.strong == ["Scenario", "feasible"]
     assert sum(tag == "details" for tag, _ in shown.tags) == len(scenario.to_dict())
-
-
-def test_the_papers_scenario_is_as_in_the_paper():
-    shown = page(Scenario())
-    assert "as in the paper" in shown.text
-    assert shown.strong == ["Scenario", "feasible"]
 
 
 def test_text_of_a_user_is_escaped_and_long_values_cut():
@@ -111,19 +99,4 @@ def test_a_large_swarm_stays_light(robots, drawn):
     text = swarm._repr_html_()
     assert len(text) < 200_000
     assert ("<img" in text) == drawn
-    assert ("use feasibee animate" in text) != drawn
-
-
-def test_results_say_what_they_are():
-    results = simulate(Scenario(decision={"declare": {}}), 3, curves=True)
-    assert all(each.attrs["long_name"] for each in (results | results.coords).values())
-    assert all("units" in each.attrs for name, each in results.data_vars.items() if name != "decision")
-    assert "number of the run" in results._repr_html_()
-
-
-def test_an_assessment_shows_its_words_and_tables():
-    scenario = Scenario(robots={"count": 4}, tasks={"count": 5}, run={"steps": 20})
-    shown = page(assess(scenario, runs=10))
-    assert "The tasks are infeasible: they need 5 robots, and there are 4." in shown.text
-    assert "difference" in shown.text
-    assert scenario.hash[:12] in shown.text
+    assert ("use feasibee run --out" in text) != drawn

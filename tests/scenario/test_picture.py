@@ -10,7 +10,7 @@ from pixels import close, shown_by
 from walled import DOCK, PLACE, bitmap
 
 from feasibee import Scenario
-from feasibee.model.codes import ZONE
+from feasibee.base.codes import ZONE
 from feasibee.scenario.picture import OPACITIES, between, extent_of, outlines_of, paint_plan, picture_of
 
 
@@ -30,14 +30,6 @@ def test_each_cell_is_a_pixel_as_dark_as_what_it_is():
     assert len(np.unique(seen)) == 3
     assert seen[0, 20] == OPACITIES["wall"]
     assert seen[-1, 20] == OPACITIES["open"]
-
-
-def test_the_picture_is_as_large_as_the_arena():
-    plan = Scenario(
-        arena={"side": (20.0, 10.0), "boundary": "walls"},
-        place={"walls": [[[0, 0], [1, 0], [1, 1]]], "cell": 2.0},
-    ).plan
-    assert extent_of(plan) == (20.0, 10.0)
 
 
 def test_a_map_of_a_million_cells_is_small():
@@ -75,11 +67,12 @@ def test_notebooks_show_the_plan_of_a_scenario():
     assert "<img" not in Scenario()._repr_html_()
 
 
-def test_a_low_plan_stands_on_the_arenas_lower_edge():
+def test_a_low_plan_is_as_large_as_the_arena_and_stands_on_its_lower_edge():
     low = Scenario(
         arena={"side": (20.0, 10.0), "boundary": "walls"},
         place={"walls": [[[0, 0], [1, 0], [1, 1]]], "cell": 2.0},
     )
+    assert extent_of(low.plan) == (20.0, 10.0)
     paint_plan(ground := Image.new("RGB", (200, 120), "#FFFFFF"), low, None)
     dark = np.argwhere(np.asarray(ground.convert("L")) < 128)
     assert (dark.min(axis=0).tolist(), dark.max(axis=0).tolist()) == ([100, 0], [119, 19])

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from feasibee.scenario.raster import centred, touched
+from feasibee.scenario.cells import centred, touched
 
 SHAPE = 5, 6
 TENTH = Fraction(1, 10)
@@ -105,7 +105,7 @@ def with_points_between(ring):
     ]
 
 
-@pytest.mark.parametrize("left", [k / 10 for k in range(150)])
+@pytest.mark.parametrize("left", [k / 10 for k in range(0, 150, 3)])
 def test_a_wall_of_two_tenths_is_two_cells_wide_wherever_it_stands(left):
     """Floats would make it three: 0.7 / 0.1 is 6.999999999999999."""
     right = round(left + 0.2, 1)
@@ -122,8 +122,6 @@ LINES = {
     "up a border": ([(0.2, 0.0), (0.2, 0.3)], ["......", ".##...", ".##...", ".##..."]),
     "within a row": ([(0.2, 0.25), (0.5, 0.25)], ["......", "..###.", "......", "......"]),
     "through corners": ([(0.1, 0.1), (0.4, 0.4)], ["...#..", "..#...", ".#....", "......"]),
-    "on the edge of the arena": ([(0.0, 0.0), (0.6, 0.0)], ["......", "......", "......", "######"]),
-    "a point": ([(0.25, 0.25), (0.25, 0.25)], ["......"] * 4),
     "from far away": ([(-1e300, 0.15), (1e300, 0.15)], ["......", "......", "######", "......"]),
     "tiny": ([(0.2, 0.15), (5e-324, 0.15)], ["......", "......", "##....", "......"]),
 }
@@ -138,12 +136,7 @@ def test_a_line_closes_the_cells_that_it_runs_through_or_along(what):
 def test_a_polygon_far_larger_than_the_arena_covers_it_and_one_outside_nothing():
     big = [[(-1e9, -1e9), (1e9, -1e9), (0.123456789012345, 1e9)]]
     assert touched([big], TENTH, (50, 40)).all()
-    for shift in (-1e6, 4.0, 1e6):
-        aside = (
-            [[(shift, 0.0), (shift - 0.5, 0.0), (shift, 5.0)]]
-            if shift < 0
-            else [[(shift, 0.0), (9e6, 0), (shift, 5)]]
-        )
-        assert not touched([aside], TENTH, (50, 40)).any()
-    assert not touched([], TENTH, (50, 40)).any()
-    assert not touched([[[(1.0, 1.0)] * 3]], TENTH, (50, 40)).any()
+    left = [(-1e6, 0.0), (-1e6 - 0.5, 0.0), (-1e6, 5.0)]
+    right, far = ([(shift, 0.0), (9e6, 0), (shift, 5)] for shift in (4.0, 1e6))
+    for none in ([], *([[ring]] for ring in (left, right, far, [(1.0, 1.0)] * 3))):
+        assert not touched(none, TENTH, (50, 40)).any()

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from test_inspection import FAULTY, SCENARIO
 
 from feasibee import FeasibeeError, Scenario, Swarm, truth, truth_at
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 
+SCENARIO = Scenario(
+    robots={"arrival_rate": 0.05, "failure_rate": 0.005},
+    tasks={"arrival_rate": 0.3, "lifetime": 60.0},
+    events=[{"step": 0, "tasks": 2}, {"step": 30, "robots": -6}, {"step": 50, "tasks": -9}],
+    decision={"strategy": "census"},
+    run={"steps": 200},
+)
 
-@pytest.mark.parametrize("scenario", [SCENARIO, FAULTY])
-def test_the_curves_are_those_of_simulate(scenario):
+
+@pytest.mark.parametrize("faults", [{}, {"byzantine": 0.2, "stopped": 0.2, "stop_step": 20}])
+def test_the_curves_are_those_of_simulate(faults):
+    scenario = SCENARIO.replace({f"faults.{name}": value for name, value in faults.items()})
     swarm = Swarm(scenario, seed=2, run=7)
     swarm.advance(200)
     record = simulate_record(scenario, Runs.single(2, 7), curves=True)
-    np.testing.assert_array_equal(swarm.truths, record.truth[0])
-    np.testing.assert_array_equal(swarm.robot_counts, record.robots_present[0])
-    np.testing.assert_array_equal(swarm.task_counts, record.tasks_present[0])
-    np.testing.assert_array_equal(swarm.feasible_counts, record.feasible_count[0])
+    curves = {"truths": "truth", "robot_counts": "robots_present", "task_counts": "tasks_present"}
+    for name, column in (curves | {"feasible_counts": "feasible_count"}).items():
+        np.testing.assert_array_equal(getattr(swarm, name), getattr(record, column)[0])
     assert len(set(swarm.truths)) == 2
     assert len(swarm.tasks) == swarm.task_counts[-1]
 
@@ -35,9 +42,8 @@ def test_numbers_without_a_robot_show_none():
     assert np.isnan(swarm.headings[gone]).all()
     assert (swarm.opinions[gone] == -1).all()
     assert (swarm.declared[gone] == -1).all()
-    assert not swarm.counted[gone].any()
-    assert not swarm.knowledge[gone].any()
-    assert not swarm.snapshot().flags[gone].any()
+    shown = swarm.counted, swarm.knowledge, swarm.snapshot().flags
+    assert not any(each[gone].any() for each in shown)
     with pytest.raises(FeasibeeError, match="no robot has this number at step 40; use a number"):
         swarm.robot(int(np.flatnonzero(gone)[0]))
     assert swarm.robot(int(np.flatnonzero(~gone)[0])).place == tuple(swarm.positions[~gone][0])

@@ -11,7 +11,6 @@ import pytest
 from commands import invoke
 
 from feasibee import Scenario, Swarm, simulate
-from feasibee.engine import runner
 from feasibee.results.measures import declarations
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.plugins import manifest_of, reads_flooding
@@ -44,19 +43,18 @@ def place(door=1.0, side=12.0, **changes):
 
 
 def test_rooms_and_doors_delay_names_and_dead_radio_stops_them(monkeypatch):
-    wide, narrow = flooding(place(6.0)), flooding(place(0.8))
+    """Robots of a closed room need its names only."""
+    wide, narrow, closed = (flooding(place(door)) for door in (6.0, 0.8, 0.0))
     assert wide.slowest < narrow.p95 < narrow.slowest
+    assert not ground_of(place(0.0)).is_one
+    assert closed.slowest < narrow.slowest
+    monkeypatch.setattr(module, "LONGEST", narrow.slowest - 1)  # too short for the slowest run
+    assert flooding(place(0.8)).slowest == NEVER
     monkeypatch.setattr(module, "LONGEST", 100)
     assert flooding(place(**{"sensing.miss": 1.0})) == (None, None, NEVER)
 
 
-def test_robots_of_a_closed_room_need_its_names_only():
-    closed = place(0.0)
-    assert not ground_of(closed).is_one
-    assert flooding(closed).slowest < flooding(place(0.8)).slowest
-
-
-ELSE = [
+SAME = [
     {"tasks.count": 3, "tasks.lifetime": 9.0, "tasks.arrival_rate": 0.1},
     DECLARING,
     {"run.steps": 7, "units.metres": 0.5, "acting.start": "safe", "tasks.work": 5},
@@ -65,23 +63,23 @@ ELSE = [
     {"sensing.false_tasks": 0.1},
     {"decision.strategy": "census", "sensing.misname": 0.1},
 ]
+OTHER = [{"radio.range": 3.0}, {"robots.count": 9}, {"radio.loss": 0.1}]
+CASES = [*((each, True) for each in SAME), *((each, False) for each in OTHER)]
 
 
-@pytest.mark.parametrize("changes", ELSE, ids=str)
-def test_strategy_tasks_and_what_changes_later_change_no_flooding(changes):
-    assert module._world_of(place(**changes)) == module._world_of(place())
+@pytest.mark.parametrize(("changes", "same"), CASES)
+def test_robots_and_radio_change_flooding_and_what_comes_later_does_not(changes, same):
+    assert (module._world_of(place(**changes)) == module._world_of(place())) == same
+
+
+def test_there_is_one_task_more_than_robots():
+    assert module._world_of(place()).tasks.count == 8 + 1
 
 
 def test_classes_change_no_flooding():
     tables = place().to_dict()
-    tables["robots"] = {**tables["robots"], "classes": [{"name": "arm", "count": 8}]}
-    del tables["robots"]["count"]
+    tables["robots"] |= {"classes": [{"name": "arm", "count": tables["robots"].pop("count")}]}
     assert module._world_of(Scenario.from_tables(tables)) == module._world_of(place())
-
-
-@pytest.mark.parametrize("changes", [{"radio.range": 3.0}, {"robots.count": 9}, {"radio.loss": 0.1}], ids=str)
-def test_robots_and_radio_change_flooding(changes):
-    assert module._world_of(place(**changes)) != module._world_of(place())
 
 
 @pytest.mark.slow
@@ -100,14 +98,6 @@ def test_the_times_are_those_by_which_all_robots_know_all_names_of_their_piece(d
     assert flooding(place(door)).median == sorted(last)[RUNS // 2 - 1]
 
 
-def test_the_number_of_threads_changes_no_flooding(monkeypatch):
-    found = []
-    for number in (1, 3):
-        monkeypatch.setattr(runner, "processors", lambda number=number: number)
-        found.append(flooding(place(6.0)))
-    assert found[0] == found[1]
-
-
 def test_a_time_is_simulated_once_and_kept_also_for_other_processes(monkeypatch, tmp_path):
     world = place(**DECLARING)
     steps = flooded(world).flooding
@@ -119,9 +109,10 @@ def test_a_time_is_simulated_once_and_kept_also_for_other_processes(monkeypatch,
     assert pickle.loads(pickle.dumps(world)).flooding == steps
     assert flooded(world.with_flooding(3)).flooding == 3
     assert world.replace({"robots.count": 9}).flooding is None
-    for text in ("", "5", file.read_text().replace(str(steps), str(steps + 1)), "x y", "\0"):
-        file.write_text(text)
-        assert module._kept(file) is None
+    key = file.name.removesuffix(f"-{steps}")
+    assert module._kept(file.parent, key) == steps
+    file.rename(file.with_name(f"{key}-many"))
+    assert module._kept(file.parent, key) is None
 
 
 def test_a_cache_that_cant_be_written_costs_a_simulation_and_no_error(monkeypatch, tmp_path):
@@ -162,14 +153,12 @@ def test_names_that_take_too_long_let_robots_wait_for_ever():
 
 
 def test_robots_in_a_place_declare_feasible_by_themselves():
-    world = place(6.0, **DECLARING, **{"tasks.count": 4, "run.steps": 1000})
-    runs = simulate(world, 20, seed=1)
-    assert declarations(runs, world).feasible > 0.9
-    steps = flooding(world).slowest
-    assert world.flooding == steps
-    timed = place(6.0, **DECLARING, **{"tasks.count": 4, "run.steps": 1000}).with_flooding(steps)
-    assert simulate(timed, 20, seed=1).equals(runs)
-    swarm = Swarm(place(6.0, **DECLARING, **{"tasks.count": 4}), seed=1)
+    def world():
+        return place(6.0, **DECLARING, **{"tasks.count": 4, "run.steps": 1000})
+
+    runs, swarm, steps = simulate(world(), 20, seed=1), Swarm(world(), seed=1), flooding(world()).slowest
+    assert declarations(runs, world()).feasible > 0.9
+    assert simulate(world().with_flooding(steps), 20, seed=1).equals(runs)
     swarm.advance(1000)
     assert swarm.declared_counts[0] == runs.declared_feasible.values[0]
 
@@ -196,36 +185,35 @@ def test_who_waits_for_names_is_told_by_what_its_strategy_reads(tmp_path):
     file = tmp_path / "mine.py"
     for name, waits in (("flooding", True), ("robots", False)):
         file.write_text(OWN.format(name))
-        assert (
-            reads_flooding(manifest_of(str(file)))
-            == place(**{"decision.strategy": str(file)}).waits_for_names
-        )
         assert reads_flooding(manifest_of(str(file))) == waits
-    reading = {"census", "map", "dmmd", "quiet-census", "turns", "roster"}
-    assert {name for name in reading if reads_flooding(manifest_of(name))} == {
-        "quiet-census",
-        "turns",
-        "roster",
-    }
+        assert place(**{"decision.strategy": str(file)}).waits_for_names == waits
+    reading = {"quiet-census", "turns", "roster"}
+    assert {
+        name for name in (*reading, "census", "map", "dmmd") if reads_flooding(manifest_of(name))
+    } == reading
     assert place(**DECLARING).waits_for_names
     assert not place(**DECLARING, **{"decision.parameters": {"quiet": 70.0}}).waits_for_names
     assert not Scenario().replace(DECLARING).waits_for_names
     assert not place().waits_for_names
 
 
+def shown(folder, world):
+    """Return what commands show of a world: words of a run and of the scenario, and numbers of a run."""
+    (folder / "mine.toml").write_text(world.to_toml(), encoding="utf-8")
+    runs = ("run", folder / "mine.toml", "--runs", 1)
+    words, numbers = invoke(*runs, "--details").output, json.loads(invoke(*runs, "--json").output)
+    return words, invoke("show", "scenario", folder / "mine.toml").output, numbers["flooding"]
+
+
 def test_commands_say_the_time_of_flooding(tmp_path):
     world = place(6.0, **DECLARING, **{"tasks.count": 4, "run.steps": 60})
-    (tmp_path / "mine.toml").write_text(world.to_toml(), encoding="utf-8")
     steps = flooding(world).slowest
     line = f"Names flood this place by step {steps:,}, the latest of {RUNS} runs; robots wait by it."
-    done = invoke("run", tmp_path / "mine.toml", "--runs", 5)
-    assert line in done.output.replace("\n", " ")
-    assert (
-        json.loads(invoke("run", tmp_path / "mine.toml", "--runs", 5, "--json").output)["flooding"] == steps
-    )
-    text = invoke("scenario", tmp_path / "mine.toml").output
+    words, text, number = shown(tmp_path, world)
+    assert f"flooding                        {steps}\n" in words
     assert f"# {line}" in text
     assert Scenario.from_toml(text) == world
+    assert number == steps
 
 
 def test_names_that_take_too_long_are_told(monkeypatch, tmp_path):
@@ -234,7 +222,6 @@ def test_names_that_take_too_long_are_told(monkeypatch, tmp_path):
     said = "Names take more than 100 steps to flood this place: robots {}."
     never = said.format("that wait for a quiet time never declare feasible")
     assert module.flooding_in_words(world) == [never]
-    (tmp_path / "mine.toml").write_text(world.to_toml(), encoding="utf-8")
-    assert json.loads(invoke("run", tmp_path / "mine.toml", "--runs", 1, "--json").output)["flooding"] is None
+    assert shown(tmp_path, world)[2] is None
     acting = place(**{"acting.start": "safe", "sensing.miss": 1.0})
     assert module.flooding_in_words(acting) == [said.format("never act")]

@@ -11,9 +11,11 @@ import pytest
 from feasibee import FeasibeeError, Scenario, Swarm, decision_times
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from tests.shares import assert_even, assert_share, bound
 
 RUNS = 2000
-Z = 5.3  # two-sided alpha of 1.2e-7
+ROUNDED = 0.005
+"""Shares were published to half a per cent."""
 
 # model.md section 5: tasks, share deciding feasible, quartiles and median of the decision step.
 SECTION_5 = [
@@ -29,47 +31,38 @@ SECTION_5 = [
     (100, 0.05, (76, 102, 136)),
     (200, 0.02, (72, 94, 123)),
 ]
+TEN = {"tasks.count": 10}
+CHOICES = [  # changes, share deciding feasible, and whether swarms are three times as slow
+    ({"decision.own_vote": False}, 0.94, False),
+    ({"decision.inbox": "every-message"}, 0.95, False),
+    ({"decision.listen": "dissemination", "run.steps": 3000}, 0.59, True),
+    ({"sensing.count_self": True}, 0.96, False),
+    ({"sensing.count_self": True, "tasks.count": 40}, 0.65, False),  # leans at ratio 1/2, too
+    ({"decision.exploration": 100.0, "decision.gain": 100.0, "run.steps": 5000}, 0.74, True),
+]
 
 
-def feasible_share(changes, runs=RUNS, seed=11):
-    record = simulate_record(Scenario().replace(changes), Runs(runs, seed))
-    return (record.decision == 1).mean(), record
-
-
-def bound(share, runs=RUNS, other_runs=2000):
-    """Z standard errors of the difference from a published share, itself rounded to half a per cent."""
-    return Z * np.sqrt(share * (1 - share) * (1 / runs + 1 / other_runs)) + 0.005
+def decided(changes, share, other_runs):
+    """Return quartiles and median of the steps of decisions, of which a share is feasible."""
+    record = simulate_record(Scenario().replace(changes), Runs(RUNS, 11))
+    found = (record.decision == 1).mean()
+    assert abs(found - share) < bound(share, RUNS, other_runs) + ROUNDED
+    return decision_times(record.decision_step)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("tasks", "share", "quartiles"), SECTION_5)
 def test_rates_and_times_are_those_of_section_5(tasks, share, quartiles):
     """Catches a share off by 0.08 near 1/2, by 0.03 at the ends, and a quartile off by a tenth."""
-    found, record = feasible_share({"tasks.count": tasks})
-    assert abs(found - share) < bound(share)
-    np.testing.assert_allclose(decision_times(record.decision_step), quartiles, rtol=0.11)
+    np.testing.assert_allclose(decided({"tasks.count": tasks}, share, 2000), quartiles, rtol=0.11)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("changes", "share", "slow"),
-    [
-        ({"decision.own_vote": False}, 0.94, False),
-        ({"decision.inbox": "every-message"}, 0.95, False),
-        ({"decision.listen": "dissemination", "run.steps": 3000}, 0.59, True),
-        ({"sensing.count_self": True}, 0.96, False),
-        ({"sensing.count_self": True, "tasks.count": 40}, 0.65, False),  # leans at ratio 1/2, too
-        ({"decision.exploration": 100.0, "decision.gain": 100.0, "run.steps": 5000}, 0.74, True),
-    ],
-)
+@pytest.mark.parametrize(("changes", "share", "slow"), CHOICES)
 def test_choices_matter_as_section_5_says(changes, share, slow):
     """Catches a choice that has no effect, or another: shares off by 0.05 to 0.1; slow is three times."""
-    found, record = feasible_share({"tasks.count": 10, **changes})
-    assert abs(found - share) < bound(share, other_runs=1000)
-    if slow:
-        usual = feasible_share({"tasks.count": 10})[1]
-        ratio = decision_times(record.decision_step).median / decision_times(usual.decision_step).median
-        assert 2.4 < ratio < 3.9
+    times = decided({**TEN, **changes}, share, 1000)
+    assert not slow or 2.4 < times.median / decided(TEN, 0.74, 2000).median < 3.9
 
 
 @pytest.mark.slow
@@ -77,11 +70,8 @@ def test_starts_are_uniform_in_place_heading_and_opinion():
     """Catches a density off by 6 % in any sixteenth of the arena, and a bias of 1.2 % in the opinion."""
     swarms = [Swarm(Scenario(tasks={"count": 20}), seed=3, run=run) for run in range(2500)]
     for places in (np.concatenate([s.positions for s in swarms]), np.concatenate([s.tasks for s in swarms])):
-        counts, *_ = np.histogram2d(*places.T, bins=4, range=[[0, 20], [0, 20]])
-        expected = len(places) / 16
-        assert np.abs(counts - expected).max() < Z * np.sqrt(expected)
-    opinions = np.concatenate([s.opinions for s in swarms])
-    assert abs(opinions.mean() - 0.5) < Z * 0.5 / np.sqrt(opinions.size)
+        assert_even(places // 5 @ (1, 4), -0.5, 15.5)
+    assert_share(np.concatenate([s.opinions for s in swarms]), 0.5)
 
 
 def test_robots_walk_straight_runs_of_mean_ten_at_speed_one():
@@ -95,11 +85,10 @@ def test_robots_walk_straight_runs_of_mean_ten_at_speed_one():
     moves = (np.diff(np.array(places), axis=0) + 50) % 100 - 50
     np.testing.assert_allclose(np.hypot(*np.moveaxis(moves, -1, 0)), 1.0, atol=5e-8)
     turned = (np.abs(np.diff(moves, axis=0)) > 1e-9).any(axis=-1)
-    chance = 1 - np.exp(-1 / 10)  # an exponential rounded up ends after each step with this chance
-    assert abs(turned.mean() - chance) < Z * np.sqrt(chance * (1 - chance) / turned.size)
-    headings = np.arctan2(moves[1:, :, 1][turned], moves[1:, :, 0][turned])
-    counts, _ = np.histogram(headings, bins=16, range=(-np.pi, np.pi))
-    assert np.abs(counts - headings.size / 16).max() < Z * np.sqrt(headings.size / 16)
+    assert_share(
+        turned, 1 - np.exp(-1 / 10)
+    )  # an exponential rounded up ends after each step with this chance
+    assert_even(np.arctan2(moves[1:, :, 1][turned], moves[1:, :, 0][turned]), -np.pi, np.pi)
 
 
 @pytest.mark.parametrize("steps", [-1, "1", 2.5, 2**40])

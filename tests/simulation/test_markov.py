@@ -3,12 +3,10 @@
 With durations of mean nearly 0, every phase lasts one step: all robots explore together, and then all
 disseminate and decide together. So what one round does to the number of robots with opinion 1 is a Markov
 chain, whose transition matrix and probabilities of absorption are computed here, from the rules alone.
-Seeds are fixed; the bounds have a two-sided alpha of about 1e-7.
 """
 
 from __future__ import annotations
 
-from functools import cache
 from itertools import product
 from math import comb
 
@@ -18,38 +16,32 @@ import pytest
 from feasibee import Scenario
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from tests.shares import assert_share
 
 RUNS = 8000
-Z = 5.3  # two-sided alpha of 1.2e-7
 ROUNDS = 20
 
 
-def scenario_of(count, strategy, loss=0.0, **decision):
-    """Robots that all hear each other, in an arena of which each sees and hears all."""
-    return Scenario(
+def runs_of(count, strategy, loss=0.0, seed=None, **decision):
+    """Return the record of robots that all hear each other, in an arena of which each sees and hears all."""
+    scenario = Scenario(
         arena={"side": 2.0, "boundary": "walls"},
         robots={"count": count, "diameter": 0.1, "speed": 0.1},
         tasks={"count": 1},
         sensing={"range": 3.0},
         radio={"loss": loss},
         decision={
-            "strategy": strategy,
-            "exploration": 1e-9,
-            "gain": 1e-9,
-            "threshold": 1 - 1e-9,  # all
-            **decision,
+            **{"strategy": strategy, "exploration": 1e-9, "gain": 1e-9},
+            **{"threshold": 1 - 1e-9, **decision},  # all
         },
         run={"steps": 2 * ROUNDS},
     )
+    return simulate_record(scenario, Runs(RUNS, seed or count), curves=True)
 
 
-@cache
-def rounds_of(count, strategy, loss=0.0, own_vote=True, ties="keep"):
+def rounds_of(*about, **decision):
     """Return how many hold opinion 1 at the start and after each round: shape (runs, ROUNDS + 1)."""
-    record = simulate_record(
-        scenario_of(count, strategy, loss, own_vote=own_vote, ties=ties), Runs(RUNS, count), curves=True
-    )
-    curves = record.feasible_count
+    curves = runs_of(*about, **decision).feasible_count
     np.testing.assert_array_equal(curves[:, 1::2], curves[:, :-1:2])  # nobody decides after exploring
     return curves[:, ::2]
 
@@ -59,8 +51,7 @@ def voters(count, loss):
     chances = np.empty((2, count + 1))
     deaf = loss ** (count - 1)
     for own, holders in product((0, 1), range(count + 1)):
-        others = holders - own
-        chances[own, holders] = deaf * own + (1 - deaf) * others / (count - 1)
+        chances[own, holders] = deaf * own + (1 - deaf) * (holders - own) / (count - 1)
     return chances
 
 
@@ -90,6 +81,7 @@ def transitions(chances):
             stayed = comb(holders, a) * stay**a * (1 - stay) ** (holders - a)
             joined = comb(count - holders, b) * join**b * (1 - join) ** (count - holders - b)
             matrix[holders, a + b] += stayed * joined
+    np.testing.assert_allclose(matrix.sum(axis=1), 1)
     return matrix
 
 
@@ -100,37 +92,20 @@ def absorption(matrix):
     return np.clip([0.0, *ends, 1.0], 0, 1)
 
 
-def assert_rate(hits, trials, chance, what):
-    assert trials > 300, what
-    assert abs(hits / trials - chance) <= Z * np.sqrt(chance * (1 - chance) / trials) + 1e-12, what
-
-
-def assert_follows(rounds, matrix):
+def assert_follows(rounds, matrix, ends):
     """Compare starts, the next round from each number of holders, and the ends from each start."""
     count = len(matrix) - 1
-    np.testing.assert_allclose(matrix.sum(axis=1), 1)
     before, after = rounds[:, :-1].ravel(), rounds[:, 1:].ravel()
+    unfinished = np.linalg.matrix_power(matrix, ROUNDS)[:, 1:-1].sum(axis=1)
     for holders in range(count + 1):
-        assert_rate((rounds[:, 0] == holders).sum(), RUNS, comb(count, holders) / 2**count, holders)
+        assert_share(rounds[:, 0] == holders, comb(count, holders) / 2**count)
         here = after[before == holders]
+        assert here.size > 300
         for next_holders in range(count + 1):
-            what = holders, next_holders
-            assert_rate((here == next_holders).sum(), here.size, matrix[holders, next_holders], what)
-
-
-def assert_ends(rounds, chances, horizon):
-    """Compare how many of the runs from each start end with all of opinion 1."""
-    for holders, chance in enumerate(chances):
-        ends = rounds[rounds[:, 0] == holders, -1]
-        if ends.size > 60:
-            bound = Z * np.sqrt(chance * (1 - chance) / ends.size) + horizon[holders] + 1e-12
-            assert abs((ends == len(chances) - 1).mean() - chance) <= bound, holders
-
-
-def unfinished(matrix):
-    """Return the probability not to have been absorbed after all rounds, by the number at the start."""
-    after = np.linalg.matrix_power(matrix, ROUNDS)
-    return after[:, 1:-1].sum(axis=1)
+            assert_share(here == next_holders, matrix[holders, next_holders])
+        last = rounds[rounds[:, 0] == holders, -1]
+        if last.size > 60:
+            assert_share(last == count, ends[holders], slack=unfinished[holders] + 1e-12)
 
 
 CHAINS = [
@@ -152,14 +127,12 @@ def test_swarms_follow_their_chain(count, strategy, loss, own_vote, ties):
     """
     majority = strategy == "majority"
     matrix = transitions(majorities(count, loss, own_vote, ties) if majority else voters(count, loss))
-    rounds = rounds_of(count, strategy, loss, own_vote, ties)
-    chances = absorption(matrix)
+    ends = absorption(matrix)
     if majority:  # neither opinion is favoured
-        np.testing.assert_allclose(chances + chances[::-1], 1)
+        np.testing.assert_allclose(ends + ends[::-1], 1)
     elif loss == 0:  # each is copied as often as the others: the share of opinion 1 is a martingale
-        np.testing.assert_allclose(chances, np.arange(count + 1) / count)
-    assert_follows(rounds, matrix)
-    assert_ends(rounds, chances, unfinished(matrix))
+        np.testing.assert_allclose(ends, np.arange(count + 1) / count)
+    assert_follows(rounds_of(count, strategy, loss, own_vote=own_vote, ties=ties), matrix, ends)
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 6])
@@ -176,10 +149,8 @@ def test_majorities_that_hear_all_are_decided_by_the_start(count):
 @pytest.mark.parametrize("count", [3, 6])
 def test_the_step_of_absorption_has_its_distribution(count):
     """Catches a share of runs absorbed by some step that is off by 0.03."""
-    matrix = transitions(voters(count, 0.0))
-    record = simulate_record(scenario_of(count, "voter"), Runs(RUNS, 77))
+    matrix, record = transitions(voters(count, 0.0)), runs_of(count, "voter", seed=77)
     start = np.array([comb(count, k) for k in range(count + 1)]) / 2**count
     for rounds in range(12):
         absorbed = (start @ np.linalg.matrix_power(matrix, rounds))[[0, -1]].sum()
-        by_then = (record.decision_step >= 0) & (record.decision_step <= 2 * rounds)
-        assert_rate(by_then.sum(), RUNS, absorbed, rounds)
+        assert_share((record.decision_step >= 0) & (record.decision_step <= 2 * rounds), absorbed)

@@ -10,8 +10,8 @@ from declaring import declaring
 from scipy.stats import beta, t
 
 from feasibee import FeasibeeError, Scenario, Swarm, simulate
-from feasibee.model.codes import CERTAIN
-from feasibee.model.outcomes import OUTCOMES
+from feasibee.base.codes import CERTAIN
+from feasibee.base.outcomes import OUTCOMES
 from feasibee.results.calibration import said_feasible
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -56,30 +56,6 @@ def mine(tmp_path):
         return Scenario(decision={"strategy": str(path)}, **sections)
 
     return of
-
-
-WORLDS = {
-    "the paper's": {"run": {"steps": 200}},
-    "faults": {
-        "faults": {"byzantine": 0.2, "stopped": 0.1, "stubborn": 0.1, "stop_step": 60},
-        "run": {"steps": 120},
-    },
-    "walls": {"arena": {"boundary": "walls"}, "tasks": {"count": 22}, "run": {"steps": 80}},
-    "misses": {"sensing": {"miss": 0.3}, "radio": {"loss": 0.3}, "run": {"steps": 80}},
-    "more robots": {"robots": {"count": 150}, "run": {"steps": 20}},
-    "two robots": {"robots": {"count": 2}, "run": {"steps": 80}},
-    "its decision": {"tasks": {"count": 5}, "run": {"steps": 400, "stop_at_decision": True}},
-    "no step": {"run": {"steps": 1}},
-}
-
-
-@pytest.mark.parametrize("strategy", ["bayes", "estimate"])
-@pytest.mark.parametrize("sections", WORLDS.values(), ids=WORLDS)
-def test_engine_and_reference_say_the_same(strategy, sections):
-    record = both(Scenario(decision={"strategy": strategy}, **sections))
-    robots = sections.get("robots", {}).get("count", 20)
-    assert (record.said_at_end >= 0).all()
-    assert (record.said_at_end <= CERTAIN * robots).all()
 
 
 def test_robots_or_tasks_with_classes_are_not_asked():

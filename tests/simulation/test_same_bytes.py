@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError
-from feasibee.model.codes import MODEL_VERSION
-from feasibee.model.record import COLUMNS
+from feasibee.base.codes import MODEL_VERSION
+from feasibee.base.record import COLUMNS
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES

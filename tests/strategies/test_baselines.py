@@ -13,10 +13,10 @@ from feasibee.strategies import STRATEGIES
 # --- First sight ---
 
 
-def first_sight(*sights, name="voter", **changes):
-    """Return a robot's opinions after explorations with these sights, held 1 at first, and heard nothing."""
+def first_sight(*sights, name="voter", coin=1, **changes):
+    """Return a robot's opinions, at first a coin, after explorations with these sights; it hears nothing."""
     settings = Settings(first_sight=True, **changes.pop("settings", {}))
-    robot = Controller(STRATEGIES[name], 1, lambda mean: 1, lambda: (0.5, 0.5), settings, **changes)
+    robot = Controller(STRATEGIES[name], coin, lambda mean: 1, lambda: (0.5, 0.5), settings, **changes)
     opinions = [robot.opinion]
     for robots, tasks in sights:
         robot.observe(robots, tasks)
@@ -29,6 +29,7 @@ def first_sight(*sights, name="voter", **changes):
 def test_a_robot_begins_with_what_its_first_exploration_favours_and_keeps_the_coin_with_a_tie():
     sights = (0, 1), (3, 3), (0, 0), (2, 1)
     assert [first_sight(each)[1] for each in sights] == [0, 1, 1, 1]
+    assert first_sight((3, 3), coin=0) == [0, 0]
     assert first_sight((1, 3), settings={"quality_floor": 3}) == [1, 1]
 
 
@@ -48,12 +49,12 @@ def test_what_is_broadcast_and_for_how_long_follow_from_the_new_opinion():
         1,
         lambda mean: means.append(mean) or 1,
         lambda: (0.5, 0.5),
-        Settings(first_sight=True),
+        Settings(first_sight=True, exploration=4.0),
     )
     robot.observe(1, 4)
     robot.end_step()
     assert robot.message() == Message(opinion=0)
-    assert means == [10.0, 8.0]
+    assert means == [4.0, 8.0]
 
 
 def test_first_sight_makes_swarms_right_more_often_and_sooner():

@@ -79,10 +79,9 @@ def test_cells_divide_the_arena_evenly_and_sub_cells_the_cells(size, cell, cells
     assert map_.message_words(setting) == CELLS + cells[0] * cells[1]
 
 
-@pytest.mark.parametrize("rows", [-1.0, 0.0, 0.9, 10.0, 1e300])
+@pytest.mark.parametrize("rows", [-1.0, 0.9, 10.0, 1e300])
 def test_a_number_of_rows_that_means_nothing_is_the_whole_map(rows):
-    own = robot_of(rows=rows, cell=2.0)
-    assert len(own.message()) == CELLS + 100
+    assert len(robot_of(rows=rows, cell=2.0).message()) == CELLS + 100
 
 
 def searched(own, places, per_side):
@@ -173,10 +172,9 @@ def test_a_task_on_a_border_is_in_one_cell(x, y, walled, cell):
 
 def test_feasible_takes_the_whole_map():
     own = robot_of(cell=10.0)
-    own.merge(message_of({(0, 0): 20, (1, 0): 0, (0, 1): 0}, own), 3)
-    assert look(own, 5.0, 5.0) == -1
-    own.merge(message_of({(1, 1): 0}, own), 3)
-    assert look(own, 5.0, 5.0) == 1
+    for cells, said in (({(0, 0): 20, (1, 0): 0, (0, 1): 0}, -1), ({(1, 1): 0}, 1)):
+        own.merge(message_of(cells, own), 3)
+        assert look(own, 5.0, 5.0) == said
 
 
 @pytest.mark.parametrize(("more", "declared"), [(0, -1), (1, 0)])
@@ -189,10 +187,9 @@ def test_infeasible_counts_the_known_cells_and_the_tasks_seen_in_others(more, de
 
 def test_a_task_seen_in_a_cell_that_is_known_counts_once():
     own = robot_of(robots=2)
-    own.merge(message_of({(7, 5): 2}, own), 3)
-    assert look(own, 6.0, 5.0, task(1, 7.8, 5.0), task(2, 7.9, 5.0)) == -1
-    own.merge(message_of({(7, 5): 2}, own), 4)
-    assert look(own, 6.0, 5.0, task(1, 7.8, 5.0)) == -1
+    for sender, things in ((3, [task(1, 7.8, 5.0), task(2, 7.9, 5.0)]), (4, [task(1, 7.8, 5.0)])):
+        own.merge(message_of({(7, 5): 2}, own), sender)
+        assert look(own, 6.0, 5.0, *things) == -1
 
 
 def test_a_known_cell_stays_known():
@@ -200,8 +197,7 @@ def test_a_known_cell_stays_known():
     own.merge(message_of({(1, 1): 3}, own), 3)
     own.merge(message_of({(1, 1): 5, (2, 1): 1}, own), 4)
     look(own, 1.5, 1.5)
-    assert values(own)[1, 1] == 3
-    assert values(own)[2, 1] == 1
+    assert (values(own)[1, 1], values(own)[2, 1]) == (3, 1)
 
 
 def test_a_robot_that_is_sure_sends_its_verdict_and_others_adopt_it():
@@ -239,22 +235,23 @@ def test_rows_are_sent_in_turn(rows, firsts):
 # --- Bits ---
 
 
-def test_bits_of_a_sure_robot_and_most_bits_of_rows():
+FIRST = {(c, 0): 0 for c in range(10)}
+LACKING = {**{(c, 0): 0 for c in range(9)}, (0, 0): 5}
+FOUR = {(c, r): int(r < 2) for c in range(10) for r in range(4) if (c, r) != (9, 3)}
+LENGTHS = [  # parameters, cells, verdict; bits: id, verdict, row, whether whole, cells, values
+    ({"cell": 2.0}, {}, FEASIBLE, 5 + 2),
+    ({"cell": 1.25, "rows": 1.0}, {}, UNSURE, 5 + 1 + 4 + 1 + 16),  # sixteen rows, told apart by four bits
+    ({"cell": 2.0, "rows": 1.0}, FIRST, UNSURE, 5 + 1 + 4 + 1 + 10),
+    ({"cell": 2.0, "rows": 1.0}, LACKING, UNSURE, 5 + 1 + 4 + 1 + 10 + 9 + 5),
+    ({"cell": 2.0, "rows": 4.0}, FOUR, UNSURE, 5 + 1 + 4 + 1 + 40 + 39 + 20),
+]
+
+
+@pytest.mark.parametrize(("parameters", "cells", "verdict", "bits"), LENGTHS)
+def test_a_message_costs_what_it_takes_to_write(parameters, cells, verdict, bits):
     """One row of cells of 2 takes at most 34 bits with 5 tasks in it, four rows at most 110 with 20."""
-    own = robot_of(cell=2.0)
-    assert own.bits(message_of({}, own, FEASIBLE)) == 5 + 2
-    row = robot_of(cell=1.25, rows=1.0)  # sixteen rows, told apart by four bits
-    assert row.bits(message_of({}, row)) == 5 + 1 + 4 + 1 + 16
-    row = robot_of(cell=2.0, rows=1.0)
-    most = {(c, 0): 0 for c in range(10)}
-    assert row.bits(message_of(most, row)) == 5 + 1 + 4 + 1 + 10
-    most[0, 0] = 5
-    del most[9, 0]
-    assert row.bits(message_of(most, row)) == 5 + 1 + 4 + 1 + 10 + 9 + 5
-    four = robot_of(cell=2.0, rows=4.0)
-    most = {(c, r): int(r < 2) for c in range(10) for r in range(4)}
-    del most[9, 3]
-    assert four.bits(message_of(most, four)) == 5 + 1 + 4 + 1 + 40 + 39 + 20
+    own = robot_of(**parameters)
+    assert own.bits(message_of(cells, own, verdict)) == bits
 
 
 # --- Byzantine robots ---
@@ -290,25 +287,21 @@ def test_one_liar_makes_a_robot_wrong_that_tolerates_none():
         assert look(own, 5.0, 5.0) == feasible
 
 
-@pytest.mark.parametrize("f", [1, 2, 3])
-def test_a_value_is_adopted_from_more_than_f_different_neighbours(f):
+TOLD = [  # f; values of one cell that neighbours send in turn, by sender; and what is adopted
+    *((f, [*(2 * [*((each, 2) for each in range(1, f + 1))]), (8, 3)], None) for f in (1, 2, 3)),
+    *((f, [*((each, 2) for each in range(1, f + 1)), (8, 3), (9, 2)], 2) for f in (1, 2, 3)),
+    (2, [(s, v) for v in (1, 2, 3) for s in (1, 2)] + [(5, 1), (6, 2)], None),  # only the latest of each
+    (2, [(s, v) for v in (1, 2, 3) for s in (1, 2)] + [(5, 1), (6, 2), (6, 3)], 3),
+]
+
+
+@pytest.mark.parametrize(("f", "told", "value"), TOLD)
+def test_a_value_is_adopted_once_more_than_f_neighbours_say_the_same_last(f, told, value):
     own = robot_of(cell=10.0, tolerates=float(f))
-    cell = {(1, 0): 2}
-    for _ in range(2 * f):
-        for sender in range(1, f + 1):
-            own.merge(message_of(cell, own), sender)
-    own.merge(message_of({(1, 0): 3}, own), 8)
-    assert values(own) == {}
-    own.merge(message_of(cell, own), 9)
-    assert values(own) == {(1, 0): 2}
-    assert own.counted() == ([20], [2])
-
-
-def test_values_of_rows_are_those_of_their_cells():
-    own = robot_of(cell=2.0, rows=3.0, tolerates=1.0)
-    for sender in (4, 5):
-        own.merge(message_of({(2, 1): 1}, own, row=5), sender)
-    assert values(own) == {(2, 6): 1}
+    for sender, each in told:
+        own.merge(message_of({(1, 0): each}, own), sender)
+    assert values(own) == ({} if value is None else {(1, 0): value})
+    assert own.counted() == ([20], [value or 0])
 
 
 @pytest.mark.parametrize(("tolerates", "needed"), [(-3.0, 1), (0.9, 1), (1.5, 2), (7.0, 8), (1e300, 99)])
@@ -321,24 +314,11 @@ def test_a_number_of_tolerated_robots_that_is_not_whole_or_not_possible(tolerate
     assert adopted == [sender >= needed for sender in range(1, 20)]
 
 
-def test_only_the_latest_value_of_a_neighbour_counts():
-    own = robot_of(cell=10.0, tolerates=2.0)
-    for value in (1, 2, 3):
-        for sender in (1, 2):
-            own.merge(message_of({(0, 1): value}, own), sender)
-    own.merge(message_of({(0, 1): 1}, own), 5)
-    own.merge(message_of({(0, 1): 2}, own), 6)
-    assert values(own) == {}
-    own.merge(message_of({(0, 1): 3}, own), 6)
-    assert values(own) == {(0, 1): 3}
-
-
 def test_a_verdict_is_adopted_from_more_than_f_different_neighbours():
     own = robot_of(cell=10.0, tolerates=1.0)
-    own.merge(message_of({}, own, FEASIBLE), 4)
-    own.merge(message_of({}, own, FEASIBLE), 4)
-    own.merge(message_of({}, own, INFEASIBLE), 5)
-    assert look(own, 5.0, 5.0) == -1
+    for sender, verdict in ((4, FEASIBLE), (4, FEASIBLE), (5, INFEASIBLE)):
+        own.merge(message_of({}, own, verdict), sender)
+        assert look(own, 5.0, 5.0) == -1
     own.merge(message_of({}, own, INFEASIBLE), 4)
     assert look(own, 5.0, 5.0) == 0
 

@@ -11,7 +11,7 @@ from functools import partial
 import pytest
 from minds import declared, knowing
 
-from feasibee import Scenario, ScenarioError
+from feasibee import Scenario
 from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -55,15 +55,29 @@ def test_the_quiet_time_is_c_over_the_rate_of_finding_a_task():
     assert steps_for(10.0, 20, setting._replace(speed=0.0)) == steps_for(math.inf, 20, setting) == NEVER
 
 
-@pytest.mark.parametrize(
-    ("strategy", "boundary"), [("quiet-census", "torus"), ("quiet-census", "walls"), ("turns", "torus")]
-)
-def test_robots_wait_long_enough_in_long_arenas(strategy, boundary):
-    """With the quiet time of a square arena, 0.25, 0.71 and 0.06 of these swarms are wrong."""
-    world = {"arena.side": [100, 4], "arena.boundary": boundary, "robots.know_count": True}
-    changes = {"decision.strategy": strategy, "tasks.count": 21, "run.steps": 500}
-    record = simulate_record(Scenario().replace(world | changes), Runs(100, 5))
-    assert (record.declared_feasible == 0).all()
+LONG = {"arena.side": [100, 4], "run.steps": 500}
+CHARGING = {"robots.work": 300, "robots.charge": 100}
+ENDS = {"run.stop_at_declarations": True}
+WORLDS = [  # strategy, world, runs, seed, how many may be wrong; share wrong without the longer time
+    ("quiet-census", LONG, 100, 5, 0),  # 0.25
+    ("quiet-census", {**LONG, "arena.boundary": "walls"}, 100, 5, 0),  # 0.71
+    ("turns", LONG, 100, 5, 0),  # 0.06
+    ("quiet-census", {**CHARGING, **ENDS, "robots.know_count": False}, 60, 4, 0),  # 0.5
+    ("turns", {**CHARGING, **ENDS}, 60, 4, 0),  # 0.5
+    ("quiet-census", {"radio.delay": 100, "run.steps": 600, **ENDS}, 300, 5, 2),  # 0.07
+    pytest.param(
+        *("quiet-census", {"sensing.view": 60.0, "run.steps": 1500, **ENDS}, 400, 5, 4),
+        marks=pytest.mark.slow,
+    ),
+]
+
+
+@pytest.mark.parametrize(("strategy", "changes", "runs", "seed", "wrong"), WORLDS)
+def test_robots_wait_long_enough_for_one_task_too_many(strategy, changes, runs, seed, wrong):
+    """In long arenas, with batteries, late messages and a narrow view."""
+    world = {"decision.strategy": strategy, "robots.know_count": True, "tasks.count": 21, **changes}
+    record = simulate_record(Scenario().replace(world), Runs(runs, seed))
+    assert (record.declared_feasible > 0).sum() <= wrong
 
 
 def test_swarms_in_a_hurry_declare_sooner_and_rightly():
@@ -137,14 +151,14 @@ def test_without_n_a_lie_for_feasible_is_robots(colluding, robots_told):
 @pytest.mark.parametrize(
     ("name", "parameters", "steps"), [("quiet-census", {}, 350), ("turns", {"names": 6.0}, 450)]
 )
-@pytest.mark.parametrize(("f", "ok"), [(0, 0), (1, 1)])
-def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(name, parameters, steps, f, ok):
-    changes = {"decision.strategy": name, "decision.parameters": {**parameters, "tolerates": float(f)}}
+@pytest.mark.parametrize("tolerates", [0, 1])
+def test_one_colluding_robot_makes_twenty_wrong_unless_one_is_tolerated(name, parameters, steps, tolerates):
+    changes = {"decision.strategy": name, "decision.parameters": {**parameters, "tolerates": tolerates}}
     liar = {"faults.byzantine": 0.05, "faults.byzantine_says": "colluding"}
     scenario = Scenario().replace({**changes, **liar, "robots.know_count": True, "run.steps": steps})
     record = simulate_record(scenario, Runs(20, 1))
-    assert ((record.declared_feasible == 19) == ok).all()
-    assert ((record.declared_infeasible == 19) != ok).all()
+    assert (record.declared_feasible == 19 * tolerates).all()
+    assert (record.declared_infeasible == 19 * (1 - tolerates)).all()
 
 
 # --- Messages and scenarios ---
@@ -163,20 +177,11 @@ def test_a_message_costs_its_names():
 
 
 def test_a_robot_is_not_silent_and_has_no_opinion_until_it_is_sure():
-    scenario = Scenario().replace(
-        {"decision.strategy": "quiet-census", "decision.parameters": {"quiet": 50.0}, "run.steps": 200}
-    )
-    record = simulate_record(scenario, Runs(5, 1), curves=True)
-    assert (record.feasible_count + record.infeasible_count)[:, :50].max() == 0
-    assert (record.feasible_count + record.infeasible_count)[:, -1].min() == 20
+    quiet = {"decision.strategy": "quiet-census", "decision.parameters": {"quiet": 50.0}, "run.steps": 200}
+    record = simulate_record(Scenario().replace(quiet), Runs(5, 1), curves=True)
+    held = record.feasible_count + record.infeasible_count
+    assert (held[:, :50].max(), held[:, -1].min()) == (0, 20)
     assert (record.bits_sent > 100 * 20 * 200).all()
-
-
-@pytest.mark.parametrize(("name", "known"), [("quiet-census", False), ("turns", True)])
-def test_strategies_that_compare_two_numbers_refuse_classes(name, known):
-    robots = {"know_count": known, "classes": [{"name": "a", "count": 3, "skills": ["x"]}]}
-    with pytest.raises(ScenarioError, match=rf"robots\.classes = '1 classes': {name} compares one number"):
-        Scenario(decision={"strategy": name}, robots=robots)
 
 
 def named(*names, name_bits=20):
@@ -187,11 +192,11 @@ def named(*names, name_bits=20):
 # --- Turns: Bits ---
 
 
-def test_a_message_of_names_in_turn_has_one_length():
-    for names, length in ((0.0, 6), (1.0, 26), (3.0, 66), (6.0, 126)):
-        own = turning(names=names)
-        assert own.bits(own.message()) == length
-        own.observe(named(3, 4, 5, 6))
+@pytest.mark.parametrize(("names", "length"), [(0.0, 6), (1.0, 26), (3.0, 66), (6.0, 126)])
+def test_a_message_of_names_in_turn_has_one_length(names, length):
+    own = turning(names=names)
+    for seen in ((), named(3, 4, 5, 6)):
+        own.observe(seen)
         assert own.bits(own.message()) == length
     assert turning(names=3.0, name_bits=19.0).bits((0, 0, 0, 0)) == 63
 

@@ -26,14 +26,47 @@ def robot(number):
 # --- What is known, and for how long ---
 
 
-def test_a_robot_counts_itself_and_what_it_sees():
-    own = robot_of()
-    assert step(own) == 1
-    assert counted(own) == (1, 0)
-    assert step(own, robot(3), robot(4), task(0), task(1)) == 1
-    assert counted(own) == (3, 2)
-    assert step(own, task(0), task(1), task(2, 5.0, 5.5), task(3, 4.0, 5.0)) == 0
-    assert counted(own) == (3, 4)
+NEAR, CORNER = task(0), {"place": (19.5, 0.5)}
+SEEN = {  # parameters; what is in sight in each step, and what is counted after it: robots and tasks
+    "itself and what it sees": (
+        {},
+        [
+            ([], (1, 0)),
+            ([robot(3), robot(4), task(0), task(1)], (3, 2)),
+            ([task(0), task(1), task(2, 5.0, 5.5), task(3, 4.0, 5.0)], (3, 4)),
+        ],
+    ),
+    "a task is absent after one look in vain, and there again": (
+        *({}, [([NEAR], (1, 1)), ([], (1, 0)), ([NEAR], (1, 1))]),
+    ),
+    "or after three in a row": (
+        {"looks": 3.0},
+        [*(2 * [([NEAR], (1, 1)), ([], (1, 1)), ([], (1, 1))]), ([], (1, 0))],
+    ),
+    "sight goes round a torus": (CORNER, [([task(0, 0.5, 19.5)], (1, 1)), ([], (1, 0))]),
+    "but not through walls": ({**CORNER, "walled": True}, [([task(0, 0.5, 19.5)], (1, 1)), ([], (1, 1))]),
+    **{
+        f"at {place} a robot is {'sure' if absent else 'not sure'} of absence": (
+            *({"walled": walled}, [([task(0, *place)], (1, 1)), ([], (1, 1 - absent))]),
+        )
+        for place, walled, absent in [
+            ((5.0, 6.8), False, True),
+            ((5.0, 6.95), False, False),  # so near the end of its sight
+            ((5.0, 7.5), False, False),
+            ((19.0, 0.5), False, False),
+            ((0.2, 5.0), True, False),
+        ]
+    },
+}
+
+
+@pytest.mark.parametrize("case", SEEN)
+def test_a_robot_counts_what_it_has_seen_and_not_missed(case):
+    parameters, steps = SEEN[case]
+    own = robot_of(**parameters)
+    for things, expected in steps:
+        assert step(own, *things) == (expected[0] >= expected[1])
+        assert counted(own) == expected
 
 
 def test_what_was_given_up_stays_so_when_robots_leave_and_timeouts_grow():
@@ -75,19 +108,6 @@ def entry_of(own, number):
     return None if word == 0 else ((word - 1) // 2, word % 2 == 1)
 
 
-@pytest.mark.parametrize("looks", [1, 3])
-def test_a_task_is_absent_after_so_many_looks_in_vain_in_a_row(looks):
-    own = knowing("roster", looks=looks, knows_count=False)
-    step(own, task(0))
-    for _ in range(looks - 1):
-        step(own)
-    step(own, task(0))
-    for _ in range(looks):
-        assert counted(own) == (1, 1)
-        step(own)
-    assert counted(own) == (1, 0)
-
-
 def test_looks_in_vain_begin_anew_after_a_tombstone():
     own = robot_of(step=100, looks=2.0)
     step(own, task(0))
@@ -101,47 +121,12 @@ def test_looks_in_vain_begin_anew_after_a_tombstone():
     assert counted(own)[1] == 0
 
 
-@pytest.mark.parametrize(
-    ("x", "y", "walled", "absent"),
-    [
-        (5.0, 6.8, False, True),
-        (5.0, 6.95, False, False),  # so near the end of its sight the robot is not sure
-        (5.0, 7.5, False, False),
-        (19.0, 0.5, False, False),
-        (0.2, 5.0, True, False),
-    ],
-)
-def test_absence_is_certain_well_within_sight_only(x, y, walled, absent):
-    own = robot_of(walled=walled)
-    own.observe([task(0, x, y)])
-    own.judge()
-    own.end_step(explores=True)
-    assert step(own) == 1
-    assert counted(own) == (1, 0 if absent else 1)
-
-
-@pytest.mark.parametrize(("walled", "left"), [(False, 0), (True, 1)])
-def test_sight_goes_round_a_torus(walled, left):
-    own = robot_of(place=(19.5, 0.5), walled=walled)
-    step(own, task(0, 0.5, 19.5))
-    step(own)
-    assert counted(own) == (1, left)
-
-
 def test_a_tombstone_is_no_new_report_at_each_look():
     own = robot_of(task_timeout=50.0)
     step(own, task(0))
     for age in range(1, 52):
         step(own)  # the first one finds the task absent
         assert entry_of(own, 0) == ((age, False) if age <= 50 else None)
-
-
-def test_a_task_that_comes_back_is_there_again():
-    own = robot_of()
-    step(own, task(0))
-    step(own)
-    step(own, task(0))
-    assert (counted(own), entry_of(own, 0)) == ((1, 1), (1, True))
 
 
 # --- Messages ---

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 from minds import knowing
@@ -15,10 +13,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES, bayes
 from feasibee.strategies.contract import Inbox, Mind, Thing, sent
-
-Z = 5.3  # two-sided alpha of 1.2e-7
-
-GENERATOR_SEED = 4
+from tests.shares import assert_share
 
 
 def mind(opinion=1, feasible_quality=0.5, memory=(), parameters=(), own_vote=1):
@@ -245,38 +240,26 @@ def test_one_colluder_of_twenty_makes_the_old_strategies_wrong(strategy, tasks):
 RUNS = 1000
 
 
-def right_by(step, strategy, tasks, **changes):
-    """Return the share of runs in which more than 90 % hold the right opinion at a step."""
-    scenario = Scenario().replace(
-        {"decision.strategy": strategy, "tasks.count": tasks, "run.steps": step, **changes}
-    )
-    record = simulate_record(scenario, Runs(RUNS, 1), curves=True)
-    right = record.feasible_count if tasks <= 20 else record.infeasible_count
-    return (right[:, step] > 18).mean()
+def record_of(strategy, tasks, seed=1, **changes):
+    """Return the record of 1,000 runs with curves."""
+    scenario = Scenario().replace({"decision.strategy": strategy, "tasks.count": tasks, **changes})
+    return simulate_record(scenario, Runs(RUNS, seed), curves=True)
+
+
+TARGETS = [("census", 20, 0.99), ("census", 21, 0.99)]
+TARGETS += [(name, tasks, 0.95) for name in ("tally", "estimate") for tasks in (16, 25)]
 
 
 @pytest.mark.quick(2)
-@pytest.mark.parametrize(
-    ("strategy", "tasks", "target"),
-    [
-        ("census", 20, 0.99),
-        ("census", 21, 0.99),
-        ("tally", 16, 0.95),
-        ("tally", 25, 0.95),
-        ("estimate", 16, 0.95),
-        ("estimate", 25, 0.95),
-    ],
-)
-def test_the_targets_of_accuracy_by_step_300(strategy, tasks, target):
-    assert right_by(300, strategy, tasks) >= target
+@pytest.mark.parametrize(("strategy", "tasks", "target"), TARGETS)
+def test_more_than_90_percent_are_right_by_step_300(strategy, tasks, target):
+    record = record_of(strategy, tasks, **{"run.steps": 300})
+    right = record.feasible_count if tasks <= 20 else record.infeasible_count
+    assert (right[:, 300] > 18).mean() >= target
 
 
 def test_dmvd_decides_rightly_at_ratio_two():
-    record = simulate_record(
-        Scenario().replace({"decision.strategy": "dmvd", "tasks.count": 10, "run.stop_at_decision": True}),
-        Runs(RUNS, 1),
-    )
-    assert (record.decision == 1).mean() >= 0.97
+    assert (record_of("dmvd", 10, **{"run.stop_at_decision": True}).decision == 1).mean() >= 0.97
 
 
 @pytest.mark.quick(1)
@@ -284,8 +267,7 @@ def test_dmvd_decides_rightly_at_ratio_two():
 @pytest.mark.parametrize("tasks", [2, 200])
 def test_the_baselines_know_nothing_of_the_tasks(strategy, tasks):
     """Catches a share of feasible off one half by 0.085; at 2 and 200 tasks dmmd's is 0.95 and 0.02."""
-    scenario = Scenario().replace({"decision.strategy": strategy, "tasks.count": tasks})
-    decided = simulate_record(scenario, Runs(RUNS, 2)).decision
+    decided = record_of(strategy, tasks, seed=2).decision
     decided = decided[decided >= 0]
     assert decided.size > 0.9 * RUNS
-    assert abs((decided == 1).mean() - 0.5) < Z * 0.5 / math.sqrt(decided.size)
+    assert_share(decided == 1, 0.5)

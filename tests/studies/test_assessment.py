@@ -15,16 +15,15 @@ from feasibee import FeasibeeError, Scenario
 from feasibee.cli import main
 from feasibee.results.calibration import OWN
 from feasibee.results.measures import declarations
-from feasibee.results.statistics import Interval, paired_difference, plain
+from feasibee.results.statistics import Interval, in_percent, plain
 from feasibee.scenario.feasibility import Piece, Verdict, Violator
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import assess, changes_of, faults_of
-from feasibee.studies.comparison import compare, percent, wait_for
-from feasibee.studies.needs import Asked, suitable, waiting_in_words
-from feasibee.studies.pages import write_report
-from feasibee.studies.race import MARGIN
-from feasibee.studies.report import Trial, sections
+from feasibee.studies.comparison import compare, wait_for
+from feasibee.studies.files import write_report
+from feasibee.studies.needs import suitable, untested_in_words
+from feasibee.studies.report import MARGIN, Trial, in_points, sections
 from feasibee.studies.space import Dimension, dimension
 from tests.places import rectangle
 
@@ -45,6 +44,11 @@ def text_of(assessment):
     return "\n".join(line for lines in sections(assessment).values() for line in lines)
 
 
+def column(assessment, place=1):
+    """Return a column of an assessment's table: the first one is of the swarm as it is."""
+    return {row[0]: row[place] for row in assessment.table[1]}
+
+
 def test_an_assessment_is_of_the_same_runs_as_a_comparison(assessment):
     (outcome,) = compare({"as it is": SHORT}, (), 30, 2)
     np.testing.assert_array_equal(assessment.outcome.right, outcome.right)
@@ -60,9 +64,10 @@ def test_declarations_are_assessed(tmp_path):
     told = found.to_dict()
     assert told["declared"] == plain(expected)
     assert {each["name"]: each["declared"] for each in told["strategies"]}["dmmd"] is None
-    text = text_of(found)
-    assert f"By their own word, {percent(expected.ok)} are right" in text
-    assert f"By step {expected.step_90.p95}, 95 % of the swarms have declared." in text
+    cells = column(found)
+    assert cells["declared rightly"] == in_percent(expected.ok)
+    assert cells["a robot declared wrongly"] == in_percent(expected.wrong)
+    assert cells["95 % have declared"] == f"by step {expected.step_90.p95}"
 
 
 @pytest.mark.parametrize(
@@ -83,7 +88,7 @@ def test_quiet_times_beyond_tested_worlds_are_warned_of(changes, outside):
     """They are computed in `quiet-census`; a given one is its user's, and `map` has none."""
     own = {"decision.strategy": "quiet-census", "robots.know_count": True, "run.steps": 5}
     scenario = Scenario().replace({**own, **changes})
-    warnings = waiting_in_words(scenario)
+    warnings = untested_in_words(scenario)
     assert len(warnings) == (outside is not None)
     assert outside is None or f"({outside})" in warnings[0]
 
@@ -104,7 +109,7 @@ def test_other_strategies_are_tried_best_first(assessment):
 
 @pytest.mark.slow
 def test_what_looks_better_is_also_tried_where_the_truth_is_the_other(tmp_path):
-    """A swarm that always says feasible is always right here, and never there: it isn't named."""
+    """A swarm that always says feasible is always right here, and never there, which is said."""
     rule = tmp_path / "yes.py"
     rule.write_text("def decide(mind, inbox):\n    return 1\n")
     found = assess(SHORT, runs=30, seed=2)
@@ -116,13 +121,11 @@ def test_what_looks_better_is_also_tried_where_the_truth_is_the_other(tmp_path):
     here, there = compare({"yes": yes}, (8, 50), 30, 2)
     assert here.right.all()
     assert not there.right.any()
-    trial = Trial(here, paired_difference(here.right, found.outcome.right), there)
-    assert trial.difference.low > 0
-    with_yes = replace(found, strategies=[trial, *found.strategies])
-    assert [each.outcome.contender for each in with_yes.better] == [
-        each.outcome.contender for each in found.better
-    ]
-    assert "With 50 tasks, where the truth is the opposite, " in text_of(found)
+    trial = Trial(yes, here, there, Interval(0.5, 0.4, 0.6))
+    assert replace(trial, opposite=None).helps(0.8)
+    assert not trial.helps(0.8)
+    assert "; 0 % (0 to 11) right with 50 tasks." in text_of(replace(found, strategies=[trial]))
+    assert "With 50 tasks (infeasible), right in " in text_of(found)
     assert found.to_dict()["opposite"]["tasks"] == 50
 
 
@@ -137,12 +140,12 @@ def test_how_long_to_wait_is_until_the_last_lapse(assessment):
 
 def test_words_json_and_a_page_that_begin_with_the_verdict(assessment, tmp_path):
     title, lines = next(iter(sections(assessment).items()))
-    assert title == "Verdict"
-    assert lines[0].startswith("■ Not ready: ")
+    assert title == "Answer"
+    assert lines[0].startswith("■ Not ready: right in ")
     assert assessment.to_dict()["verdict"]["colour"] == "red"
     text = text_of(assessment)
     assert assessment.to_dict()["declared"] is None
-    assert "own word" not in text
+    assert "declared rightly" not in column(assessment)
     assert "The tasks are feasible: each task can have its own robots, and 12 robots are left over." in text
     assert json.loads(json.dumps(assessment.to_dict()))["runs"] == 30
     write_report(assessment, tmp_path / "page.html", "feasibee assess mine.toml")
@@ -153,6 +156,7 @@ def test_words_json_and_a_page_that_begin_with_the_verdict(assessment, tmp_path)
     assert page.count("data:image/png;base64,") == 4
     assert page.count('<th scope="col">right with 50 tasks</th>') == 1
     assert page.count("<img ") == page.count('<img alt="Share of ')
+    assert page.index("What to do") < page.index("bits per robot-step") < page.index("<img ")
     assert "30 simulated runs of the swarm, seed 2. Shares have" in page
     assert "http" not in page  # one page by itself
 
@@ -160,9 +164,10 @@ def test_words_json_and_a_page_that_begin_with_the_verdict(assessment, tmp_path)
 @pytest.mark.slow
 def test_words_fit_a_narrow_terminal(monkeypatch):
     monkeypatch.setenv("COLUMNS", "40")
-    told = CliRunner().invoke(main, ["assess", "--runs", "5", "--steps", "20"]).stdout
+    told = CliRunner().invoke(main, ["assess", "--runs", "5", "--steps", "20", "--details"]).stdout
     assert "\u00a0" not in told
     assert max(map(len, told.splitlines())) <= 40
+    assert "The tasks are feasible" in told
     assert not any(line.lstrip().startswith("%") for line in told.splitlines())
 
 
@@ -171,8 +176,8 @@ def test_the_command_takes_short_options():
         main, ["assess", "--robots", "5", "--tasks", "6", "--arena", "8", "--steps", "20", "--runs", "3"]
     )
     assert done.exit_code == 0, done.output
-    assert done.stdout.startswith("Verdict\n  ")
-    assert "The tasks are infeasible: they need 6 robots, and there are 5." in done.stdout
+    assert "ready: right in" in " ".join(done.stdout.split())
+    assert "What to expect" not in done.stdout
 
 
 def test_ranges_are_read_and_checked():
@@ -216,14 +221,14 @@ def judged(assessment, here, there, target):
     """Return the verdict on swarms that are right with these shares, here and at the opposite truth."""
 
     def having(outcome, share):
-        return replace(outcome, right=np.arange(1000) < 1000 * share)
+        return replace(outcome, right=np.arange(1000) < 1000 * share, agreed=np.ones(1000, bool))
 
     return replace(
         assessment,
         target=target,
         outcome=having(assessment.outcome, here),
         opposite=having(assessment.opposite, there),
-    ).verdict
+    )
 
 
 @pytest.mark.parametrize(
@@ -238,8 +243,9 @@ def judged(assessment, here, there, target):
     ],
 )
 def test_the_verdict_is_on_the_worse_of_two_worlds(assessment, here, there, level, tasks):
-    verdict = judged(assessment, here, there, 0.95)
-    assert (verdict.level, verdict.tasks) == (level, tasks)
+    found = judged(assessment, here, there, 0.95)
+    verdict = found.to_dict()["verdict"]
+    assert (found.level, verdict["level"], verdict["tasks"]) == (level, level, tasks)
 
 
 def test_an_assessment_says_what_its_probability_is(assessment):
@@ -261,6 +267,16 @@ def test_robots_are_among_the_changes(assessment):
     mixed = {"classes": [{"name": "arm", "count": 5, "skills": ["lift"]}]}
     tasks = {"classes": [{"name": "carry", "count": 3, "needs": {"lift": 1}}]}
     assert not any("robots instead" in name for name in changes_of(Scenario(robots=mixed, tasks=tasks)))
+
+
+def test_classes_of_robots_have_neither_sizes_nor_an_opposite_truth(monkeypatch):
+    monkeypatch.setattr("feasibee.studies.assess.LEAST_RUNS", 60)
+    mixed = {"classes": [{"name": "arm", "count": 5, "skills": ["lift"]}]}
+    tasks = {"classes": [{"name": "carry", "count": 3, "needs": {"lift": 1}}]}
+    found = assess(Scenario(robots=mixed, tasks=tasks, arena={"side": 6.0}, run={"steps": 40}), 20, right=0.4)
+    assert found.recommended is not None
+    assert (found.opposite, found.sizing, found.recommended_band) == (None, None, None)
+    assert next(iter(column(found))) == "right"
 
 
 def test_errors_that_a_scenario_has_are_among_the_changes():
@@ -285,41 +301,45 @@ def test_a_strategy_that_can_tolerate_a_liar_is_also_tried_with_that():
 
 
 def test_what_is_asked_of_robots_is_said(assessment):
-    asked = Asked(Scenario(decision={"strategy": "census"}))
-    text = text_of(replace(assessment, recommended=None, asked=asked))
-    assert "dmmd: all robots must have the same name for a task" in text
-    assert "every robot must have an id that is never misread" in text
-    assert "bytes of memory" in text
-
-
-def test_a_bias_is_explained(assessment, monkeypatch):
-    """Robots that count what they see do not see themselves: n tasks look like one too many."""
-    sides = Interval(0.01, 0.0, 0.02), Interval(0.9, 0.8, 1.0)
-    monkeypatch.setattr("feasibee.studies.report._sides", lambda band, robots: sides)
-    *_, shares, why = sections(assessment)["How many robots, for how many tasks"]
-    assert shares == "With 20 tasks 1.0 % (0.0 to 2.0) are right, with 21 tasks 90.0 % (80.0 to 100.0)."
-    assert why.startswith("The swarm leans to infeasible around 20 tasks. Robots don't see themselves")
-    counting = replace(assessment, scenario=SHORT.replace({"sensing.count_self": True}))
-    *_, why = sections(counting)["How many robots, for how many tasks"]
-    assert why == "The swarm leans to infeasible around 20 tasks."
-    sides = sides[::-1]
-    *_, why = sections(assessment)["How many robots, for how many tasks"]
-    assert why == "The swarm leans to feasible around 20 tasks."
+    census = SHORT.replace({"decision.strategy": "census"})
+    cells = column(replace(assessment, scenario=census))
+    assert cells["robots need"] == "names of tasks,\nids that are never misread"
+    assert column(assessment)["robots need"] == "nothing"
+    asked = assessment.to_dict()["asked"]
+    assert column(assessment)["longest message, bits"] == str(asked["message_bits"])
+    assert column(assessment)["memory of a robot, bytes"] == str(-(-asked["memory_bits"] // 8))
 
 
 @pytest.mark.parametrize(
-    ("shown", "words"),
+    ("shown", "none"),
     [
-        (Interval(0.0, -0.02, 0.03), "as without it (within 5 points)."),
-        (Interval(0.0, -0.06, 0.06), "+0.0 points (-6.0 to +6.0), which may be chance."),
-        (Interval(0.16, 0.056, 0.258), "+16.0 points (+5.6 to +25.8)."),
-        (Interval(0.02, 0.01, MARGIN), "as without it (within 5 points)."),
+        (Interval(0.0, -0.02, 0.03), True),
+        (Interval(0.0, -0.06, 0.06), False),
+        (Interval(0.16, 0.056, 0.258), False),
+        (Interval(0.02, 0.01, MARGIN), True),
     ],
 )
-def test_a_difference_is_called_none_only_if_it_is_shown_to_be_small(assessment, shown, words):
-    found = replace(assessment, faults=[replace(assessment.faults[0], difference=shown)])
-    (line,) = sections(found)["If something fails"]
-    assert line.endswith(f"are right, {words}")
+def test_a_difference_is_called_none_only_if_it_is_shown_to_be_small(assessment, shown, none):
+    fault = replace(assessment.faults[0], difference=shown)
+    cell = column(replace(assessment, faults=[fault]), -1)[fault.outcome.contender]
+    assert cell == ("as without it" if none else in_percent(fault.outcome.judged))
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [
+        (Interval(0.507, 0.459, 0.556), "51 % (46 to 56)"),
+        (Interval(0.95, 0.8, 0.997), "95 % (80 to 99.7)"),
+        (Interval(0.002, 0.0, 0.31), "0.2 % (0 to 31)"),
+        (Interval(1.0, 0.99, 1.0), "100 % (99 to 100)"),
+    ],
+)
+def test_shares_are_said_as_people_do(share, words):
+    assert in_percent(share) == words
+
+
+def test_differences_are_said_with_their_signs():
+    assert in_points(Interval(0.507, -0.004, 0.556)) == "+51 points (-0.4 to +56)"
 
 
 def test_the_piece_of_a_place_that_lacks_robots_is_named(assessment):

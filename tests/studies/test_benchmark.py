@@ -11,15 +11,15 @@ import pytest
 from commands import invoke
 
 from feasibee import simulate, truth
-from feasibee.errors import FeasibeeError
-from feasibee.model.codes import MODEL_VERSION
+from feasibee.base.codes import MODEL_VERSION
+from feasibee.base.errors import FeasibeeError
 from feasibee.results.statistics import declare_times
 from feasibee.scenario.runs import Runs
+from feasibee.simulation.sweep import Rounds
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.benchmark import Card, Contender, Row, again, benchmark, board, designs_of, rows_of
-from feasibee.studies.board import gaps, in_words, standings, write_board
+from feasibee.studies.board import behind, gaps, in_words, standings, write_board
 from feasibee.studies.suite import SIDES, Suite
-from feasibee.sweeps.sweep import Rounds
 
 FROZEN = "784bb0a19e6de2c07bbb768cee8c03efbc505c1ee4871481a7d5fbf11cd4a73f"
 """SHA-256 of the first suite. Never change it: make a second suite."""
@@ -213,9 +213,10 @@ def test_contenders_rank_within_their_class(small):
     group = classes["nothing"]
     assert gaps(group, "c") == [("change", pytest.approx(0.2), "b", 0.5)]
     assert gaps(group, "b") == [("near", 0.5, "c", pytest.approx(0.6))]
-    place, behind = in_words(classes, ["c"])
-    assert place.startswith("c: number 2 of 2 that are given nothing; right in 40.0 %")
-    assert behind == "c: furthest behind in change (20 %, b 50 %)."
+    (place,) = in_words(classes, ["c"])
+    assert place.startswith("c is number 2 of 2 that are given nothing: right in 40 % of the runs (")
+    assert [*behind(classes, ["c"])] == ["c is furthest behind in change (20 %, b 50 %)."]
+    assert [line.split()[0] for line in in_words(classes, ())] == ["a", "b"]
 
 
 def test_intervals_are_wide_enough(small):
@@ -255,18 +256,18 @@ def test_the_command_writes_a_page_and_a_card_that_reproduce_checks(small, mine,
     monkeypatch.setattr("feasibee.studies.benchmark.board", lambda: benchmark(["tally", "dmmd"], runs=4))
     out = tmp_path / "out"
     answer = invoke("benchmark", mine, "--runs", 8, "--out", out)
-    assert "mine.py: number" in answer.output
+    assert "mine.py is number" in answer.output
     page = (out / "benchmark.html").read_text()
     assert page.index('<th scope="row">mine.py') > 0
     assert "tally" in page
     assert "could be known" in page
     card = out / "benchmark.json"
-    assert "All results are the same" in invoke("reproduce", card, "--trust").output
+    assert "All results are the same" in invoke("run", "--again", card, "--trust").output
     text = card.read_text()
     card.write_text(
         text.replace('["mine.py", "near", "feasible", 8, ', '["mine.py", "near", "feasible", 8, 1')
     )
-    found = invoke("reproduce", card, "--trust")
+    found = invoke("run", "--again", card, "--trust")
     assert found.exit_code == 1
     assert "mine.py, near, feasible: right was" in found.output
 

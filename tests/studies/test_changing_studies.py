@@ -11,13 +11,13 @@ from commands import invoke, rows_of
 
 from feasibee import FeasibeeError, Scenario
 from feasibee.results.measures import tracking
-from feasibee.results.statistics import mean_difference
+from feasibee.results.statistics import in_percent, mean_difference
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.assess import assess
-from feasibee.studies.comparison import compare, contenders_of, difference, write_comparison
-from feasibee.studies.pages import write_report
-from feasibee.studies.recommend import recommend
+from feasibee.studies.comparison import Comparison, compare, contenders_of, difference
+from feasibee.studies.constraints import compare_under
+from feasibee.studies.files import write_comparison, write_report
 from feasibee.studies.report import sections
 from feasibee.studies.size import size
 
@@ -63,7 +63,7 @@ def test_census_sees_tasks_appear_and_dmmd_does_not(outcomes):
 
 
 def test_a_comparison_writes_its_measures_and_figures(outcomes, tmp_path):
-    write_comparison(tmp_path, outcomes)
+    write_comparison(tmp_path, Comparison(outcomes, 20, 3))
     assert {path.name for path in tmp_path.glob("*.png")} == {
         "compare_time.png",
         "compare_bits.png",
@@ -81,7 +81,7 @@ def test_a_comparison_writes_its_measures_and_figures(outcomes, tmp_path):
 @pytest.mark.slow
 def test_numbers_of_tasks_have_figures_of_their_own(tmp_path):
     few = compare(contenders_of(CHANGING, ["dmmd"]), (4, 5), runs=2, seed=3)
-    write_comparison(tmp_path, few)
+    write_comparison(tmp_path, Comparison(few, 20, 3))
     assert len(list(tmp_path.glob("compare_delay_*.png"))) == 2
 
 
@@ -106,35 +106,38 @@ def assessment():
 
 
 def test_an_assessment_judges_by_the_share_of_right_steps(assessment):
-    assert assessment.verdict.right == assessment.outcome.tracking.right_share
+    assert assessment.own.worst.judged == assessment.outcome.tracking.right_share
     assert (assessment.sizing, assessment.opposite, assessment.recommended) == (None, None, None)
     table = assessment.to_dict()
     assert table.keys() >= MEASURED
     assert all(each.keys() >= MEASURED for each in (*table["strategies"], *table["limits"]))
     trial = assessment.strategies[0]
-    assert trial.difference == difference(trial.outcome, assessment.outcome, assessment.confidence)
+    middle, low, high = difference(trial.outcome, assessment.outcome)
+    assert trial.difference.estimate == middle
+    assert trial.difference.low < low < high < trial.difference.high  # all hold together
 
 
 def test_an_assessment_says_how_swarms_track_the_truth(assessment, tmp_path):
     said = {title: " ".join(lines) for title, lines in sections(assessment).items()}
-    share = f"{100 * assessment.verdict.right.estimate:.1f} %"
-    assert f"such swarms are right in {share}" in said["Verdict"]
-    assert "is right in the most steps" in said["Recommended"]
+    cells = {row[0]: row[1] for row in assessment.table[1]}
+    share, found = in_percent(assessment.outcome.judged), assessment.outcome.tracking
+    assert f"right in {share} of the steps, in 8 runs of 240 steps" in said["Answer"]
+    assert list(cells)[:2] == ["right, of the steps", "half of the changes followed"]
+    assert cells["right, of the steps"] == share
+    assert cells["changes missed"] == in_percent(found.missed)
+    assert cells["false alarms per 1,000 steps"] == f"{found.false_alarms.estimate:.2g}"
     assert "The world changes. Before any change, the tasks are feasible." in said["What to expect"]
-    assert "false alarms per 1,000 steps" in said["What to expect"]
-    assert "of the steps" in said["If something fails"]
     write_report(assessment, tmp_path / "report.html")
     page = " ".join((tmp_path / "report.html").read_text().split())
     assert page.count("<figure>") == 3
-    strategy = assessment.scenario.decision.strategy
-    assert f"these swarms are right ({strategy}, 10 robots, 5 tasks before any change)" in page
+    assert "of the steps are right. " in page.replace(".</p>", ". ")
     assert "right in the steps" in page
 
 
 # --- Questions of one truth ---
 
 
-@pytest.mark.parametrize(("ask", "name"), [(size, "size"), (recommend, "recommend")])
+@pytest.mark.parametrize(("ask", "name"), [(size, "size"), (compare_under, "compare with constraints")])
 def test_questions_of_one_truth_are_refused(ask, name):
     with pytest.raises(FeasibeeError, match=f"{name}: needs a world that stays"):
         ask(CHANGING)

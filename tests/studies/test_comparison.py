@@ -10,8 +10,7 @@ from commands import invoke, rows_of
 from declaring import declaring
 
 from feasibee import FeasibeeError, Scenario
-from feasibee.cli import studies
-from feasibee.model.record import Record
+from feasibee.base.record import Record
 from feasibee.results import statistics
 from feasibee.results.calibration import calibration
 from feasibee.results.statistics import decision_rates, paired_difference, pareto
@@ -19,7 +18,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.comparison import (
-    as_dict,
+    Comparison,
     by_contender,
     calibrations,
     compare,
@@ -27,8 +26,8 @@ from feasibee.studies.comparison import (
     mean_bits,
     outcome_of,
     overall,
-    write_comparison,
 )
+from feasibee.studies.files import write_comparison
 from feasibee.studies.needs import suitable
 
 SHORT = Scenario(arena={"side": 12.0}, run={"steps": 200})
@@ -138,14 +137,14 @@ def test_declarations_are_those_of_the_runs(with_quiet):
     for each in declared[2:]:
         assert each.ok.estimate + each.wrong.estimate == 1
         assert 20 < each.step_90.median <= each.step_90.p95 < 150
-    plain = as_dict(with_quiet, 20, 3)
+    plain = Comparison(with_quiet, 20, 3).to_dict()
     assert plain == json.loads(json.dumps(plain))
     assert [each["declared"] for each in plain["outcomes"]] == [statistics.plain(each) for each in declared]
     assert plain["outcomes"][1]["right_at_end"] == with_quiet[1].accuracy._asdict()
 
 
 def test_figures_and_a_table_are_written_that_have_declarations(with_quiet, tmp_path):
-    write_comparison(tmp_path, with_quiet)
+    write_comparison(tmp_path, Comparison(with_quiet, 20, 3))
     names = ("compare_ratio", "compare_time", "compare_bits", "compare_declared", "calibration")
     figures = {f"{name}.{suffix}" for name in names for suffix in ("png", "pdf")}
     assert {path.name for path in tmp_path.iterdir()} == {*figures, "compare.csv", "calibration.csv"}
@@ -174,8 +173,9 @@ def test_calibration_is_of_all_runs_of_a_contender_and_needs_both_truths(outcome
     assert found["bayes"] == calibration(said, [True] * 20 + [False] * 20)
     mean = sum(each.brier.estimate for each in by_contender(outcomes)["bayes"]) / 2
     assert found["bayes"].brier.estimate == pytest.approx(mean)
-    assert as_dict(outcomes, 20, 3)["calibration"]["bayes"]["brier"]["estimate"] == pytest.approx(mean)
-    write_comparison(tmp_path, outcomes)
+    told = Comparison(outcomes, 20, 3).to_dict()["calibration"]
+    assert told["bayes"]["brier"]["estimate"] == pytest.approx(mean)
+    write_comparison(tmp_path, Comparison(outcomes, 20, 3))
     rows = rows_of(tmp_path / "calibration.csv")
     assert [int(row["runs"]) for row in rows if row["contender"] == "bayes"] == [
         each.runs for each in found["bayes"].bins
@@ -186,9 +186,9 @@ def test_calibration_is_of_all_runs_of_a_contender_and_needs_both_truths(outcome
     assert calibrations([each for each in outcomes if each.feasible]) == {}
 
 
-def test_a_comparison_says_what_its_probabilities_are(outcomes, capsys):
+def test_a_comparison_says_what_its_probabilities_are(outcomes):
     """The robots' own where the strategy has one: then the score of their shares is told in addition."""
-    plain = as_dict(outcomes, 20, 3)
+    plain = Comparison(outcomes, 20, 3).to_dict()
     own = ["share of robots"] * 4 + ["robots' own probability"] * 2
     assert [each["brier_of"] for each in plain["outcomes"]] == own
     assert list(plain["calibration_of_shares"]) == ["bayes"]
@@ -196,13 +196,6 @@ def test_a_comparison_says_what_its_probabilities_are(outcomes, capsys):
     shares = calibration(held, [True] * 20 + [False] * 20).brier.estimate
     assert plain["calibration_of_shares"]["bayes"]["brier"]["estimate"] == pytest.approx(shares)
     assert plain["calibration"]["bayes"]["brier"]["estimate"] != pytest.approx(shares)
-    studies._print_calibration(outcomes)
-    text = " ".join(capsys.readouterr().out.split())
-    assert (
-        "share of robots that hold feasible at the end; of bayes it is the robots' own probability." in text
-    )
-    studies._print_calibration([each for each in outcomes if each.contender != "bayes"])
-    assert "own probability" not in capsys.readouterr().out
 
 
 @pytest.mark.slow
@@ -210,7 +203,7 @@ def test_the_command_prints_declarations_by_number_of_tasks(tmp_path):
     declaring(tmp_path, quiet=20.0)
     words = ("compare", "--strategies", f"dmmd,{tmp_path / 'quiet.py'}", "--tasks", "10,30", "--runs", 5)
     words = (*words, "--set", "run.steps=150", "--out", tmp_path / "out")
-    shown = invoke(*words).stdout
+    shown = invoke(*words, "--details").stdout
     assert "Swarms that declared rightly (%), of 5 each" in " ".join(shown.split())
     plain = json.loads(invoke(*words, "--json").stdout)
     assert [(each["contender"], each["tasks"]) for each in plain["outcomes"]] == [
@@ -223,7 +216,7 @@ def test_the_command_prints_declarations_by_number_of_tasks(tmp_path):
         steps = each["declared"]["step_90"]
         assert f"{steps['median']}/{steps['p95']}" in shown
     words = ("compare", "--strategies", "dmmd", "--tasks", 10, "--runs", 2, "--out", tmp_path / "b")
-    assert "declared" not in invoke(*words).stdout
+    assert "declared" not in invoke(*words, "--details").stdout
 
 
 def test_a_paired_difference_is_bonetts_and_prices():

@@ -11,7 +11,8 @@ from scipy.special import betaln
 from scipy.stats import binom
 
 from feasibee.results.statistics import Interval
-from feasibee.studies.size import Edge, Finding, Rule, find_edge, finding_at, most_tests
+from feasibee.simulation.sequential import Finding
+from feasibee.studies.size import Edge, Rule, find_edge, finding_at, most_tests
 
 UNKNOWN = Interval(0.5, 0.0, 1.0)
 
@@ -43,7 +44,7 @@ def test_an_easy_first_value_takes_one_test():
 
 def test_a_test_stops_as_soon_as_it_is_sure():
     rule = Rule(0.95, first=100, most=2000)
-    assert finding_at(3, lambda trials: 0, rule, 10)[:3] == (3, 0, 100)
+    assert finding_at(3, lambda trials: 0, rule, 10)[:3] == (3, 0, 20)
     certain = finding_at(0, lambda trials: trials, rule, 1)
     assert certain.answer == "enough"
     assert certain.trials < 300
@@ -63,19 +64,16 @@ def is_right(found: Edge, first: int, places: int) -> bool:
     return found.possible <= first <= enough
 
 
-def test_a_value_is_looked_at_after_half_as_many_trials_more_up_to_the_most():
-    looks = []
-    finding_at(0, lambda trials: looks.append(trials) or round(0.7 * trials), Rule(0.8, 20, 100), 9)
-    finding_at(0, lambda trials: looks.append(trials) or 8, Rule(0.8, 20, 10), 9)
-    assert looks == [20, 30, 45, 68, 100, 10]
+def test_a_value_is_looked_at_early_and_then_after_half_as_many_trials_more_up_to_the_most():
+    assert Rule(0.8, 60, 300).design(9).looks == [20, 45, 60, 90, 135, 203, 300]
+    assert Rule(0.8, 20, 10).design(9).looks == [10]
 
 
 def edges(trials, rule, tests):
     """Return the most successes of so many trials that are too few, and the least that are enough."""
 
     def answer(successes):
-        at = Rule(rule.target, trials, trials, rule.confidence)
-        return finding_at(0, lambda _: successes, at, tests).answer
+        return rule.design(tests).tested(rule.target, successes, trials).answer
 
     numbers = range(trials + 1)
     enough = bisect_left(numbers, True, key=lambda each: answer(each) == "enough")
@@ -114,7 +112,7 @@ def chances(rate, rule, tests):
 def test_an_answer_is_wrong_as_rarely_as_it_says(rates):
     """Exactly, over all answers of all values that a search may test; less probable ones count as wrong."""
     places, first = len(rates), next((at for at, rate in enumerate(rates) if rate >= 0.8), len(rates))
-    rule = Rule(0.8, first=20, most=500, confidence=0.8)
+    rule = Rule(0.8, first=60, most=500, confidence=0.8)
     laws = [chances(rate, rule, most_tests(places)) for rate in rates]
 
     def wrong(known, chance):

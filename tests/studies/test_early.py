@@ -12,16 +12,16 @@ from click.testing import CliRunner
 from feasibee import Scenario
 from feasibee.cli import main
 from feasibee.cli.execution import leave_if_stopped
-from feasibee.results.statistics import wilson
+from feasibee.results.statistics import OF_THE_RUNS, in_percent, wilson
+from feasibee.simulation.executors import threads
+from feasibee.simulation.plan import DesignPoint, Study
+from feasibee.simulation.sweep import Enough, Execution, Rounds
 from feasibee.studies.assess import assess
-from feasibee.studies.comparison import compare, percent
-from feasibee.studies.pages import write_report
-from feasibee.studies.recommend import Constraints, recommend
+from feasibee.studies.comparison import compare
+from feasibee.studies.constraints import Constraints, answer, compare_under
+from feasibee.studies.files import write_report
 from feasibee.studies.report import sections
 from feasibee.studies.size import Rule, size
-from feasibee.sweeps.executors import threads
-from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.sweep import Enough, Execution, Rounds
 
 SMALL = Scenario(arena={"side": 8.0}, robots={"count": 6}, tasks={"count": 5}, run={"steps": 60})
 OVER = Execution(pool=threads(1), budget=1e-9)
@@ -77,22 +77,23 @@ def test_an_assessment_so_far_has_its_verdict_and_says_what_is_missing(tmp_path)
     found = assess(SMALL, 150, 1, OVER)
     assert found.outcome.runs == 10
     assert found.stopped == "out of time"
-    phases = ["running the swarm", "comparing changes", "testing strategies", "comparing faults"]
+    phases = ["running the swarm", "testing strategies", "comparing changes", "comparing faults"]
     assert list(found.missing) == [*phases, "searching sizes"]
-    verdict, early = sections(found)["Verdict"]
-    assert "of such swarms are right" in verdict
+    verdict, _, early = sections(found)["Answer"]
+    assert "right in" in verdict
     assert early.startswith(
         "The assessment ended early (out of time). More time would complete: running the "
     )
-    assert json.loads(json.dumps(found.to_dict()))["missing"] == [*phases, "searching sizes"]
+    assert json.loads(json.dumps(found.to_dict()))["missing"] == list(found.missing)
     write_report(found, tmp_path / "page.html")
     assert "ended early" in (tmp_path / "page.html").read_text()
 
 
-def test_a_recommendation_so_far_names_the_strategies_that_are_not_tested():
-    found = recommend(SMALL, Constraints(0.9), ["dc", "census", "roster"], 1000, 1, OVER)
-    assert [each.strategy for each in found.tested] == ["dc"]
-    assert {found.excluded[name] for name in ("census", "roster")} == {"not tested (out of time)"}
+def test_a_recommendation_so_far_has_one_look_at_each_strategy():
+    found = compare_under(SMALL, Constraints(0.9), ["dc", "census", "roster"], 1000, 1, OVER)
+    assert [[world.runs for world in each.worlds] for each in found.tested] == [[20]] * 3
+    assert (found.ranking, found.stopped) == ([], "out of time")
+    assert answer(found)[-1] == "The tests ended early (out of time); more time would complete them."
 
 
 def test_a_search_so_far_says_how_far_it_came():
@@ -120,11 +121,8 @@ def test_a_comparison_counts_no_run_twice_although_it_looks_several_times():
         f"runs of each, {number} of 250" for number in (20, 40, 80, 160, 250)
     ]
     assert told[0].so_far == ""
-    right = sum(int(each.right[:160].sum()) for each in found)
-    assert (
-        told[-1].so_far
-        == f"right most often so far: dmmd, {percent(wilson(right, 320))}, by 160 runs of each"
-    )
+    right = in_percent(wilson(sum(int(each.right[:160].sum()) for each in found), 320), OF_THE_RUNS)
+    assert told[-1].so_far == f"after 160 runs of each: dmmd is right in {right}, with 5 to 7 tasks."
 
 
 def test_a_comparison_of_worlds_that_change_names_the_best_so_far():
@@ -132,9 +130,8 @@ def test_a_comparison_of_worlds_that_change_names_the_best_so_far():
     contenders = {name: world.replace({"decision.strategy": name}) for name in ("dmmd", "roster")}
     found = compare(contenders, (), 30, 1, Execution(pool=threads(1), progress=told.append))
     best = max(found, key=lambda each: each.shares[:20].mean())
-    assert told[-1].so_far.startswith(
-        f"right most often so far: {best.contender}, {100 * best.shares[:20].mean():.1f} % ("
-    )
+    right = f"{best.contender} is right most often: in {100 * best.shares[:20].mean():.0f} % of the steps ("
+    assert told[-1].so_far.startswith(f"after 20 runs of each: {right}")
 
 
 def test_the_most_work_of_phases_never_grows_and_includes_later_ones():
@@ -158,9 +155,9 @@ def test_commands_say_the_verdict_so_far_on_standard_error_and_take_a_budget(tmp
     few = ["--strategies", "dmmd,dc", "--tasks", "5", "--set", "run.steps=60", "--out", str(tmp_path)]
     done = CliRunner().invoke(main, ["compare", *few, "--runs", "400", "--budget", "0.01s"])
     assert done.exit_code == 0, done.output
-    assert "of 20 each" in " ".join(done.stdout.split())
+    assert "of 20 with each" in " ".join(done.stdout.split())
     assert "feasibee: out of time: 2 of 2 have 20 instead of 400 runs" in done.stderr
-    wrong = CliRunner().invoke(main, ["recommend", "--budget", "2"])
+    wrong = CliRunner().invoke(main, ["compare", "--budget", "2"])
     assert wrong.exit_code == 2
     assert "must be a time such as 90s, 2min or 1h" in wrong.stderr
 
@@ -172,14 +169,14 @@ def test_an_answer_after_ctrl_c_has_its_exit_status():
     assert ended.value.code == 130
 
 
-def test_progress_says_how_many_strategies_are_tested_and_what_is_known():
+def test_progress_says_how_many_strategies_are_left_and_which_is_best():
     told = []
     execution = Execution(pool=threads(1), progress=told.append)
-    names = ["dmmd", "dmvd", "dc", "tally", "census"]
-    recommend(SMALL, Constraints(0.9), names, 100, 1, execution, relax=False)
-    assert [*dict.fromkeys(each.phase for each in told)] == [
-        "testing strategies, 4 of 5",
-        "testing strategies, 5 of 5",
-    ]
+    compare_under(SMALL, Constraints(0.9), ["dmmd", "tally", "census"], 400, 1, execution, relax=False)
+    phases = [*dict.fromkeys(each.phase for each in told)]
+    assert phases[0] == "testing strategies, 3 of 3"
+    assert set(phases[1:]) <= {"testing strategies, 1 of 3", "testing strategies, 2 of 3"}
     assert told[0].so_far == ""
-    assert told[-1].so_far.startswith("tally is ")
+    so_far = [*dict.fromkeys(each.so_far for each in told)][1:]
+    assert so_far[0].endswith(", by 20 runs")
+    assert all(each.startswith("right most often so far: ") for each in so_far)

@@ -13,13 +13,14 @@ from feasibee import Scenario
 from feasibee.results.statistics import Interval, wilson
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
-from feasibee.studies.assess import _Assessing, assess
-from feasibee.studies.comparison import compare, ending_early, outcome_of, percent, wait_for, wait_interval
-from feasibee.studies.pages import write_report
-from feasibee.studies.report import action, sections
-from feasibee.sweeps.sweep import Rounds
+from feasibee.simulation.sweep import Rounds
+from feasibee.studies.assess import _Assessing, assess, changes_of
+from feasibee.studies.comparison import compare, ending_early, outcome_of, wait_for, wait_interval
+from feasibee.studies.files import write_report
+from feasibee.studies.report import Trial, in_percent, sections
 
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
+CENSUS = {"decision.strategy": "census"}
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +29,14 @@ def assessment():
     few = {name: SHORT.replace({"decision.strategy": name}) for name in ("dmmd", "dmvd", "census")}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("feasibee.studies.assess.suitable", lambda scenario: (dict(few), {}))
-        patch.setattr("feasibee.studies.recommend.all_strategies", lambda scenario: list(few))
+        patch.setattr("feasibee.studies.constraints.all_strategies", lambda scenario: list(few))
         patch.setattr("feasibee.studies.assess.LEAST_RUNS", 60)
         return assess(SHORT, runs=30, seed=2)
+
+
+def action(assessment):
+    """Return what an assessment says to do."""
+    return assessment.advice[0]
 
 
 def having(outcome, share, **values):
@@ -57,6 +63,7 @@ def with_changes(assessment, *, here=0.5, there=1.0, robots=None, shares=()):
         outcome=having(assessment.outcome, here),
         opposite=having(assessment.opposite, there),
         recommended=None,
+        recommendation=None,
         strategies=[],
         limits=limits[::-1],  # the order in which they are found doesn't count
         sizing=SimpleNamespace(edge=edge),
@@ -68,17 +75,33 @@ def test_nothing_is_changed_in_a_swarm_that_is_ready(assessment):
     assert action(ready) == "Use the swarm as it is, with dmmd."
 
 
+def candidate(assessment, right, *, strategy="census", more=None):
+    """Return a tested strategy; with the number of runs that would settle it, it is only probably enough."""
+    world = replace(assessment.opposite, contender=strategy, test=SimpleNamespace(interval=right))
+    about = {"step": 9, "bits": 1.0, "is_probable": bool(more), "more_runs": f"about {more}"}
+    about |= {"worlds": [world], "worst": world, "scenario": SHORT.replace(CENSUS)}
+    return SimpleNamespace(strategy=strategy, **about)
+
+
 def test_another_strategy_comes_before_other_changes(assessment):
-    worst = SimpleNamespace(right=Interval(0.99, 0.97, 1.0), outcome=assessment.opposite)
-    asked = SimpleNamespace(needs=("names of tasks",))
-    found = SimpleNamespace(strategy="census", worst=worst, asked=asked)
-    better = replace(with_changes(assessment, robots=24, shares=[(1.0, 1.0)]), recommended=found)
-    assert action(better) == (
-        "Use the strategy census instead of dmmd. Then 99.0 % (97.0 to 100.0) are right with 50 tasks."
-        " It needs names of tasks."
+    changed, sure = with_changes(assessment, robots=24, shares=[(1.0, 1.0)]), Interval(0.99, 0.97, 1.0)
+    other = replace(changed, recommended=candidate(assessment, sure))
+    assert action(other) == "Use the strategy census instead of dmmd: right in 99 % (97 to 100) of the runs."
+    assert other.table[0] == ["", "dmmd, as it is", "census"]
+    own = replace(changed, recommended=candidate(assessment, sure, strategy="dmmd"))
+    assert action(own) == "Use the swarm as it is, with dmmd. Further runs show that it is enough."
+
+
+def test_a_strategy_that_is_probably_enough_is_used_if_nothing_is_shown_to_be(assessment):
+    def told(**values):
+        tested = [candidate(assessment, Interval(0.95, 0.8, 0.997), **values)]
+        return action(replace(with_changes(assessment), recommendation=SimpleNamespace(tested=tested)))
+
+    assert told(more=400) == (
+        "Use the strategy census instead of dmmd: right in 95 % (80 to 99.7) of the runs. "
+        "That is probably enough; about 400 more runs would settle it."
     )
-    found.strategy = "dmmd"
-    assert action(better) == "Use the swarm as it is, with dmmd. Further runs show that it is enough."
+    assert told(more=400, strategy="dmmd").startswith("Use the swarm as it is, with dmmd. That is probably")
 
 
 def test_the_cheapest_change_is_chosen_that_is_enough_in_both_worlds(assessment):
@@ -86,13 +109,12 @@ def test_the_cheapest_change_is_chosen_that_is_enough_in_both_worlds(assessment)
         return action(with_changes(assessment, shares=shares, **values))
 
     assert chosen((1, 1), (1, 1)).startswith(
-        "Change this: explorations 3 times as long. Then 100.0 % (99.0 to"
+        "Change this: explorations 3 times as long: right in 100 % (99.0 to"
     )
-    assert chosen((0.9, 1), (1, 0.9), (1, 1)).startswith("Change this: robots that count themselves.")
+    assert chosen((0.9, 1), (1, 0.9), (1, 1)).startswith("Change this: robots that count themselves:")
     assert chosen((1, 0.9), robots=24).startswith("Use 24 robots, 4 more.")
     assert chosen((1, 1), robots=24).startswith("Change this: explorations")
-    said = ["None of the strategies and changes that were tried is shown to be enough."]
-    nothing = " Of the strategies, ".join(said + assessment.recommendation.probably)
+    nothing = "None of the strategies and changes that were tried is shown to be enough."
     assert chosen((1, 0.9), (0.95, 1)) == chosen(robots=24, there=0.9) == chosen(robots=20) == nothing
 
 
@@ -101,18 +123,28 @@ def test_what_ended_early_is_not_taken_for_tried(assessment):
     assert "Allow more time: not all of them were tried." in action(early)
 
 
-def test_a_change_that_may_be_enough_has_all_runs_in_both_worlds(assessment):
-    trial = replace(
-        assessment.limits[0], outcome=replace(assessment.outcome, contender="robots that count themselves")
-    )
-    better = replace(trial, difference=Interval(0.5, 0.4, 0.6))
-    other = replace(trial, outcome=replace(trial.outcome, contender="3 times as many steps"))
+def test_a_change_that_may_be_enough_has_all_runs_in_both_worlds(assessment, monkeypatch):
+    counting, longer = "robots that count themselves", "3 times as many steps"
+    raced = [
+        Trial(SHORT, replace(assessment.outcome, contender=name), difference=gain)
+        for name, gain in ((counting, Interval(0.5, 0.4, 0.6)), (longer, Interval(0.1, -0.1, 0.3)))
+    ]
+    monkeypatch.setattr(_Assessing, "_raced", lambda *_: raced)
     with Rounds(None, most=None) as rounds:
-        near, far = _Assessing(rounds, SHORT, 7, 2, 0.0)._turned(
-            [better, replace(other, difference=Interval(0.1, -0.1, 0.3))]
-        )
+        asking = _Assessing(rounds, SHORT, 7, 2, 0.0)
+        near, far = asking._changes(asking.changed)
     assert (near.opposite.tasks, near.opposite.runs, near.outcome.runs, near.price) == (50, 7, 7, 2)
-    assert (far.opposite, far.outcome, far.price) == (None, other.outcome, 1)
+    assert (far.opposite, far.outcome, far.price) == (None, raced[1].outcome, 1)
+
+
+def test_without_details_changes_are_tried_up_to_one_that_is_enough(assessment, monkeypatch):
+    changes = {each.name: each for each in with_changes(assessment, shares=[(1, 0), (1, 1)]).limits}
+    monkeypatch.setattr(_Assessing, "_changes", lambda _, names: [changes[name] for name in names])
+    monkeypatch.setattr(_Assessing, "_sizing", lambda _: pytest.fail("the search began"))
+    unchanged = replace(with_changes(assessment), limits=[], sizing=None)
+    found = _Assessing(None, SHORT, 400, 2, 0.95, details=False)._with_changes(unchanged)
+    assert {each.name for each in found.limits} == {*[*changes_of(SHORT)][:2]}
+    assert found.advice[1].price == 1
 
 
 def test_a_longer_run_is_as_long_as_is_shown_to_be_enough(assessment):
@@ -126,7 +158,7 @@ def test_a_longer_run_is_as_long_as_is_shown_to_be_enough(assessment):
         opposite=replace(trial.opposite, right_at=other),
     )
     text = action(replace(longer, limits=[trial]))
-    assert text.startswith("Let the swarm run until step 230, 80 steps longer. Then 100.0 %")
+    assert text.startswith("Let the swarm run until step 230, 80 steps longer: right in 100 %")
 
 
 def test_an_interval_of_a_wait_has_the_wait_and_is_wilsons():
@@ -146,11 +178,11 @@ def test_page_one_has_the_answer_and_a_figure_and_details_follow(assessment, tmp
     write_report(assessment, tmp_path / "a.html")
     first, details = (tmp_path / "a.html").read_text().split("<h1>Details</h1>")
     assert first.count("data:image/png;base64,") == 1
-    titles = [title for title in sections(assessment) if f"<h2>{title}</h2>" in first]
-    assert titles == ["What to do", "What to expect", "If something fails", "What this rests on"]
-    rest = {*sections(assessment), "Strategies", "Changes", "Faults"} - {"Verdict", *titles}
+    assert re.findall("<h2>(.*)</h2>", first) == ["What to do", "What this rests on"]
+    assert assessment.advice[0] == assessment.to_dict()["action"]
+    assert assessment.advice[0].partition(" %")[0] in first
+    rest = {*sections(assessment), "Strategies", "Changes", "Faults"} - {"Answer", "What this rests on"}
     assert {*re.findall("<h2>(.*)</h2>", details)} - {"Not recommended"} == rest
-    assert action(assessment) == assessment.to_dict()["action"]
 
 
 def test_a_report_fits_screens_and_page_one_one_sheet_and_fetches_nothing(assessment, tmp_path, browser):
@@ -195,19 +227,11 @@ def test_what_robots_that_act_do_is_told(assessment):
         for each in (acts, acts.replace({"tasks.count": 25}))
     )
     shown = replace(assessment, scenario=acts, outcome=own, opposite=other)
-    did = own.found.acting
-    said = sections(shown)["What to expect"]
-    done = (
-        f"In {percent(did.done)} of the swarms, robots stand at all tasks that they can do: in half of the "
-    )
-    assert (
-        f"{done}swarms by step {did.all_taken_step.median}, in 95 % by step {did.all_taken_step.p95}." in said
-    )
-    vain = [each for each in said if "although they are infeasible" in each]
-    assert vain == [
-        f"With 25 tasks, in {percent(other.found.acting.started_in_vain)} of the swarms, a robot takes "
-        "a task although they are infeasible."
-    ]
+    cells = {row[0]: row[1] for row in shown.table[1]}
+    did, vain = own.found.acting, other.found.acting.started_in_vain
+    assert cells["robots at all tasks they can do"] == in_percent(did.done)
+    assert cells["half of the runs are there"] == f"by step {did.all_taken_step.median}"
+    assert cells["acts in vain with 25 tasks"] == in_percent(vain)
 
 
 def test_a_change_has_a_column_for_each_number_of_tasks_it_was_turned_to(assessment):
@@ -220,3 +244,18 @@ def test_a_change_has_a_column_for_each_number_of_tasks_it_was_turned_to(assessm
     assert page.index("right with 9 tasks") < page.index("right with 50 tasks") < page.index("</thead>")
     cells = [re.findall("<td>(.*)</td>", row) for row in page.split("</tbody>")[0].split("<tr>")[2:]]
     assert [[bool(cell) for cell in row[1:3]] for row in cells] == [[False, True], [True, False]]
+
+
+def test_without_details_only_what_the_answer_rests_on_is_simulated(assessment, monkeypatch):
+    few = {name: SHORT.replace({"decision.strategy": name}) for name in ("dmmd", "dmvd", "census")}
+    monkeypatch.setattr("feasibee.studies.constraints.all_strategies", lambda scenario: list(few))
+    monkeypatch.setattr("feasibee.studies.assess.LEAST_RUNS", 60)
+    brief = assess(SHORT, runs=30, seed=2, details=False)
+    assert brief.advice[0] == assessment.advice[0]
+    assert brief.table == assessment.table
+    assert (brief.sizing, brief.strategies) == (None, ())
+    hopeless = {(each.name, 20) for each in assessment.limits}  # 30 of 30 would not show 95 %
+    assert {(each.name, each.outcome.runs) for each in brief.limits} == hopeless
+    ready = assess(SHORT, runs=30, seed=2, right=0.01, details=False)
+    assert (ready.level, ready.recommendation, ready.limits) == ("ready", None, ())
+    assert [each.scenario.decision.strategy for each in ready.faults] == 3 * ["dmmd"]

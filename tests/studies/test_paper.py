@@ -14,6 +14,8 @@ from matplotlib.image import imread
 from feasibee import Scenario, Swarm, decision_counts, decision_rates, decision_times, simulate, truth
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import RUNS_APART
+from feasibee.simulation import executors, store
+from feasibee.simulation.sweep import Execution
 from feasibee.studies.paper import (
     BASELINE,
     MIXED,
@@ -26,9 +28,6 @@ from feasibee.studies.paper import (
     write_panels,
     write_study,
 )
-from feasibee.sweeps import executors
-from feasibee.sweeps.schema import LOCK, NAME, SEAL
-from feasibee.sweeps.sweep import Execution
 
 RUNS, SEED = 8, 1
 FIGURES = ("fig1_arena", "fig2a_converging", "fig2b_diverging", "fig3_decisions", "beyond")
@@ -71,7 +70,7 @@ def test_every_file_is_there_and_no_other_and_figures_are_pictures(request, name
     shown = ["beyond"] if name == "beyond" else FIGURES[:-1]
     claims = [] if name == "beyond" else ["claims.json"]
     files = [f"{each}.{suffix}" for each in shown for suffix in ("png", "pdf", "csv")]
-    assert {path.name for path in folder.iterdir()} == {*files, *claims, LOCK, SEAL, NAME}
+    assert {path.name for path in folder.iterdir()} == {*files, *claims, store.RUNS}
     picture = imread(folder / f"{name}.png")
     assert min(picture.shape[:2]) > 400
     assert len(np.unique(picture[..., :3].sum(axis=-1))) > 50  # shades

@@ -10,9 +10,10 @@ import pytest
 
 from feasibee import Scenario
 from feasibee.results.statistics import Interval, mean_difference
+from feasibee.simulation.sequential import Finding, looks
+from feasibee.studies.assess import AS_IT_IS, Race, is_clear
 from feasibee.studies.comparison import difference
-from feasibee.studies.race import AS_IT_IS, Race, is_clear, is_none
-from feasibee.studies.size import Finding, looks
+from feasibee.studies.report import is_none
 
 
 @dataclass(frozen=True)

@@ -84,11 +84,18 @@ ENOUGH, SHORT, OPEN = "enough", "too few", "open"
 @pytest.mark.parametrize(
     ("below", "above", "ends", "firsts", "lasts", "words"),
     [
-        ([SHORT, SHORT, OPEN, ENOUGH], [SHORT, OPEN, ENOUGH], (18, 22), (18, 19), (21, 22), "18 to 22 tasks"),
+        (
+            [SHORT, SHORT, OPEN, ENOUGH],
+            [SHORT, OPEN, ENOUGH],
+            (18, 22),
+            (18, 19),
+            (21, 22),
+            "with 18 to 22 tasks",
+        ),
         ([ENOUGH], [ENOUGH], (21, 20), (21, 21), (20, 20), "none"),
-        ([SHORT] * 4, [SHORT, OPEN, OPEN], (17, 23), (None, None), (21, None), "is 21 or more"),
-        ([ENOUGH], [SHORT, ENOUGH], (21, 21), (21, 21), (21, 21), "with 21 tasks, they are not shown"),
-        ([OPEN, ENOUGH], [SHORT, ENOUGH], (20, 21), (20, 21), (21, 21), "lies between 20 and 21."),
+        ([SHORT] * 4, [SHORT, OPEN, OPEN], (17, 23), (None, None), (21, None), "ends at 21 or more."),
+        ([ENOUGH], [SHORT, ENOUGH], (21, 21), (21, 21), (21, 21), "with 21 tasks, 20 robots are not shown"),
+        ([OPEN, ENOUGH], [SHORT, ENOUGH], (20, 21), (20, 21), (21, 21), "begins between 20 and 21."),
         ([OPEN, ENOUGH], [OPEN, ENOUGH], (20, 21), (20, 21), (20, 21), "It may be empty."),
     ],
 )
@@ -157,7 +164,7 @@ def test_an_answer_as_tables_has_the_runs_of_each_value_and_the_confidence():
 def test_no_value_that_is_enough_is_said():
     edge = edge_of("radio.range", [1.0, 2.0], [SHORT, SHORT])
     assert edge.interval == (None, None)
-    assert "none of the values tried (radio.range from 1.0 to 2.0)" in edge_sentence(
+    assert "None of the values tried (radio.range from 1.0 to 2.0)" in edge_sentence(
         Sizing(SMALL, RULE, edge, None, 0)
     )
 
@@ -213,8 +220,11 @@ def test_the_command_prints_the_answer_and_draws_it(tmp_path):
     done = CliRunner().invoke(main, [*command, "--out", str(picture)])
     assert done.exit_code == 0, done.output
     assert "at step 100" in done.stdout
-    assert "if the share of right swarms doesn't fall as robots.count" in done.stdout.replace("\n", " ")
-    assert "Blind band of 6 robots" in done.stdout
+    assert "Blind band: " in done.stdout
+    assert "if the share of right swarms" not in done.stdout
+    told = CliRunner().invoke(main, [*command, "--details"]).stdout
+    assert "if the share of right swarms doesn't fall as robots.count" in told.replace("\n", " ")
+    assert "robots.count = 4 " in told
     assert "robots.count = 4: right in " in done.stderr
     assert picture.stat().st_size > 10_000
     found = json.loads(CliRunner().invoke(main, [*command, "--json"]).stdout)

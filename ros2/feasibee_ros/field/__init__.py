@@ -1,1 +1,1 @@
-"""The processes of `feasibee launch --ros`: those of feasibee.field, whose robots and world are nodes."""
+"""The processes of `feasibee robot launch --ros`: as feasibee.field, with robots and world as nodes."""

@@ -14,20 +14,17 @@ from typing import Any, NoReturn
 import click
 from click.exceptions import NoArgsIsHelpError
 
+from feasibee.base.errors import FeasibeeError, one_line
+from feasibee.base.files import why_not
 from feasibee.cli import interrupts, streams
-from feasibee.cli.benchmark import benchmark
-from feasibee.cli.decide import assess, recommend, size
-from feasibee.cli.lookup import new, presets, scenario, schema, strategies, truth
-from feasibee.cli.own import check
+from feasibee.cli.lookup import new, show
+from feasibee.cli.own import benchmark, check
 from feasibee.cli.predict import predict
-from feasibee.cli.robots import header, launch, replay, robot
-from feasibee.cli.run import reproduce, run
-from feasibee.cli.share import animate, lesson, page
-from feasibee.cli.studies import compare, paper
+from feasibee.cli.questions import assess, compare, paper, size
+from feasibee.cli.robots import robot
+from feasibee.cli.run import run
 from feasibee.cli.sweeps import results, sweep
 from feasibee.cli.watch import watch
-from feasibee.errors import FeasibeeError, one_line
-from feasibee.files import why_not
 
 
 class Commands(click.Group):
@@ -46,7 +43,7 @@ class Commands(click.Group):
     def resolve_command(self, context: click.Context, args: list[str]) -> Any:
         """Find a command; name the new one if an earlier version called it otherwise."""
         if args and (name := RENAMED.get(args[0])):
-            context.fail(f"No such command {args[0]!r}: it is now {context.info_name} {name}.")
+            fail(f"{args[0]}: is now feasibee {name}")
         return super().resolve_command(context, args)
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:
@@ -111,16 +108,22 @@ def fail(message: str) -> NoReturn:
 
 GROUPS: dict[str, tuple[click.Command, ...]] = {
     "Start": (run, watch, paper, new),
-    "Decide": (assess, size, recommend, compare, predict, check, benchmark),
-    "Study": (sweep, results, reproduce),
-    "Share": (page, lesson, animate),
-    "Robots": (launch, robot, replay, header),
-    "Look up": (scenario, truth, strategies, presets, schema),
+    "Decide": (assess, size, compare, predict, check, benchmark),
+    "Study": (sweep, results),
+    "Robots": (robot,),
+    "Look up": (show,),
 }
 """All commands, by what they are for."""
 RENAMED = {
-    "field": "launch",
-    **{name: f"results {name}" for name in ("status", "plot", "export", "merge")},
+    "animate": "run --out run.gif",
+    "page": "run --out run.html",
+    "lesson": "watch --lesson",
+    "reproduce": "run --again mine.nc",
+    "field": "robot launch",
+    "recommend": "compare --right 0.95",
+    **{name: f"robot {name}" for name in ("launch", "replay", "header")},
+    **{name: f"results {name}" for name in ("status", "plot", "export")},
+    **{name: f"show {name}" for name in ("scenario", "truth", "strategies", "presets", "schema")},
 }
 """Commands of earlier versions, and what they are called now."""
 
@@ -144,5 +147,5 @@ def main() -> None:
 
 for command in itertools.chain(*GROUPS.values()):
     main.add_command(command)
-for command in (*main.commands.values(), *results.commands.values()):
+for command in itertools.chain(*(each.commands.values() for each in (main, results, robot, show))):
     command.short_help = re.split(r"[:,.]", command.help or "")[0]  # a line per command

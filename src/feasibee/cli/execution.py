@@ -1,4 +1,4 @@
-"""Run a study for a command: with its workers, its journal, and its progress.
+"""Run a study for a command: with its workers, its folder, and its progress.
 
 The progress is a bar on a terminal, a line every ten seconds elsewhere, and JSON lines in a log. It shows
 the answer so far, if any, the phase of the study, what is done in it, and the least and most time left.
@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING
 
 import click
 
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.files import why_not
 from feasibee.cli.interrupts import UNHARMED, leaving
-from feasibee.cli.options import Workforce
-from feasibee.errors import FeasibeeError
-from feasibee.files import why_not
+from feasibee.cli.options import Workforce, stderr_console
 
 if TYPE_CHECKING:
-    from feasibee.sweeps.sweep import Execution, Progress
+    from feasibee.simulation.sweep import Execution, Progress
 
 PATIENCE = 10.0
 """Seconds between two lines of progress where there is no terminal."""
@@ -40,18 +40,18 @@ def executing(
     budget: float | None = None,
     answers: bool = False,
 ) -> Iterator[Execution]:
-    """Let a study run within: with its workers, its journal, and a display of its progress.
+    """Let a study run within: with its workers, its folder, and a display of its progress.
 
     If the study answers early, it does so when its budget is over, and at Ctrl-C on a terminal.
 
     Ctrl-C while chunks are computed waits for these; a second one, or one at another moment, ends the process
-    at once. So nothing but the journal may be written within.
+    at once. So nothing but runs may be written within.
     """
-    from feasibee.sweeps.sweep import Execution
+    from feasibee.simulation.sweep import Execution
 
     pool = workforce.pool()
     with (
-        leaving(UNHARMED if folder is None else "the runs in the journal are kept; the same command goes on"),
+        leaving(UNHARMED if folder is None else "the runs so far are kept; the same command goes on"),
         progress_display(what, log) as display,
     ):
         yield Execution(folder, pool, display, budget, answers and sys.stderr.isatty())
@@ -68,8 +68,6 @@ def progress_display(what: str, log: Path | None = None) -> Iterator[Callable[[P
     """Show a bar on a terminal, a line every ten seconds elsewhere, and append to a log if one is named."""
     from rich.progress import BarColumn, TextColumn
     from rich.progress import Progress as Bar
-
-    from feasibee.cli.terminal import stderr_console
 
     terminal = sys.stderr.isatty()
     columns = (TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[done]}"))

@@ -1,4 +1,4 @@
-"""feasibee scenario, new, truth, strategies, presets, schema: what there is to look up."""
+"""feasibee show and new: scenarios with all fields, their truth, strategies, presets, the schema."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from feasibee.base.errors import FeasibeeError
 from feasibee.cli.options import (
     Given,
     argument,
     command,
     console,
+    exclude,
     file_type,
-    flooding_lines,
     option,
     print_json,
+    with_flooding,
 )
-from feasibee.errors import FeasibeeError
-from feasibee.files import named
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
@@ -29,7 +29,18 @@ if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
 
 
-@command()
+@click.group()
+def show() -> None:
+    """Look up a scenario's fields and truth, strategies, presets, or the schema of scenarios.
+
+    \b
+    Examples:
+      feasibee show truth --set tasks.count=50
+      feasibee show strategies
+    """
+
+
+@command(make=show.command)
 def truth(
     *,
     given: Given,
@@ -45,9 +56,9 @@ def truth(
 
     \b
     Examples:
-      feasibee truth mine.toml
-      feasibee truth --set robots.count=20 --set tasks.count=21 --json
-      feasibee truth examples/changing.toml --step 500 --seed 1
+      feasibee show truth mine.toml
+      feasibee show truth --set robots.count=20 --set tasks.count=21 --json
+      feasibee show truth examples/changing.toml --step 500 --seed 1
     """
     from feasibee.scenario.feasibility import explain
 
@@ -64,7 +75,7 @@ def truth(
         _print_verdict(verdict, scenario)
 
 
-@command()
+@command(make=show.command)
 def scenario(*, given: Given) -> None:
     """Print a scenario with all its fields, as TOML; comments say what each means, and its unit.
 
@@ -72,64 +83,60 @@ def scenario(*, given: Given) -> None:
 
     \b
     Example:
-      feasibee scenario --set robots.count=40 > forty.toml
+      feasibee show scenario --set robots.count=40 > forty.toml
     """
     from feasibee.scenario.comments import commented_toml
 
-    read = given.read()
-    click.echo(commented_toml(read, *flooding_lines(read)), nl=False)
+    read, flooding = with_flooding(given.read()), []
+    if read.waits_for_names:
+        from feasibee.simulation.flooding import flooding_in_words  # loads the engine
+
+        flooding = flooding_in_words(read)
+    click.echo(commented_toml(read, *flooding), nl=False)
 
 
 @command()
 def new(
     *,
-    files: tuple[Path, ...] = argument(file_type, nargs=-1, required=True, metavar="[strategy] FILE"),
-    knowledge: bool = option(
-        "With strategy: its robots pass on what they know, not only opinions.", is_flag=True
-    ),
+    file: Path = argument(file_type),
+    knowledge: bool = option("For .py: robots pass on what they know, not only opinions."),
     changes: tuple[str, ...],
 ) -> None:
-    """Write a file to edit: a scenario, or a strategy of your own that runs as it is.
+    """Write a file to edit: a scenario, .toml, or a strategy of your own, .py, that runs as it is.
 
-    A scenario, .toml, has all fields; comments say what each means, and its unit. A strategy, .py, has the
-    functions that it needs; comments say what each does.
+    A scenario has all fields; comments say what each means, and its unit. A strategy has the functions that
+    it needs; comments say what each does.
 
     \b
     Examples:
       feasibee new mine.toml
       feasibee new hall.toml --set robots.count=35 --set "arena.side=[60.0, 25.0]"
-      feasibee new strategy mine.py
-      feasibee new strategy mine.py --knowledge
+      feasibee new mine.py
+      feasibee new mine.py --knowledge
     """
-    from feasibee.files import check_output, write_text
+    from feasibee.base.files import check_output, write_text
     from feasibee.scenario.comments import commented_toml
-    from feasibee.scenario.html import render
+    from feasibee.scenario.shown import render
 
-    *kind, out = files
-    if kind not in ([], [Path("strategy")]):
-        raise FeasibeeError(f"{named(files[0])}: can't be written with {named(files[1])}; name one file")
-    if kind and changes:
-        raise FeasibeeError("--set with strategy: is for fields of a scenario; leave it out")
-    if knowledge and not kind:
-        raise FeasibeeError(f"--knowledge: is for strategies; write feasibee new strategy {out.stem}.py")
-    if out.exists():
-        raise FeasibeeError(f"{out}: exists already; use another name, or remove it")
-    check_output(out, (".py",) if kind else (".toml",))
-    if kind:
-        made = render("strategy.txt", file=out.name, knowledge=knowledge)
+    if file.exists():
+        raise FeasibeeError(f"{file}: exists already; use another name, or remove it")
+    if check_output(file, (".toml", ".py")) == ".py":
+        exclude(str(file), "a strategy has no fields of a scenario", "changes")
+        made, then = render("strategy.txt", file=file.name, knowledge=knowledge), "check"
     else:
-        made = commented_toml(Given(None, changes).read())
-    write_text(out, made)
-    click.echo(f"Wrote {out}. Edit it, then: feasibee {'check' if kind else 'run'} {out}")
+        exclude(str(file), "only a strategy has it", "knowledge")
+        made, then = commented_toml(Given(None, changes).read()), "run"
+    write_text(file, made)
+    click.echo(f"Wrote {file}. Edit it, then: feasibee {then} {file}")
 
 
-@command()
+@command(make=show.command)
 def schema() -> None:
     """Print the JSON Schema of scenario files, for editors and other tools.
 
     \b
     Example:
-      feasibee schema > scenario.schema.json
+      feasibee show schema > scenario.schema.json
     """
     from feasibee.scenario.scenario import Scenario
 
@@ -167,7 +174,7 @@ def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
         console(highlight=True).print(table)
 
 
-@command()
+@command(make=show.command)
 def strategies(given: Given, as_json: bool) -> None:
     """List the strategies: what each needs, the length of its messages in bits, and its rule.
 
@@ -177,8 +184,8 @@ def strategies(given: Given, as_json: bool) -> None:
 
     \b
     Examples:
-      feasibee strategies
-      feasibee strategies mine.toml --json
+      feasibee show strategies
+      feasibee show strategies mine.toml --json
     """
     from feasibee.studies.needs import all_strategies
 
@@ -189,17 +196,17 @@ def strategies(given: Given, as_json: bool) -> None:
         click.echo("\nExamples of strategies of your own: examples/strategies/ of the repository.")
 
 
-@command()
+@command(make=show.command)
 def presets(as_json: bool) -> None:
     """List the presets: the length of a message in bits, the steps of a run, and whose controller it is.
 
     Bits are those of 20 robots with the strategy dmmd. The complete scenario with the values of a preset:
-    feasibee scenario --set preset=NAME
+    feasibee show scenario --set preset=NAME
 
     \b
     Examples:
-      feasibee presets
-      feasibee presets --json
+      feasibee show presets
+      feasibee show presets --json
     """
     from feasibee.scenario.messages import message_bits
     from feasibee.scenario.scenario import Scenario
@@ -221,7 +228,7 @@ def presets(as_json: bool) -> None:
 
 def _strategy(scenario: Scenario, name: str) -> dict[str, Any]:
     """Return what a line says of a strategy; without bits if the scenario doesn't support it."""
-    from feasibee.errors import ScenarioError
+    from feasibee.base.errors import ScenarioError
     from feasibee.scenario.messages import message_bits
     from feasibee.scenario.plugins import manifest_of, rule_of
     from feasibee.studies.needs import strategy_change

@@ -9,18 +9,19 @@ import re
 import sys
 import textwrap
 import unicodedata
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from functools import wraps
+from functools import cache, wraps
 from inspect import signature
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
+from click.core import ParameterSource
 
-from feasibee.errors import FeasibeeError, one_line, quoted
-from feasibee.files import check_output
+from feasibee.base.errors import FeasibeeError, one_line, quoted
+from feasibee.base.files import check_output
 from feasibee.scenario.paths import read_value
 
 if TYPE_CHECKING:
@@ -28,8 +29,8 @@ if TYPE_CHECKING:
 
     from feasibee.results.statistics import Interval
     from feasibee.scenario.scenario import Scenario
+    from feasibee.simulation.executors import WorkerPool
     from feasibee.strategies.contract import Strategy
-    from feasibee.sweeps.executors import WorkerPool
 
 
 class NamedPath(click.Path):
@@ -92,7 +93,9 @@ file_type = NamedPath(dir_okay=False, path_type=Path)
 folder_type = NamedPath(file_okay=False, path_type=Path)
 path_type = NamedPath(path_type=Path)
 count_type = click.IntRange(1)
-JOURNAL = "a journal of all runs, with which the same command goes on."
+RUNS = "all runs, with which the same command goes on."
+ANIMATIONS = (".gif", ".webp", ".mp4")
+"""File suffixes of animations."""
 
 
 def complete_field(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
@@ -104,9 +107,7 @@ def complete_field(context: click.Context, parameter: click.Parameter, incomplet
 
 def complete_change(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """Complete the field of FIELD=VALUE; commas belong to the value."""
-    from feasibee.scenario.fields import fields
-
-    return [f"{field}=" for field in fields() if field.startswith(incomplete)]
+    return [f"{field}=" for field in complete_field(context, parameter, incomplete)]
 
 
 def complete_strategy(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
@@ -114,12 +115,8 @@ def complete_strategy(context: click.Context, parameter: click.Parameter, incomp
     from feasibee.scenario.plugins import registered
     from feasibee.strategies import STRATEGIES
 
-    return _offered(incomplete, [*STRATEGIES, *registered()])
-
-
-def _offered(incomplete: str, names: Sequence[str]) -> list[str]:
     before, comma, last = incomplete.rpartition(",")
-    return [before + comma + name for name in names if name.startswith(last)]
+    return [before + comma + name for name in (*STRATEGIES, *registered()) if name.startswith(last)]
 
 
 def _address(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
@@ -129,6 +126,17 @@ def _address(context: click.Context, parameter: click.Parameter, text: str | Non
     if text is not None and not (found and 0 < int(found[1]) < 2**16):
         raise click.BadParameter("must be the address of a scheduler, such as tcp://10.0.0.1:8786.")
     return text
+
+
+def _frames(context: click.Context, parameter: click.Parameter, text: str | None) -> Any:
+    """Parse LAST, or FIRST:LAST."""
+    if text is None:
+        return None
+    first, _, last = text.rpartition(":")
+    try:
+        return int(first or 0), int(last)
+    except ValueError:
+        raise click.BadParameter("must be a step, or two; such as 100 or 50:100.") from None
 
 
 class Given(NamedTuple):
@@ -159,15 +167,6 @@ def with_flooding(scenario: Scenario) -> Scenario:
     return scenario
 
 
-def flooding_lines(scenario: Scenario) -> list[str]:
-    """Return a line on how soon names flood a scenario's place, if its robots wait for that."""
-    if not scenario.waits_for_names:
-        return []
-    from feasibee.simulation.flooding import flooding_in_words
-
-    return flooding_in_words(with_flooding(scenario))
-
-
 def _parse_change(change: str) -> tuple[str, Any]:
     """Parse FIELD=VALUE; the value is TOML, or else plain text."""
     path, equals, text = change.partition("=")
@@ -180,35 +179,56 @@ class Workforce(NamedTuple):
     """Workers as a command asks for them."""
 
     workers: int | None
-    processes: bool
     dask: str | None
 
     def pool(self) -> WorkerPool:
         """Return the workers; connect to the Dask cluster, if one is named."""
-        from feasibee.sweeps import executors
+        from feasibee.simulation import executors
 
         if self.dask is not None:
-            if self.processes or self.workers is not None:
-                raise FeasibeeError("--dask: brings its own workers; leave out --workers and --processes")
+            if self.workers is not None:
+                raise FeasibeeError("--dask: brings its own workers; leave out --workers")
             return executors.dask(self.dask)
-        return executors.processes(self.workers) if self.processes else executors.threads(self.workers)
+        return executors.threads(self.workers)
+
+
+class Look(NamedTuple):
+    """What an animation shows, and how, as a command asks for it."""
+
+    frames: tuple[int, int] | None
+    every: int
+    fps: int
+    size: int
+    dark: bool
+
+    def draw(self, write: Callable[..., None], *what: Any) -> None:
+        """Call a function that writes an animation, and show a bar."""
+        with progress("Drawing") as advance:
+            options = {name: value for name, value in self._asdict().items() if name != "frames"}
+            write(*what, **options, steps=self.frames, progress=advance)
 
 
 def option(text: str, kind: Any = None, default: Any = None, name: str = "", **settings: Any) -> Any:
     """Return the option that a parameter of a command stands for, by its help, type and default.
 
-    It is named as the parameter, unless ``name`` is given with hyphens; ``click.Option`` has the settings.
+    It is named as the parameter, unless ``name`` is given with hyphens; ``click.Option`` has the settings. A
+    parameter that is a bool is a flag, and one that is a tuple is repeatable, unless a callback makes it.
     """
     if default is not None:
         settings = {"default": default, "show_default": True, **settings}
-    return lambda parameter: click.Option(
-        [parameter, name or f"--{parameter.replace('_', '-')}"], type=kind, help=text, **settings
-    )
+
+    def made(parameter: str, annotation: str) -> click.Option:
+        names = [parameter, name or f"--{parameter.replace('_', '-')}"]
+        repeats = annotation.startswith("tuple[") and "callback" not in settings
+        found = {"is_flag": True} if annotation == "bool" else {"multiple": True} if repeats else {}
+        return click.Option(names, type=kind, help=text, **{**found, **settings})
+
+    return made
 
 
 def argument(kind: Any, **settings: Any) -> Any:
     """Return the argument that a parameter of a command stands for."""
-    return lambda parameter: click.Argument([parameter], type=kind, **settings)
+    return lambda parameter, _: click.Argument([parameter], type=kind, **settings)
 
 
 SHARED: dict[str, Any] = {
@@ -216,7 +236,6 @@ SHARED: dict[str, Any] = {
     "changes": option(
         "Change a field, such as tasks.count=50; repeatable.",
         name="--set",
-        multiple=True,
         metavar="FIELD=VALUE",
         shell_complete=complete_change,
     ),
@@ -229,10 +248,22 @@ SHARED: dict[str, Any] = {
     ),
     "budget": option("Time such as 90s or 2min, after which the answer so far is printed.", Duration()),
     "workers": option("Number of workers; by default one per processor.", click.IntRange(1, 1024)),
-    "processes": option("Use processes instead of threads; a process that dies is replaced.", is_flag=True),
     "dask": option("Use a Dask cluster, such as tcp://10.0.0.1:8786.", callback=_address, metavar="ADDRESS"),
     "workforce": Workforce,
-    "as_json": option("Print one JSON object.", name="--json", is_flag=True),
+    "frames": option(
+        "Animation: steps to show; by default to 30 or more after the decision, or all if the world changes.",
+        metavar="[FIRST:]LAST",
+        callback=_frames,
+    ),
+    "every": option("Animation: steps per frame.", count_type, 1),
+    "fps": option(
+        "Animation: frames per second; for a GIF 1, 2, 4, 5, 10, 20, 25 or 50.", click.IntRange(1, 120), 20
+    ),
+    "size": option("Animation: width in pixels.", click.IntRange(240, 4096), 480),
+    "dark": option("Animation: use a dark background."),
+    "look": Look,
+    "trust": option("Run a strategy from the text in the results; read it before."),
+    "as_json": option("Print one JSON object.", name="--json"),
 }
 """What parameters of these names stand for in all commands: an option, or the class of several."""
 
@@ -252,9 +283,10 @@ def command(
             declared = SHARED[each.name] if each.default is each.empty else each.default
             if isinstance(declared, type):
                 bundles[each.name] = declared
-                options += [SHARED[field](field) for field in bundles[each.name]._fields]
+                fields = declared.__annotations__.items()
+                options += [SHARED[field](field, of.__forward_arg__) for field, of in fields]
             else:
-                options.append(declared(each.name))
+                options.append(declared(each.name, each.annotation))
 
         @wraps(function)
         def bundled(**values: Any) -> None:
@@ -320,14 +352,23 @@ def numbered(context: click.Context, parameter: click.Parameter, text: str | Non
         raise click.BadParameter("must be whole numbers, such as 10,20,40") from None
 
 
-def strategies_option(default: str) -> Any:
-    """Return the option that lists strategies to compare; ``default`` says which these are without it."""
-    return option(
-        f"Strategies to compare; by default {default}.",
-        callback=listed,
-        metavar="A,B,...",
-        shell_complete=complete_strategy,
-    )
+def only(chosen: str, why: str, *names: str) -> None:
+    """Raise an error if a command is given more than the parameters that go with what is chosen."""
+    others = (str(each.name) for each in click.get_current_context().command.params)
+    exclude(chosen, why, *(each for each in others if each not in names))
+
+
+def exclude(chosen: str, why: str, *names: str) -> None:
+    """Raise an error if a command is given some parameters, which don't go with what is chosen."""
+    context = click.get_current_context()
+    given = [
+        each.opts[0] if isinstance(each, click.Option) else re.sub(r"[^A-Z|]", "", each.human_readable_name)
+        for each in context.command.params
+        if each.name in names and context.get_parameter_source(each.name) is ParameterSource.COMMANDLINE
+    ]
+    if given:
+        shown = " and ".join(given)
+        raise FeasibeeError(f"{chosen} with {shown}: {why}; leave out {shown}")
 
 
 def own_strategy(name: str) -> Strategy:
@@ -344,13 +385,13 @@ def own_strategy(name: str) -> Strategy:
 
 
 def folder_option(name: str, what: str) -> Any:
-    """Return --out, a folder for some output and the journal."""
-    return option(f"Folder for {what}, and {JOURNAL}", folder_type, Path(name))
+    """Return --out, a folder for some output and all runs."""
+    return option(f"Folder for {what}, and {RUNS}", folder_type, Path(name))
 
 
 def keep_matplotlib_in_cache() -> None:
     """Let matplotlib write its list of fonts to the cache folder, not to the user's home."""
-    from feasibee.files.cache import cache_root, own_folder
+    from feasibee.base.cache import cache_root, own_folder
 
     with suppress(FeasibeeError):  # then matplotlib uses a temporary folder
         own_folder(cache_root())
@@ -382,17 +423,31 @@ def print_numbers(
     caption: str | None = None,
     *,
     narrow: bool = False,
+    words: bool = False,
 ) -> None:
-    """Print a table: a column of names, and columns of numbers; a narrow one breaks no cell."""
+    """Print a table: a column of names, and columns of numbers, of which the last may have words.
+
+    A narrow table breaks no cell.
+    """
     from rich.box import SIMPLE_HEAD
     from rich.table import Table
 
     table = Table(title=title, box=SIMPLE_HEAD, pad_edge=False, collapse_padding=narrow, caption=caption)
+    table.caption_justify = "left"
     for place, head in enumerate(heads):
-        table.add_column(head, justify="right" if place else "left", no_wrap=narrow)
+        left = not place or (words and place == len(heads) - 1)
+        table.add_column(head, justify="left" if left else "right", no_wrap=narrow)
     for row in rows:
         table.add_row(*row)
     console().print(table)
+
+
+@cache
+def stderr_console() -> Console:
+    """Return the console of standard error: one for all displays, since rich nests those of one console."""
+    from rich.console import Console
+
+    return Console(stderr=True)
 
 
 @contextmanager
@@ -400,11 +455,15 @@ def progress(what: str, *, hidden: bool = False) -> Iterator[Callable[[float], N
     """Show a progress bar on standard error if it is a terminal; give the function that updates it."""
     from rich.progress import Progress
 
-    from feasibee.cli.terminal import stderr_console
-
     with Progress(console=stderr_console(), transient=True, disable=hidden or not sys.stderr.isatty()) as bar:
         task = bar.add_task(what, total=1.0)
         yield lambda share: bar.update(task, completed=share)
+
+
+def print_lines(lines: Iterable[str], indent: str = "", further: str = "") -> None:
+    """Print lines, each wrapped for the terminal."""
+    for line in lines:
+        click.echo(wrapped(line, indent, further))
 
 
 def wrapped(text: str, indent: str = "", further: str = "") -> str:

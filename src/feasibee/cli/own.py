@@ -1,37 +1,44 @@
-"""feasibee check: what a strategy of one's own needs and takes, and how good it is."""
+"""feasibee check, benchmark: what strategies of one's own need and take, and how good they are."""
 
 from __future__ import annotations
 
+import secrets
+import shlex
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from feasibee.cli.execution import executing
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.files import make_folder
+from feasibee.cli.execution import executing, leave_if_stopped
 from feasibee.cli.options import (
     Workforce,
     argument,
     command,
+    complete_strategy,
     count_type,
     file_type,
+    folder_option,
     option,
     own_strategy,
     print_json,
+    print_lines,
     print_numbers,
     wrapped,
 )
-from feasibee.errors import FeasibeeError
+from feasibee.scenario.runs import Runs
 from feasibee.strategies.overflow import LEAVES
 
 if TYPE_CHECKING:
     from feasibee.results.statistics import Interval
+    from feasibee.studies.benchmark import Card
+    from feasibee.studies.board import Standing
     from feasibee.studies.check import Check
     from feasibee.studies.comparison import Outcome
 
-IN_WORDS = {"names": "names of tasks", "ids": "ids that are never misread", "count": "the number of robots"}
-"""What a strategy may need of robots."""
 BOARDS = {"ATmega328P": (32_768, 2_048)}
 """Bytes of flash and RAM that a board has."""
 
@@ -43,6 +50,7 @@ def check(
     runs: int = option("Number of runs of each strategy at each number of tasks.", count_type, 200),
     seed: int,
     workers: int | None,
+    details: bool = option("Also print messages, memory, and bytes in flash and RAM."),
     as_json: bool,
 ) -> None:
     """Check a strategy of your own: what it needs, whether C agrees with Python, how often it is right.
@@ -62,7 +70,7 @@ def check(
     try:
         if own_strategy(str(file)).source == "":
             raise FeasibeeError(f"{file}: is built in; name a file of your own, such as mine.py")
-        with executing("Checking", None, Workforce(workers, False, None)) as execution:
+        with executing("Checking", None, Workforce(workers, None)) as execution:
             found = check_strategy(str(file), runs, seed, execution)
     except FeasibeeError as error:
         if LEAVES not in str(error):
@@ -72,17 +80,34 @@ def check(
     if as_json:
         print_json(found.to_dict(seed))
     else:
-        for title, text in _rows(found):
-            click.echo(wrapped(f"{text}.", f"{title:10}", " " * 10))
+        print_lines(_answer(found))
         _print_accuracy(found, runs)
+        for title, text in _rows(found) if details else ():
+            click.echo(wrapped(f"{text}.", f"{title:10}", " " * 10))
     if not found.agrees:
         sys.exit(1)
 
 
+def _answer(found: Check) -> Iterator[str]:
+    """Yield whether all backends agree, how often swarms are right, and what the strategy needs."""
+    from feasibee.results.statistics import OF_THE_RUNS, in_percent
+    from feasibee.studies.check import AGREE, WORLDS
+    from feasibee.studies.comparison import by_contender, overall
+    from feasibee.studies.needs import IN_WORDS
+
+    parts = {"the engine": found.engine, "C": found.in_c or found.c}
+    unlike = [f"{name}: {problem}" for name, problem in parts.items() if problem != AGREE]
+    agree = f"The engine, Python and C agree, in {WORLDS} random worlds."
+    yield agree if not unlike else f"Not all of the engine, Python and C agree. {'; '.join(unlike)}."
+    own, *others = by_contender(found.outcomes).items()
+    rest = " and ".join(f"{name} in {in_percent(overall(group))}" for name, group in others)
+    yield f"{own[0]} is right in {in_percent(overall(own[1]), OF_THE_RUNS)}, {rest}."
+    needs = ", ".join(IN_WORDS[each] for each in found.needs) or "nothing that robots may lack"
+    yield f"It needs {needs}; a message has {found.bits} bits."
+
+
 def _rows(found: Check) -> Iterator[tuple[str, str]]:
     """Yield titles and texts of the lines on a strategy."""
-    yield "Needs", ", ".join(IN_WORDS[each] for each in found.needs) or "nothing that robots may lack"
-    yield "Messages", f"{found.bits} bits"
     yield (
         "Memory",
         f"{found.words:,} words known, {found.message_words:,} in a message, {found.memory} floats",
@@ -126,3 +151,89 @@ def _share(share: Interval) -> str:
     """Return a share with its 95 % interval, in percent."""
     middle, low, high = (100 * each for each in share)
     return f"{middle:.1f} ({low:.0f} to {high:.0f})"
+
+
+@command()
+def benchmark(
+    *,
+    strategies: tuple[str, ...] = argument(
+        str, nargs=-1, metavar="[STRATEGY]...", shell_complete=complete_strategy
+    ),
+    runs: int = option(
+        "Number of runs of each side of a world; large swarms take fewer.", click.IntRange(1, 100_000), 200
+    ),
+    seed: int | None = option(
+        "Seed of the random numbers, 0 to 2**64 - 1; by default drawn, so that no strategy is fitted to it.",
+        int,
+    ),
+    budget: float | None,
+    workforce: Workforce,
+    out: Path = folder_option("benchmark", "the card, the page"),
+    details: bool = option("Also print where it is behind, and what the columns are."),
+    as_json: bool,
+) -> None:
+    """Compare strategies on a board: decisions, declarations, steps, bits and memory in 32 frozen worlds.
+
+    STRATEGY is the path of a .py file, or a name; without any, all built-in ones. They rank among those whose
+    robots are given the same. The card, benchmark.json, has their texts and the seed: feasibee run --again.
+
+    \b
+    Examples:
+      feasibee benchmark mine.py --budget 5min
+      feasibee benchmark mine.py theirs.py dmmd --runs 1000
+      feasibee run --again benchmark/benchmark.json --trust
+    """
+    from feasibee.results.statistics import plain
+    from feasibee.simulation.sweep import Rounds
+    from feasibee.studies.benchmark import benchmark as simulate_all
+    from feasibee.studies.benchmark import board
+    from feasibee.studies.board import standings, write_board
+
+    seed = secrets.randbits(64) if seed is None else seed
+    Runs.of_point(0, runs, seed)  # raises before the folder is made
+    for name in strategies:
+        own_strategy(name)
+    folder = make_folder(out)
+    with (
+        executing("Benchmarking", folder, workforce, budget=budget, answers=True) as execution,
+        Rounds(execution, most=None) as rounds,
+    ):
+        card = simulate_all(strategies, runs, seed, rounds)
+    card.write(folder / "benchmark.json")
+    shown = card.joined(board()) if strategies else card
+    names = tuple(card.contenders) if strategies else ()
+    write_board(folder / "benchmark.html", shown, names, shlex.join(["feasibee", "benchmark", *strategies]))
+    classes = standings(shown)
+    if as_json:
+        print_json(plain({given: tuple(group) for given, group in classes.items()}))
+    else:
+        _print_board(classes, card, names, details, folder)
+    if card.runs < runs:
+        short = f"{card.runs:,} instead of {runs:,} runs of each side; to go on, add --seed {seed}"
+        click.echo(f"feasibee: {rounds.stopped}: {short}", err=True)
+    leave_if_stopped(rounds.stopped)
+
+
+def _print_board(
+    classes: Mapping[str, Sequence[Standing]],
+    card: Card,
+    names: Collection[str],
+    details: bool,
+    folder: Path,
+) -> None:
+    """Print how contenders of a card rank, and a table of their classes."""
+    from feasibee.studies.board import CAPTION, HEADS, IN_A_TERMINAL, behind, in_words
+
+    print_lines(in_words(classes, names))
+    rows: list[list[str]] = []
+    for group in classes.values():
+        given = next(
+            (card.contenders[each.contender].given for each in group if each.contender in card.contenders),
+            None,
+        )
+        if given is not None:
+            rows.append([f"given {', '.join(given) or 'nothing'}:", *[""] * IN_A_TERMINAL])
+            rows += [[f" {each.contender}", *each.cells[:IN_A_TERMINAL]] for each in group]
+    print_numbers("", ["", *HEADS[:IN_A_TERMINAL]], rows, narrow=True)
+    print_lines([*behind(classes, names), f"{CAPTION}."] if details else [])
+    click.echo(f"The page is {folder}/benchmark.html, the card {folder}/benchmark.json")

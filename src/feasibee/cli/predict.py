@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from feasibee.base.errors import FeasibeeError, ScenarioError
+from feasibee.base.files import FIGURES, check_output
 from feasibee.cli.options import (
     Given,
     command,
@@ -16,11 +19,10 @@ from feasibee.cli.options import (
     option,
     percents,
     print_json,
+    print_lines,
     print_numbers,
     progress,
 )
-from feasibee.errors import FeasibeeError, ScenarioError
-from feasibee.files import FIGURES, check_output
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
@@ -52,6 +54,7 @@ def predict(
     ),
     seed: int,
     workers: int | None,
+    details: bool = option("Also print why: where opinions tip, and what noise does."),
     as_json: bool,
 ) -> None:
     """Predict how often and when a swarm decides, without simulating it, and why.
@@ -89,7 +92,7 @@ def predict(
     elif over:
         _print_over(found, over.partition("=")[0])
     else:
-        _print_one(found[0])
+        _print_one(found[0], details)
 
 
 def _points(
@@ -150,52 +153,50 @@ def _share(value: float) -> str:
     return f"{100 * value:.1f}"
 
 
-def _print_one(point: Point) -> None:
-    from feasibee.scenario.feasibility import truth
-
+def _print_one(point: Point, details: bool) -> None:
     _, prediction, agreement = point
     assert not isinstance(prediction, str)
-    scenario, rows = prediction.scenario, []
-    true = "feasible" if truth(scenario) else "infeasible"
-    for name in ("feasible", "infeasible", "undecided"):
-        row = [name + " (true)" * (name == true), _share(getattr(prediction, name))]
-        rows.append([*row, *(percents(agreement.rates[name]) if agreement else ())])
-    print_numbers(
-        f"{scenario.robots.count} robots, {scenario.tasks.count} tasks, {scenario.decision.strategy}",
-        ["decision", "theory (%)", *(["engine (%)", "95 % interval"] if agreement else [])],
-        rows,
-    )
-    for line in _lines(prediction, agreement):
-        console().print(line, soft_wrap=True)
+    print_lines(_lines(prediction, agreement))
+    if agreement:
+        names = ("feasible", "infeasible", "undecided")
+        rows = [[name, _share(getattr(prediction, name)), *percents(agreement.rates[name])] for name in names]
+        print_numbers("", ["decision", "theory (%)", "engine (%)", "95 % interval"], rows)
+    print_lines(_why(prediction) if details else [])
 
 
-def _lines(prediction: Prediction, agreement: Agreement | None) -> list[str]:
-    """Return what the table doesn't hold: times, why, warnings, whether the engine agrees."""
+def _lines(prediction: Prediction, agreement: Agreement | None) -> Iterator[str]:
+    """Yield the answer: what swarms decide, when, and whether the engine agrees; then warnings."""
+    from feasibee.scenario.feasibility import truth
     from feasibee.scenario.units import when_in_words
 
-    q25, median, q75 = (when_in_words(prediction.scenario, each) for each in prediction.steps.values())
-    lines = [
-        f"Tested error of a share: {100 * prediction.error:.2g} percentage points.",
-        f"Decided: a quarter of the swarms {q25}, half {median}, three quarters {q75}.",
-    ]
-    if (tips := prediction.tipping) is not None:
-        lines += [
-            f"Opinions tip where {_share(tips.point)} % are for feasible; a deviation grows e-fold in "
-            f"{tips.e_fold:.0f} steps.",
-            f"Noise: {_share(tips.coins_share)} % from the coins at the start, "
-            f"{_share(1 - tips.coins_share)} % from all later steps.",
-        ]
-    lines += [f"Warning: {each}." for each in prediction.warnings]
+    scenario, true = prediction.scenario, "feasible" if truth(prediction.scenario) else "infeasible"
+    shares = {name: getattr(prediction, name) for name in ("feasible", "infeasible", "undecided")}
+    right, error = 100 * shares.pop(true), 100 * prediction.error
+    others = " and ".join(f"{100 * share:.0f} % {name}" for name, share in shares.items())
+    yield (
+        f"By theory, {right:.0f} % of the swarms rightly decide {true} (the largest error in tests was "
+        f"{error:.2g} points), {others}."
+    )
+    q25, median, q75 = (when_in_words(scenario, each) for each in prediction.steps.values())
+    yield f"Half have decided {median}, a quarter {q25}, three quarters {q75}."
     if agreement is not None:
-        parts = [
-            name
-            for name, agrees in (("shares", agreement.shares_agree), ("times", agreement.times_agree))
-            if not agrees
-        ]
+        agrees = {"shares": agreement.shares_agree, "times": agreement.times_agree}
+        parts = [name for name, same in agrees.items() if not same]
         verdict = f"differ in {' and '.join(parts)}" if parts else "agree"
-        half = when_in_words(prediction.scenario, agreement.steps.median)
-        lines.append(f"Theory and engine {verdict} (half {half} in {agreement.runs:,} runs).")
-    return lines
+        half = when_in_words(scenario, agreement.steps.median)
+        yield f"Theory and engine {verdict} (half {half} in {agreement.runs:,} runs)."
+    yield from (f"Warning: {each}." for each in prediction.warnings)
+
+
+def _why(prediction: Prediction) -> Iterator[str]:
+    """Yield where opinions tip, and what noise does, if they tip."""
+    if (tips := prediction.tipping) is not None:
+        yield (
+            f"Opinions tip where {_share(tips.point)} % are for feasible; a deviation grows e-fold in "
+            f"{tips.e_fold:.0f} steps."
+        )
+        coins, later = _share(tips.coins_share), _share(1 - tips.coins_share)
+        yield f"Noise: {coins} % from the coins at the start, {later} % from all later steps."
 
 
 def _print_over(found: list[Point], path: str) -> None:
@@ -203,7 +204,7 @@ def _print_over(found: list[Point], path: str) -> None:
     heads = [path, "feasible", "infeasible", "step", "tips at", *(["engine (%)", "agree"] if engine else [])]
     rows, beyond = [], []
     for value, prediction, agreement in found:
-        row = [f"{value:.3g}" if isinstance(value, float) else str(value)]
+        row = [_number(value)]
         if isinstance(prediction, str):
             rows.append([*row, *["-"] * (len(heads) - 1)])
             beyond.append(prediction)
@@ -214,9 +215,23 @@ def _print_over(found: list[Point], path: str) -> None:
         if agreement:
             row += [_share(agreement.rates["feasible"].estimate), "yes" if agreement.agree else "no"]
         rows.append(row)
+    print_lines([_range_in_words(found, path)])
     print_numbers("", heads, rows)
     for line in beyond:
         console().print(f"Beyond reach: {line}", soft_wrap=True)
+
+
+def _range_in_words(found: list[Point], path: str) -> str:
+    known = [(value, each.right) for value, each, _ in found if not isinstance(each, str)]
+    (worst, least), (best, most) = (pick(known, key=lambda pair: pair[1]) for pick in (min, max))
+    return (
+        f"By theory, {100 * most:.0f} % of the swarms are right with {path} = {_number(best)}, the best of "
+        f"these values, and {100 * least:.0f} % with {_number(worst)}, the worst."
+    )
+
+
+def _number(value: Any) -> str:
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _draw(found: list[Point], path: str, plot: Path) -> None:

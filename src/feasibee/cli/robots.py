@@ -1,11 +1,11 @@
-"""feasibee launch, robot, replay, header: a swarm as processes, one robot, and what robots did."""
+"""feasibee robot: the controller in C, a swarm as processes, one robot, and what robots did."""
 
 from __future__ import annotations
 
 import json
 import os
 import tempfile
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager, nullcontext, suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -13,15 +13,20 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from feasibee.base.errors import FeasibeeError, one_line
 from feasibee.cli.options import (
+    ANIMATIONS,
     FiniteRange,
     Given,
+    Look,
     argument,
     command,
     complete_strategy,
+    exclude,
     file_type,
     folder_type,
     named,
+    only,
     option,
     outputs_option,
     own_strategy,
@@ -30,7 +35,6 @@ from feasibee.cli.options import (
     progress,
     with_flooding,
 )
-from feasibee.errors import FeasibeeError, one_line
 from feasibee.field.plan import (
     Fault,
     Plan,
@@ -59,46 +63,52 @@ EVENTS = {
 """What is printed of events."""
 
 
-@command()
+def _loaded(context: click.Context, parameter: click.Parameter, path: Path | None) -> Strategy | None:
+    return None if path is None else own_strategy(str(path))
+
+
+_strategy = option(
+    "The robots' strategy, if it is a file of yours.", file_type, metavar="FILE", callback=_loaded
+)
+
+
+@click.group()
+def robot() -> None:
+    """Run robots as processes or real ones, replay their logs, or print their controller in C.
+
+    \b
+    Examples:
+      feasibee robot launch --lockstep
+      feasibee robot header mine.py > feasibee.h
+    """
+
+
+@command(make=robot.command)
 def launch(
     *,
     given: Given,
     seed: int,
     run: int,
-    lockstep: bool = option("Wait for all robots in each step; the result is that of the run.", is_flag=True),
+    lockstep: bool = option("Wait for all robots in each step; the result is that of the run."),
     hz: float = option("Steps per second of a robot's clock.", FiniteRange(0.01, 1000), 10.0),
-    drift: float = option(
-        "Largest error of a robot's clock, as a share: 0.01 is 1 %.", FiniteRange(0, 0.5), 0.0
-    ),
+    drift: float = option("Largest error of a robot's clock: 0.01 is 1 %.", FiniteRange(0, 0.5), 0.0),
     jitter: float = option("Largest deviation of a step's duration, as a share.", FiniteRange(0, 1), 0.0),
-    delay: str = option(
-        "Delay of each message, such as 200ms.", default="0", show_default=False, metavar="TIME"
-    ),
-    kill: tuple[str, ...] = option("Kill robots at a step; repeatable.", multiple=True, metavar="COUNT@STEP"),
+    delay: str = option("Delay of each message, such as 200ms.", default="0", metavar="TIME"),
+    kill: tuple[str, ...] = option("Kill robots at a step; repeatable.", metavar="COUNT@STEP"),
     pause: tuple[str, ...] = option(
-        "Stop robots' processes at a step, for a time or for good; repeatable.",
-        multiple=True,
-        metavar="COUNT@STEP[:TIME]",
+        "Stop robots at a step, for a time or for good; repeatable.", metavar="COUNT@STEP[:TIME]"
     ),
     partition: tuple[str, ...] = option(
-        "Cut the radio between two halves of the robots at a step, for a time; repeatable.",
-        multiple=True,
-        metavar="TIME@STEP",
+        "Cut the radio between two halves of the robots for a time; repeatable.", metavar="TIME@STEP"
     ),
     out: Path | None = option(
-        "Write the world's log and one log per robot, which feasibee replay replays.",
-        folder_type,
-        metavar="FOLDER",
+        "Write the logs of the world and of each robot.", folder_type, metavar="FOLDER"
     ),
-    no_robots: bool = option("Start no robots; wait for those that feasibee robot starts.", is_flag=True),
-    in_c: bool = option(
-        "Let the robots run the program in C that feasibee header gives.", name="--c", is_flag=True
-    ),
-    ros: bool = option("Let world and robots be nodes of ROS 2; needs feasibee_ros.", is_flag=True),
+    no_robots: bool = option("Start no robots; wait for those that feasibee robot join starts."),
+    in_c: bool = option("Let the robots run the program in C that feasibee robot header gives.", name="--c"),
+    ros: bool = option("Let world and robots be nodes of ROS 2; needs feasibee_ros."),
     wait: float = option("Seconds that robots have to join.", FiniteRange(0.1, 86_400), 60.0),
-    patience: float = option(
-        "Seconds of silence after which a robot is lost.", FiniteRange(0.1, 86_400), 5.0
-    ),
+    patience: float = option("Seconds of silence until a robot is lost.", FiniteRange(0.1, 86_400), 5.0),
     as_json: bool,
 ) -> None:
     """Run a swarm as processes: one world, and one process for each robot with its own clock.
@@ -108,14 +118,14 @@ def launch(
 
     \b
     Examples:
-      feasibee launch --lockstep --c --json
-      feasibee launch mine.toml --hz 50 --drift 0.01 --delay 200ms
-      feasibee launch --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
+      feasibee robot launch --lockstep --c --json
+      feasibee robot launch mine.toml --hz 50 --drift 0.01 --delay 200ms
+      feasibee robot launch --kill 3@50 --pause 1@80:5s --partition 5s@100 --out logs
     """
     from feasibee.field.supervisor import Field
 
     if not hasattr(os, "killpg"):
-        raise FeasibeeError("feasibee launch: needs groups of processes; use Linux, macOS or WSL")
+        raise FeasibeeError("feasibee robot launch: needs groups of processes; use Linux, macOS or WSL")
     scenario = with_flooding(given.read())
     one = Runs.single(seed, run)
     options = {"kill": kill, "pause": pause, "partition": partition}
@@ -201,12 +211,14 @@ def _in_words(result: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-@command()
-def robot(
+@command(make=robot.command)
+def join(
     *,
     given: Given,
     connect: Path | None = option(
-        "Where the world of a field on this machine is, as feasibee launch prints.", file_type, metavar="FILE"
+        "Where the world of a field on this machine is, as feasibee robot launch prints.",
+        file_type,
+        metavar="FILE",
     ),
     senses: str | None = option(
         "Without a world: named pipe, or udp:HOST:PORT, that your driver writes to.",
@@ -220,11 +232,9 @@ def robot(
         metavar="INTEGER",
     ),
     outputs: dict[str, Path] = outputs_option(
-        "Write the robot's log, .jsonl, for feasibee replay.", log=(".jsonl",)
+        "Write the robot's log, .jsonl, for feasibee robot replay.", log=(".jsonl",)
     ),
-    strategy: Path | None = option(
-        "The swarm's strategy, if it is a file of yours.", file_type, metavar="FILE"
-    ),
+    strategy: Strategy | None = _strategy,
 ) -> None:
     """Run one robot: of a field, or a real one whose driver writes what it senses.
 
@@ -232,15 +242,13 @@ def robot(
 
     \b
     Examples:
-      feasibee robot --connect /tmp/feasibee-field-x1/world.json --id 3
-      feasibee robot mine.toml --id 3 --senses senses.pipe --out robot-3.jsonl
+      feasibee robot join --connect /tmp/feasibee-field-x1/world.json --id 3
+      feasibee robot join mine.toml --id 3 --senses senses.pipe --out robot-3.jsonl
     """
     if (connect is None) == (senses is None):
-        raise FeasibeeError("feasibee robot: needs either a world or senses; give --connect or --senses")
-    if connect is not None and any(given):
-        raise FeasibeeError("--connect with a scenario: the world has the scenario; leave out FILE and --set")
-    if connect is not None and seed is not None:
-        raise FeasibeeError("--connect with --seed: the world has the seed; leave out --seed")
+        raise FeasibeeError("feasibee robot join: needs either a world or senses; give --connect or --senses")
+    if connect is not None:
+        only("--connect", "the world has scenario and seed", "connect", "number", "outputs", "strategy")
     log = outputs.get("log")
     if senses is not None:
         _drive(with_flooding(given.read()), number, seed, senses, log)
@@ -248,9 +256,8 @@ def robot(
     from feasibee.field.logs import LineLog
     from feasibee.field.robot import GONE, take_part
 
-    own = _strategy(strategy)
     with closing(LineLog(log)) if log is not None else nullcontext() as lines:
-        status, why = take_part({"connect": str(connect), "number": number, "brain": ""}, lines, own)
+        status, why = take_part({"connect": str(connect), "number": number, "brain": ""}, lines, strategy)
     if why:
         raise FeasibeeError(f"--id {number}: {one_line(why)}")
     if status == GONE:
@@ -271,13 +278,16 @@ def _drive(scenario: Scenario, number: int, seed: int | None, senses: str, log: 
             click.echo(f"feasibee: dropped, {why}: {count:,}", err=True)
 
 
-@command()
+@command(make=robot.command)
 def replay(
     *,
     logs: tuple[Path, ...] = argument(path_type, metavar="LOG...", nargs=-1, required=True),
-    strategy: Path | None = option(
-        "The robots' strategy, if it is a file of yours.", file_type, metavar="FILE"
+    strategy: Strategy | None = _strategy,
+    outputs: dict[str, Path] = outputs_option(
+        "Draw the field whose folder LOG is, instead: .gif, .webp, .mp4, or .png for the last frame.",
+        animation=(*ANIMATIONS, ".png"),
     ),
+    look: Look,
     as_json: bool,
 ) -> None:
     """Replay logs of robots, and check that each decision is the same to the bit.
@@ -286,13 +296,17 @@ def replay(
 
     \b
     Examples:
-      feasibee replay logs
-      feasibee replay logs/robot-3.jsonl --json
+      feasibee robot replay logs
+      feasibee robot replay logs/robot-3.jsonl --json
+      feasibee robot replay logs --out field.gif
     """
+    if outputs:
+        _animate(logs, outputs["animation"], look)
+        return
+    exclude("no animation", "only animations, such as --out field.gif, have it", *look._fields)
     from feasibee.field.replay import replay as replay_log
 
-    own = _strategy(strategy)
-    replays = [(log, replay_log(log, own)) for path in logs for log in _logs(path)]
+    replays = [(log, replay_log(log, strategy)) for path in logs for log in _logs(path)]
     if as_json:
         print_json([{"log": str(path), **found._asdict()} for path, found in replays])
         return
@@ -304,9 +318,15 @@ def replay(
         )
 
 
-def _strategy(path: Path | None) -> Strategy | None:
-    """Return a user's strategy."""
-    return None if path is None else own_strategy(str(path))
+def _animate(folders: Sequence[Path], out: Path, look: Look) -> None:
+    """Draw a field from its world's log."""
+    from feasibee.figures.animation import animate_field
+
+    only("--out", "it draws the log", "logs", "outputs", *look._fields)
+    if len(folders) > 1:
+        raise FeasibeeError(f"--out {out}: shows one field; name one folder")
+    look.draw(animate_field, folders[0], out)
+    click.echo(f"Wrote {out}")
 
 
 def _logs(path: Path) -> list[Path]:
@@ -315,24 +335,18 @@ def _logs(path: Path) -> list[Path]:
         return [path]
     found = sorted(path.glob("robot-*.jsonl"), key=lambda each: (len(each.name), each.name))
     if not found:
-        raise FeasibeeError(f"{path}: has no logs of robots; run feasibee launch --out {path}")
+        raise FeasibeeError(f"{path}: has no logs of robots; run feasibee robot launch --out {path}")
     return found
 
 
-@command()
+@command(make=robot.command)
 def header(
     *,
     strategies: tuple[str, ...] = argument(
         str, nargs=-1, metavar="[STRATEGY]...", shell_complete=complete_strategy
     ),
-    more: tuple[str, ...] = option(
-        "Include this strategy, as STRATEGY does; repeatable.",
-        name="--strategy",
-        multiple=True,
-        metavar="STRATEGY",
-    ),
     inbox: int | None = option("Number of senders whose message a robot keeps; by default 64.", int),
-    acting: bool = option("Print acting.h instead: which task a robot that acts goes to.", is_flag=True),
+    acting: bool = option("Print acting.h instead: which task a robot that acts goes to."),
 ) -> None:
     """Print the controller of one robot in C99, as one header file.
 
@@ -341,19 +355,18 @@ def header(
 
     \b
     Examples:
-      feasibee header > feasibee.h
-      feasibee header mine.py > feasibee.h
-      feasibee header dmmd dc --inbox 32 > feasibee.h
-      feasibee header --acting > acting.h
+      feasibee robot header > feasibee.h
+      feasibee robot header mine.py > feasibee.h
+      feasibee robot header dmmd dc --inbox 32 > feasibee.h
+      feasibee robot header --acting > acting.h
     """
     from feasibee.robot.firmware import acting_header, header
 
     if acting:
-        if strategies or more or inbox is not None:
-            raise FeasibeeError("--acting: acting.h has no strategy and no inbox; leave them out")
+        only("--acting", "acting.h has no strategy and no inbox", "acting")
         click.echo(acting_header(), nl=False)
         return
-    click.echo(header([_in_c(name) for name in (*strategies, *more)] or None, inbox), nl=False)
+    click.echo(header([_in_c(name) for name in strategies] or None, inbox), nl=False)
 
 
 def _in_c(name: str) -> str | Strategy:

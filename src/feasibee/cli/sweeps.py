@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.files import FIGURES, RESULTS, check_output, make_folder, write_text
 from feasibee.cli.execution import check_log, executing
 from feasibee.cli.options import (
     MeasureChoice,
@@ -27,14 +29,12 @@ from feasibee.cli.options import (
     print_json,
     wrapped,
 )
-from feasibee.errors import FeasibeeError
-from feasibee.files import FIGURES, RESULTS, check_output, make_folder, write_text
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from feasibee.sweeps.table import Summary
+    from feasibee.simulation.table import Summary
 
 _folder = argument(folder_type, default=Path("results"))
 _field = partial(option, metavar="FIELD", shell_complete=complete_field, callback=named)
@@ -56,14 +56,14 @@ def sweep(
     *,
     study: Path = argument(file_type),
     out: Path = option(
-        "Folder of the journal; runs that it has aren't computed again.", folder_type, Path("results")
+        "Folder of the runs; what is there isn't computed again.", folder_type, Path("results")
     ),
     runs: int | None = option("Number of runs of each point, instead of the study's.", count_type),
     workforce: Workforce,
     shard: tuple[int, int] = option("Run part I of N only, for job arrays.", callback=_shard, metavar="I/N"),
     log: Path | None = option("Append progress as JSON lines.", file_type),
 ) -> None:
-    """Run a study, many scenarios with many runs each, into a journal.
+    """Run a study, many scenarios with many runs each, into a folder.
 
     STUDY is a TOML file with [scenario], [sweep], runs and seed. If the sweep is interrupted or killed, or
     the disk is full, the same command goes on where it was.
@@ -71,13 +71,13 @@ def sweep(
     \b
     Examples:
       feasibee sweep ratio.toml --out results
-      feasibee sweep ratio.toml --out results --runs 1000     adds runs to those in the journal
-      feasibee sweep ratio.toml --out part3 --shard 3/16      then: feasibee results merge results part*
+      feasibee sweep ratio.toml --out results --runs 1000     adds runs to those there
+      feasibee sweep ratio.toml --out results --shard 3/16    a part of a job array; all write there
     """
     from dataclasses import replace
 
-    from feasibee.sweeps.plan import Study
-    from feasibee.sweeps.sweep import sweep as run_sweep
+    from feasibee.simulation.plan import Study
+    from feasibee.simulation.sweep import complete
 
     plan = Study.read(study)
     if runs is not None:
@@ -86,7 +86,7 @@ def sweep(
     if log is not None:
         check_log(log)
     with executing("Sweeping", out, workforce, log) as execution:
-        done = run_sweep(plan, out, execution.pool, shard, execution.progress)
+        done = complete(plan, out, execution.pool, shard, execution.progress)
     click.echo(
         f"{done.runs_new} runs in {done.seconds:.1f} s; the {'study' if shard == (0, 1) else 'part'}'s "
         f"{done.runs_done} runs of {done.points} points are in {out}/. Look: feasibee results status {out}"
@@ -97,7 +97,7 @@ def sweep(
 def results() -> None:
     """Look into results of a sweep or study: tables, figures, files.
 
-    FOLDER is that of the journal, --out of the command that made it; by default results.
+    FOLDER is --out of the command that made it; by default results.
 
     \b
     Examples:
@@ -110,7 +110,7 @@ def results() -> None:
 def status(
     *,
     folder: Path = _folder,
-    as_json: bool = option("Print one JSON array.", name="--json", is_flag=True),
+    as_json: bool = option("Print one JSON array.", name="--json"),
 ) -> None:
     """Show the progress of a sweep or study, and its results so far; also while it runs.
 
@@ -118,17 +118,16 @@ def status(
     Example:
       feasibee results status
     """
-    from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.table import survey
+    from feasibee.simulation.store import Store
+    from feasibee.simulation.table import summaries
 
-    with Journal(folder) as journal:
-        points, found = survey(journal)
+    store = Store(folder)
+    points = summaries(store)
     if as_json:
         print_json([_as_json(point) for point in points])
     else:
         _print_table(folder, points)
-    if not found.is_whole:
-        raise FeasibeeError(found.line)
+    store.check()
 
 
 CAPTION = (
@@ -148,7 +147,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     """Print a table, or two lines per point if the terminal is too narrow for it; break no word."""
     from rich.measure import Measurement
 
-    from feasibee.sweeps.table import value_of, varied
+    from feasibee.simulation.table import value_of, varied
 
     fields = varied([point.row for point in points])
     seeds = len({point.row.seed for point in points}) > 1
@@ -226,7 +225,7 @@ def _text(value: Any) -> str:
 
 
 def _as_json(point: Summary) -> dict[str, Any]:
-    from feasibee.model.codes import DECISIONS
+    from feasibee.base.codes import DECISIONS
     from feasibee.results.measures import TRACKED
 
     found = point.found
@@ -262,13 +261,12 @@ def export(
       feasibee results export
       feasibee results export --out ratio.nc
     """
-    from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.table import export as write
+    from feasibee.simulation.store import Store
+    from feasibee.simulation.table import export as write
 
-    target = out or folder / "runs.csv"
-    with Journal(folder) as journal:
-        check_output(target, RESULTS, "--out")
-        rows = write(journal, target)
+    target, store = out or folder / "runs.csv", Store(folder)
+    check_output(target, RESULTS, "--out")
+    rows = write(store, target)
     click.echo(f"{rows} runs are in {target}")
 
 
@@ -338,15 +336,16 @@ def plot(
       feasibee results plot --x tasks.count --facet radio.loss --width 7in --height 3in --title "Lossy radio"
       feasibee results plot --x tasks.count --style journal --width 84mm --out column.pdf
     """
+    from feasibee.simulation.store import Store
+    from feasibee.simulation.table import summaries, varied
     from feasibee.studies.sweep_figure import View, text_of
-    from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.table import summaries, varied
 
     target, journal = out or folder / "plot.png", style == "journal"
     if hue and y:
         raise FeasibeeError("--hue and --y: exclude each other; leave out one of them")
-    with Journal(folder) as opened:
-        found, about = summaries(opened), opened.about
+    store = Store(folder)
+    found = summaries(store)
+    store.check()
     width = width or (COLUMN if journal else None)
     view = View(x, show, hue, y, facet, journal, width, height, title, xlabel, ylabel)
     if facet and facet in (x, hue, y):
@@ -359,30 +358,7 @@ def plot(
     over = view.over(points, varying)
     if journal:
         text = target.with_suffix(".txt")
-        write_text(text, text_of(view, points, varying, about))
+        write_text(text, text_of(view, points, varying, store.version))
         click.echo(f"Its caption and methods are {text}")
     view.save(points, over, target)
     click.echo(f"The figure is {target}" + (f", averaged over {', '.join(over)}" if over else ""))
-
-
-@command(make=results.command)
-def merge(
-    *,
-    folder: Path = argument(folder_type),
-    parts: tuple[Path, ...] = argument(folder_type, nargs=-1, required=True),
-) -> None:
-    """Merge journals, such as those of a job array, into one.
-
-    \b
-    Example:
-      feasibee results merge results part1 part2 part3
-    """
-    from feasibee.sweeps.journal import Journal
-    from feasibee.sweeps.journal import merge as merge_all
-
-    for part in parts:
-        Journal(part).close()  # an invalid one is reported before anything is written
-    with Journal(make_folder(folder), write=True) as journal:
-        merge_all(journal, parts)
-        total = sum(journal.counts().values())
-    click.echo(f"{folder}/ has {total} runs of {len(parts)} parts and of what was there")

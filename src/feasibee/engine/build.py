@@ -7,6 +7,7 @@ exception is cffi, which writes down what engine.h declares.
 from __future__ import annotations
 
 import argparse
+import ast
 import hashlib
 import subprocess
 import sys
@@ -17,9 +18,9 @@ from pathlib import Path
 from subprocess import PIPE, STDOUT
 from typing import Final
 
+from feasibee.base.errors import FeasibeeError
 from feasibee.engine.compilers import COMPILER, Compiler, compiler, zig
 from feasibee.engine.platforms import BINDING, LIBRARIES, WEBASSEMBLY, Platform, file_of, native, own_tag
-from feasibee.errors import FeasibeeError
 
 PACKAGE: Final = Path(__file__).parent.parent
 SOURCES: Final = PACKAGE / "engine" / "c"
@@ -35,18 +36,30 @@ SMALL: Final = ("-Os", "-DSMALL", *SCALAR, "-mllvm", "-disable-lsr")
 SMALLEST: Final = (*SMALL, "-mllvm", "-inline-threshold=0", "-Xclang", "-Oz")
 """In addition for a module that pages load; knowledge would take thrice as long by the second."""
 FOR_PAGES: Final = {
-    "few": SCALAR,
+    "few": (*SCALAR, "-Os", "-mllvm", "-disable-lsr"),
     "strategies": SMALL,
     "own": (*SMALL, "-w", "-Dfeasibee_rules=feasibee_own_rules"),
 }
-"""Options of some sources of that module: few.c plays the paper's swarms, at full speed."""
+"""Options of some sources of that module: few.c loses a tenth of its speed, and is 1.5 kB smaller."""
 NATIVE: Final = ("crowd", "level")
 """Sources that it leaves out: the general engine plays larger swarms, and any processor can run it."""
 
 
+MODULES: Final = ("build", "compilers", "generate", "params", "platforms")
+"""The modules of this package that decide what is compiled."""
+KINDS: Final = {
+    "bool": "bool",
+    "int": "int64_t",
+    "float": "double",
+    "np.uint32": "uint32_t",
+    "np.uint64": "uint64_t",
+}
+"""Types of numbers in C, by those of ``params.py``."""
+
+
 def sources() -> list[Path]:
     """Return the files that the libraries are made from."""
-    own = [Path(__file__).with_name(f"{each}.py") for each in ("build", "compilers", "generate", "platforms")]
+    own = [Path(__file__).with_name(f"{each}.py") for each in MODULES]
     translator = [each for name in ("robot", "strategies") for each in (PACKAGE / name).glob("*.py")]
     return sorted([*SOURCES.glob("*.[ch]"), *own, *translator])
 
@@ -62,9 +75,27 @@ def digest() -> str:
 
 
 def declarations() -> str:
-    """Return engine.h and state.h without the lines of the preprocessor, which cffi can't read."""
-    texts = [(SOURCES / each).read_text(encoding="utf-8") for each in ("engine.h", "state.h")]
+    """Return all structs and functions without the lines of the preprocessor, which cffi can't read."""
+    headers = [(SOURCES / each).read_text(encoding="utf-8") for each in ("engine.h", "state.h")]
+    texts = [params_header(), *headers]
     return "\n".join(line for text in texts for line in text.splitlines() if not line.startswith("#"))
+
+
+def params_header() -> str:
+    """Return ``params.h``: the records of ``params.py`` as structs, from its text, since it imports numpy."""
+    text = Path(__file__).with_name("params.py").read_text(encoding="utf-8")
+    lines = ["#include <stdbool.h>", "#include <stdint.h>"]
+    for record in ast.parse(text).body:
+        if isinstance(record, ast.ClassDef) and ast.unparse(record.bases[0]) == "NamedTuple":
+            fields = [each for each in record.body if isinstance(each, ast.AnnAssign)]
+            kinds = {ast.unparse(each.target): _in_c(ast.unparse(each.annotation)) for each in fields}
+            lines += ["", f"{_in_c(record.name)} {{", *(f"    {kinds[each]} {each};" for each in kinds), "};"]
+    return "\n".join([*lines, ""])
+
+
+def _in_c(kind: str) -> str:
+    """Return a type of ``params.py`` in C: ``struct robot`` for ``RobotParams``."""
+    return KINDS.get(kind) or f"struct {kind.removesuffix('Params').lower() or 'params'}"
 
 
 def build(target: Platform | None = None, folder: Path = LIBRARIES, *, force: bool = False) -> list[Path]:
@@ -166,7 +197,8 @@ def compile_library(out: Path, target: Platform, level: str, by: Compiler, *more
     if target is WEBASSEMBLY:
         files = [each for each in files if each.stem not in NATIVE]
     with tempfile.TemporaryDirectory(dir=out.parent) as name:
-        compiling = [*by.options(target, level), *FLAGS, *more, "-c", "-I", str(SOURCES)]
+        _write(Path(name, "params.h"), params_header())
+        compiling = [*by.options(target, level), *FLAGS, *more, "-c", "-I", ".", "-I", str(SOURCES)]
         for each in files:
             small = FOR_PAGES.get(each.stem, SMALLEST) if target is WEBASSEMBLY else ()
             _run(by, level, Path(name), *compiling, *small, str(each), "-o", f"{each.stem}.o")

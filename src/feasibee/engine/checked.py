@@ -12,10 +12,11 @@ from typing import Final
 
 from feasibee.engine.failing import Failing
 from feasibee.engine.flow import ends
-from feasibee.engine.operations import FLAT, TABLE, Operations, array_of, calls, flag_of
-from feasibee.robot.expressions import bare
+from feasibee.engine.operations import Operations, array_of, flag_of
+from feasibee.robot.expressions import bare, calls
 from feasibee.robot.language import (
     BOOL,
+    CONSTANTS,
     COUNTS,
     ENGINE,
     INT,
@@ -31,8 +32,15 @@ from feasibee.robot.language import (
 )
 from feasibee.robot.translate import Body, Translation
 
-OWN: Final = ENGINE._replace(inlined="static inline")
-"""The engine's structs; not all is inlined, since a user waits for the compiler."""
+_READ_ONLY: Final = {"parameters": ("feasibee_constants_of({})", CONSTANTS, ())}
+OWN: Final = ENGINE._replace(
+    inlined="static inline",
+    fields={
+        name: {**fields, **_READ_ONLY} if "parameters" in fields else fields
+        for name, fields in ENGINE.fields.items()
+    },
+)
+"""The engine's structs. Parameters are constants; not all is inlined, since a user waits for the compiler."""
 
 
 @dataclass
@@ -63,7 +71,7 @@ class Checked(Operations):
             one, other = (ast.copy_location(ast.Return(each), value) for each in (value.body, value.orelse))
             self.block([ast.copy_location(ast.If(value.test, [one], [other]), statement)], depth)
             return
-        self._plain(value, self.value(value))
+        self.plain(value, self.value(value))
         super()._return(statement, depth)
 
     def _nothing(self, line: int) -> str:
@@ -86,7 +94,7 @@ class Checked(Operations):
             self._store(target, given, depth)
             return
         if not isinstance(given, Value) and not isinstance(target, ast.Tuple | ast.List):
-            given = self._plain(given, self.value(given))
+            given = self.plain(given, self.value(given))
         super().assign(target, given, depth)
         if isinstance(target, ast.Name) and target.id in self.unsure:
             self.put(depth, f"{flag_of(target.id)} = true;")
@@ -103,22 +111,10 @@ class Checked(Operations):
         if value.type == REAL and row.type != REALS:
             self.fail(target, f"{ast.unparse(target)} is given a real number", "write int(...)")
         value, place = (
-            self.hold(each, depth) if calls(each) else each for each in (value, self._index(target))
+            self.hold(each, depth) if calls(each) else each for each in (value, self.index(target))
         )
         taken = f"{target.lineno}, {row.text}, {bare(place.text)}"
         self.put(depth, f"*{write}({taken}) = ({kind}){value.text};")
-
-    def _assign_several(self, target: ast.Tuple | ast.List, given: ast.expr | Value, depth: int) -> None:
-        table = given if isinstance(given, Value) else None
-        if isinstance(given, ast.Name | ast.Subscript):
-            table = self.value(given)
-        if table is None or table.type != TABLE:
-            super()._assign_several(target, given, depth)
-            return
-        if len(table.known) != len(target.elts):
-            self.fail(target, f"{len(target.elts)} names for another number of values", "give each one")
-        for each, part in zip(target.elts, table.known, strict=True):
-            self.assign(each, self.known(target, part) or self.fail(target, repr(part), FLAT), depth)
 
     def _augassign(self, statement: ast.AugAssign, depth: int) -> None:
         """Change a variable or a number in a row: its place is computed once."""
@@ -126,7 +122,7 @@ class Checked(Operations):
         if isinstance(target, ast.Subscript) and any(
             isinstance(each, ast.Call) for each in ast.walk(target.slice)
         ):
-            place = self.hold(self._index(target), depth)
+            place = self.hold(self.index(target), depth)
             self.places[place.text] = place
             name = ast.copy_location(ast.Name(place.text, ast.Load()), statement)
             target = ast.copy_location(ast.Subscript(target.value, name, target.ctx), statement)
@@ -135,7 +131,7 @@ class Checked(Operations):
 
     def _for(self, statement: ast.For, depth: int) -> None:
         """Loop over numbers as over an array of them, and over all else as on a robot."""
-        items = self._items(statement.iter)
+        items = self.items(statement.iter)
         if items is None or not isinstance(statement.target, ast.Name):
             super()._for(statement, depth)
             return
@@ -151,42 +147,30 @@ class Checked(Operations):
         self.block(statement.body, depth + 1)
         self.put(depth, "}")
 
-    def _while(self, statement: ast.While, depth: int) -> None:
-        self._no_else(statement)
-        passes = self._passes(depth)
-        self.put(depth, f"while ({self.truth(statement.test)}) {{")
-        self.put(depth + 1, f"feasibee_pass({statement.lineno}, &{passes});")
-        self.block(statement.body, depth + 1)
-        self.put(depth, "}")
-
-    def _passes(self, depth: int) -> str:
-        """Begin to count the passes of a loop."""
-        name = self.new()
-        self.put(depth, f"int64_t {name} = 0;")
-        return name
+    def begins_pass(self, loop: ast.For | ast.While, depth: int) -> list[str]:
+        """Count the passes of a loop, which must not be endless."""
+        passed = self.new()
+        self.put(depth, f"int64_t {passed} = 0;")
+        return ["    " * (depth + 1) + f"feasibee_pass({loop.lineno}, &{passed});"]
 
     def _count_up(self, statement: ast.For, limits: list[ast.expr], depth: int) -> None:
-        if not isinstance(statement.target, ast.Name) or not 1 <= len(limits) <= 3:
-            self.fail(statement, f"{ast.unparse(statement.target)} in a range", "use one name")
-        values = [self.hold(self._limit(each), depth) for each in limits]
-        first = "0" if len(values) == 1 else values[0].text
-        last = values[0].text if len(values) == 1 else values[1].text
-        step = values[2].text if len(values) > 2 else "1"
-        counter, left, passed = self.new(), self.new(), self._passes(depth)
+        first, last, step = (each.text for each in self._limits(statement, limits, depth))
+        counter, left, begins = self.new(), self.new(), self.begins_pass(statement, depth)
         passes = f"feasibee_passes({statement.lineno}, {first}, {last}, {step})"
         self.put(depth, f"int64_t {counter} = {first};")
         self.put(depth, f"for (uint64_t {left} = {passes}; {left} > 0; {left}--) {{")
-        self.put(depth + 1, f"feasibee_pass({statement.lineno}, &{passed});")
+        self.lines += begins
         self.assign(statement.target, Value(counter, INT), depth + 1)
         self.put(depth + 1, f"{counter} = feasibee_next({counter}, {step});")
         self.block(statement.body, depth + 1)
         self.put(depth, "}")
 
-    def _limit(self, node: ast.expr) -> Value:
+    def limit(self, node: ast.expr, depth: int) -> Value:
+        """Compute a limit of a range, or its step, before the loop."""
         value = self.value(node)
         if value.type not in (BOOL, INT):
             self.fail(node, f"{ast.unparse(node)} in a range", "give whole numbers, such as int(...)")
-        return value
+        return self.hold(value, depth)
 
     def _variables_of_loops(self) -> set[str]:
         """Return none: all variables are those of the function."""

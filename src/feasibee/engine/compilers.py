@@ -12,8 +12,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, NamedTuple
 
+from feasibee.base.errors import FeasibeeError
 from feasibee.engine.platforms import WEBASSEMBLY, X86_64, Platform
-from feasibee.errors import FeasibeeError
 from feasibee.robot.compiler import SYSTEM, ZIG
 
 ZIGLANG: Final = "ziglang==0.17.1"

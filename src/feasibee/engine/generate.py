@@ -10,10 +10,10 @@ import inspect
 from collections.abc import Iterable, Mapping
 from typing import Any, Final
 
-from feasibee.engine.checked import CheckedTranslation
+from feasibee.base.codes import BITS_LIMIT, COUNT_LIMIT
+from feasibee.base.errors import FeasibeeError
+from feasibee.engine.checked import OWN, CheckedTranslation
 from feasibee.engine.failing import RESULT, enumeration
-from feasibee.errors import FeasibeeError
-from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT
 from feasibee.robot.definitions import Definition, Text
 from feasibee.robot.language import (
     ARGUMENTS,
@@ -23,6 +23,7 @@ from feasibee.robot.language import (
     LONG,
     MESSAGE,
     NUMBERS,
+    REAL,
     RESULTS,
     ROW,
     VOID,
@@ -154,7 +155,7 @@ def _own_functions(
     found = {each: _own(each, names, translation) for each in wanted if each in names or each in ALWAYS}
     lines = {each: names[each].tree.lineno for each in found if each in names}
     checks = [_checked(file, each, found[each], line) for each, line in lines.items()]
-    checked = {each for each in lines if each in _DECLARED}
+    checked = lines.keys() & set(RETURNING)
     table = {each: f"{each}_of_rules" if each in checked else found[each].name for each in found}
     return table, checks
 
@@ -169,30 +170,17 @@ def _own(name: str, names: Text, translation: CheckedTranslation) -> Signature:
         raise FeasibeeError(f"{where}: {name} doesn't compile: {what}") from None
 
 
-_OF_MIND: Final = "struct mind *mind", "mind"
-_OF_KNOWN: Final = "struct known known, const struct me *me", "known, me"
-_DECLARED: Final = {
-    "quality": ("double", "int64_t robots_seen, int64_t tasks_seen", "robots_seen, tasks_seen"),
-    "dissemination": ("double", "double quality, double gain", "quality, gain"),
-    "decide": ("int64_t", "struct mind *mind, const struct inbox *inbox", "mind, inbox"),
-    "say": ("int64_t", *_OF_MIND),
-    "value": ("double", *_OF_MIND),
-    "lasting": ("double", "struct mind *mind, double gain", "mind, gain"),
-    "probability": (
-        "double",
-        "struct mind *mind, struct known known, const struct setting *setting",
-        "mind, known, setting",
-    ),
-    "bits": ("int64_t", *_OF_KNOWN),
-    "declare": ("int64_t", *_OF_KNOWN),
-    "judge": ("int64_t", *_OF_KNOWN),
-    "count": (
-        "void",
-        "struct known known, struct feasibee_counts counts, const struct me *me",
-        "known, counts, me",
-    ),
-}
-"""By function: its result in C, its arguments, and those that its translation is given."""
+_TYPES: Final[Mapping[Type | None, str]] = {None: "int64_t", INT: "int64_t", REAL: "double"}
+"""Types of numbers as engine.h writes them; a result of no other type is whole."""
+
+
+def _declared(name: str) -> tuple[str, str, str]:
+    """Return a function's result and arguments in C, and what its translation is given of them."""
+    names = ["known" if each == "message" else each for each in contract.ARGUMENTS[name]]
+    kinds = (_TYPES.get(kind) or OWN.text_of(kind) for kind in TYPES[name])
+    written = (f"{kind} {each}".replace("* ", "*") for kind, each in zip(kinds, names, strict=True))
+    result = RESULTS.get(name)
+    return _TYPES.get(result) or str(result), ", ".join(written), ", ".join(names)
 
 
 def _checked(file: str, name: str, signature: Signature, line: int) -> str:
@@ -200,9 +188,9 @@ def _checked(file: str, name: str, signature: Signature, line: int) -> str:
     told = _mistake(name, signature)
     if told:
         raise FeasibeeError(f"{file}, line {line}: {name} doesn't compile: {told}")
-    if name not in _DECLARED:
+    if name not in RETURNING:
         return ""
-    result, arguments, given = _DECLARED[name]
+    result, arguments, given = _declared(name)
     called, where = f"{signature.name}({given})", f"{line}, {RESULT + RETURNING.index(name)}"
     if name == "count":
         body = [

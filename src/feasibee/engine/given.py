@@ -6,11 +6,11 @@ from typing import Any, Final
 
 import numpy as np
 
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.record import Record
 from feasibee.engine.library import REMEDY, library, pointer
 from feasibee.engine.params import packed
 from feasibee.engine.tables import Control, EndlessLoopError, Lowered, RunError, Tables
-from feasibee.errors import FeasibeeError
-from feasibee.model.record import Record
 from feasibee.strategies.contract import Setting, Strategy
 
 NO_MEMORY: Final = "the runs need more memory than there is; simulate fewer robots, or fewer runs at a time"
@@ -67,30 +67,17 @@ class Given:
 
     def control(self, control: Control) -> Any:
         """Return what a simulating thread shares with the one that waits for it."""
-        numbers = {
-            "steps_done": pointer(control.steps_done, "int64_t"),
-            "cancelled": pointer(control.cancelled, "bool"),
-        }
-        return self.ffi.new("struct control *", numbers)
+        return self.ffi.new("struct control *", arrays_of(self.ffi, "struct control", control))
 
     def outcome(self, record: Record) -> Any:
         """Return the arrays of a record, as the engine fills them in."""
-        numbers = {
-            "decision": pointer(record.decision, "int8_t"),
-            "decision_step": pointer(record.decision_step, "int32_t"),
-            "feasible_count": pointer(record.feasible_count, "int32_t"),
-            "infeasible_count": pointer(record.infeasible_count, "int32_t"),
-            "account": pointer(record.account, "int64_t"),
+        lengths = {
             "runs": record.runs,
             "curve_length": record.feasible_count.shape[1],
             "columns": record.account.shape[1],
-            "truth": pointer(record.truth, "int8_t"),
-            "held": pointer(record.held, "int8_t"),
-            "robots_present": pointer(record.robots_present, "int32_t"),
-            "tasks_present": pointer(record.tasks_present, "int32_t"),
             "trace_length": record.truth.shape[1],
         }
-        return self.ffi.new("struct outcome *", numbers)
+        return self.ffi.new("struct outcome *", arrays_of(self.ffi, "struct outcome", record) | lengths)
 
 
 def struct_of(ffi: Any, setting: Setting) -> tuple[Any, list[Any]]:
@@ -105,17 +92,18 @@ def struct_of(ffi: Any, setting: Setting) -> tuple[Any, list[Any]]:
 
 def tables_of(ffi: Any, tables: Tables) -> Any:
     """Return a ``struct tables``; the arrays must live as long as it is used."""
-    ground = tables.ground
-    kinds = {np.dtype(kind): name for name, kind in KINDS.items()}
-    names = [each for each in ground._fields if each != "sketch"]
-    arrays = {name: getattr(ground, name) for name in names}
-    of_ground = {name: pointer(each, kinds[each.dtype]) for name, each in arrays.items()}
-    own = ("class_of", "adds", "points", "ranks", "able", "events")
-    of_tables = {name: pointer(getattr(tables, name), kinds[getattr(tables, name).dtype]) for name in own}
     sizes = {
         "skill_sets": tables.adds.shape[0],
         "classes": tables.adds.shape[1],
         "task_classes": tables.able.shape[1],
         "event_count": tables.events.shape[0],
     }
-    return of_tables | sizes | {"ground": of_ground}
+    ground = arrays_of(ffi, "struct ground", tables.ground)
+    return arrays_of(ffi, "struct tables", tables) | sizes | {"ground": ground}
+
+
+def arrays_of(ffi: Any, struct: str, given: Any) -> dict[str, Any]:
+    """Return pointers to the arrays that have the names of the pointers of a struct."""
+    fields = ffi.typeof(struct).fields
+    kinds = {name: field.type.item.cname for name, field in fields if field.type.kind == "pointer"}
+    return {name: pointer(getattr(given, name), kind) for name, kind in kinds.items()}

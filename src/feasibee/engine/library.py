@@ -12,9 +12,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.files import named
 from feasibee.engine.platforms import BINDING, LIBRARIES, file_of, native
-from feasibee.errors import FeasibeeError
-from feasibee.files import named
 
 LEVEL: Final = "FEASIBEE_LEVEL"
 """Environment variable: the level to load instead of the highest one, for trials."""

@@ -7,20 +7,20 @@ checks. A check that fails ends the run, and `explained` says where and why.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from platform import machine
 from typing import Any, Final, NamedTuple
 
-from feasibee.engine.build import build, compile_library, digest
+from feasibee.base.cache import cache_root, own_folder, read_library, scratch_folder, write_library
+from feasibee.base.errors import FeasibeeError, how_to_install
+from feasibee.engine.build import build, compile_library, digest, params_header
 from feasibee.engine.compilers import zig
 from feasibee.engine.failing import DOMAIN, OF_MATH, PASSES, RANGE, RESULT, Failing
 from feasibee.engine.generate import RETURNING, built_in_strategies, own_strategy
 from feasibee.engine.platforms import LIBRARIES, WEBASSEMBLY
-from feasibee.errors import FeasibeeError, how_to_install
-from feasibee.files.cache import cache_root, own_folder, read_library, scratch_folder, write_library
 from feasibee.robot.compiler import run_compiler
 from feasibee.strategies.contract import MUST, Manifest
 
@@ -94,7 +94,7 @@ def _key(text: str) -> str:
     That is not the compiler, since each rounds alike. So where the library is copied to, none is needed.
     """
     headers = ((HEADERS / each).read_text(encoding="utf-8") for each in INCLUDED)
-    parts = (text, *headers, *FLAGS, sys.platform, machine())
+    parts = (text, params_header(), *headers, *FLAGS, sys.platform, machine())
     return sha256("\0".join(parts).encode()).hexdigest()[:32]
 
 
@@ -103,7 +103,8 @@ def _made(text: str, folder: Path, key: str) -> Path:
     with scratch_folder(folder) as own:
         source, made = Path(own, "own.c"), Path(own, f"own{SUFFIX}")
         source.write_text(text, encoding="utf-8")
-        run_compiler(*FLAGS, f"-I{HEADERS}", str(source), "-o", str(made), "-lm")
+        source.with_name("params.h").write_text(params_header(), encoding="utf-8")
+        run_compiler(*FLAGS, f"-I{own}", f"-I{HEADERS}", str(source), "-o", str(made), "-lm")
         return write_library(folder, key, made)
 
 
@@ -145,56 +146,6 @@ class Failure(NamedTuple):
     second: float
 
 
-_LARGE: Final = "compute with real numbers, such as float(...)"
-_BY_ZERO: Final = "test that it isn't 0 before"
-_WORDS: Final[Mapping[Failing, tuple[str, str, str]]] = {
-    Failing.PLACE: ("IndexError", "place {0} in a row of {1}", "take one from 0 on that is below its length"),
-    Failing.WHOLE_DIVISION: ("ZeroDivisionError", "{0} // 0", _BY_ZERO),
-    Failing.WHOLE_MODULO: ("ZeroDivisionError", "{0} % 0", _BY_ZERO),
-    Failing.RATIO: ("ZeroDivisionError", "{0} / 0", _BY_ZERO),
-    Failing.DIVISION: ("ZeroDivisionError", "{0!r} / 0", _BY_ZERO),
-    Failing.REAL_DIVISION: ("ZeroDivisionError", "{0!r} // 0", _BY_ZERO),
-    Failing.REAL_MODULO: ("ZeroDivisionError", "{0!r} % 0", _BY_ZERO),
-    Failing.LEFT_SHIFT: ("ValueError", "{0} << {1}", "shift by 0 places or more"),
-    Failing.RIGHT_SHIFT: ("ValueError", "{0} >> {1}", "shift by 0 places or more"),
-    Failing.SUM: ("OverflowError", "{0} + {1} leaves 64 bits", _LARGE),
-    Failing.DIFFERENCE: ("OverflowError", "{0} - {1} leaves 64 bits", _LARGE),
-    Failing.PRODUCT: ("OverflowError", "{0} * {1} leaves 64 bits", _LARGE),
-    Failing.QUOTIENT: ("OverflowError", "{0} // {1} leaves 64 bits", _LARGE),
-    Failing.POWER: ("OverflowError", "{0} ** {1} leaves 64 bits", _LARGE),
-    Failing.SHIFT: ("OverflowError", "{0} << {1} leaves 64 bits", _LARGE),
-    Failing.NEGATION: ("OverflowError", "-({0}) leaves 64 bits", _LARGE),
-    Failing.SIZE: ("OverflowError", "abs({0}) leaves 64 bits", _LARGE),
-    Failing.WHOLE: (
-        "OverflowError",
-        "int({0!r}) leaves 64 bits",
-        "limit the number before, with min and max",
-    ),
-    Failing.FLOOR: ("OverflowError", "math.floor({0!r}) leaves 64 bits", "limit the number before"),
-    Failing.CEIL: ("OverflowError", "math.ceil({0!r}) leaves 64 bits", "limit the number before"),
-    Failing.ROUND: ("OverflowError", "round({0!r}) leaves 64 bits", "limit the number before"),
-    Failing.WHOLE_OF_NAN: (
-        "ValueError",
-        "a float that is no number has no whole one",
-        "test with math.isnan",
-    ),
-    Failing.WHOLE_OF_INFINITY: ("OverflowError", "{0!r} has no whole number", "test with math.isinf before"),
-    Failing.ZERO_POWER: ("ZeroDivisionError", "{0!r} ** {1!r}", _BY_ZERO),
-    Failing.ROOT: ("ValueError", "{0!r} ** {1!r} is complex", "take the power of a number of 0 or more"),
-    Failing.REAL_POWER: ("OverflowError", "{0!r} ** {1!r} is too large", "limit the exponent before"),
-    Failing.NEGATIVE_EXPONENT: (
-        "ValueError",
-        "{0} ** {1} is no whole number",
-        "write float(base) ** exponent",
-    ),
-    Failing.STEP: ("ValueError", "range from {0} to {1} by 0", "step by another number"),
-    Failing.NO_VALUE: ("UnboundLocalError", "a variable has no value yet", "give it one at the beginning"),
-    Failing.NO_RESULT: ("TypeError", "a function returns nothing", "return a number in each case"),
-    Failing.ASSERTION: ("AssertionError", "what is asserted doesn't hold", "remove it, or what is wrong"),
-}
-"""By failure: Python's error, what failed with which numbers, and a remedy."""
-
-
 def explained(strategy: Manifest, failure: Failure) -> str:
     """Return why a user's strategy failed: file, line, values, rule and remedy.
 
@@ -203,35 +154,43 @@ def explained(strategy: Manifest, failure: Failure) -> str:
     >>> explained(Manifest(name="mine.py", source="X = 1\\n"), Failure(Failing.PLACE, 1, 5.0, 2.0))
     'mine.py, line 1: fails: IndexError: place 5 in a row of 2; take one from 0 on that is below its length'
     """
-    where = f"{_file(strategy)}, line {failure.line}"
-    if failure.what >= RESULT:
-        name = RETURNING[failure.what - RESULT]
-        does = "count writes {} into counts" if name == "count" else f"{name} returns {{}}"
-        return f"{where}: {does.format(_shown(failure.first))}; {MUST[name]}"
-    if failure.what == Failing.ENDLESS:
-        return f"{where}: a loop has passed {PASSES:,} times; end it sooner"
-    kind, what, remedy = _reason(failure)
-    return f"{where}: fails: {kind}: {what}; {remedy}"
+    kind, what, remedy = _template(failure.what)
+    show: Callable[[float], object] = _shown if failure.what >= RESULT else float if "!r" in what else int
+    values = [show(each) for each in (failure.first, failure.second)]
+    fails = f"fails: {kind}: " if kind else ""
+    return f"{_file(strategy)}, line {failure.line}: {fails}{what.format(*values)}; {remedy}"
 
 
 def kind_of(failure: Failure) -> str:
     """Return the name of the error that Python raises there; empty if it raises none."""
-    return "" if failure.what >= RESULT or failure.what == Failing.ENDLESS else _reason(failure)[0]
+    return _template(failure.what)[0]
 
 
-def _reason(failure: Failure) -> tuple[str, str, str]:
-    """Return Python's error, what failed, and a remedy."""
-    if failure.what >= DOMAIN:
-        large = failure.what >= RANGE
-        name = list(OF_MATH)[failure.what - (RANGE if large else DOMAIN)]
-        values = (failure.first, failure.second)[: OF_MATH[name]]
-        called = f"math.{name}({', '.join(map(repr, values))})"
-        if large:
-            return "OverflowError", f"{called} is too large", "limit the number before"
-        return "ValueError", f"{called}: math domain error", "test the number before"
-    kind, what, remedy = _WORDS[Failing(failure.what)]
-    shown = [each if "!r" in what else int(each) for each in (failure.first, failure.second)]
-    return kind, what.format(*shown), remedy
+def failures() -> dict[int, str]:
+    """Return why a user's strategy may fail, by `Failure.what`: ``{0}`` and ``{1}`` stand for the values."""
+    maths = (at + k for at in (DOMAIN, RANGE) for k in range(len(OF_MATH)))
+    every = (*map(int, Failing), *maths, *(RESULT + k for k in range(len(RETURNING))))
+    templates = {each: _template(each) for each in every}
+    passes = f"{PASSES:,}"
+    return {
+        each: f"{what}; {remedy}".replace("!r", "").replace("{0:,}", passes)
+        for each, (_, what, remedy) in templates.items()
+    }
+
+
+def _template(what: int) -> tuple[str, str, str]:
+    """Return Python's error, if it raises one, what fails with places for the values, and a remedy."""
+    if what >= RESULT:
+        name = RETURNING[what - RESULT]
+        return "", "count writes {0} into counts" if name == "count" else f"{name} returns {{0}}", MUST[name]
+    if what < DOMAIN:
+        return list(Failing)[what - 1].words
+    large = what >= RANGE
+    name = list(OF_MATH)[what - (RANGE if large else DOMAIN)]
+    called = f"math.{name}({', '.join(('{0!r}', '{1!r}')[: OF_MATH[name]])})"
+    if large:
+        return "OverflowError", f"{called} is too large", "limit the number before"
+    return "ValueError", f"{called}: math domain error", "test the number before"
 
 
 def _shown(number: float) -> str:

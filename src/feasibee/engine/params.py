@@ -317,7 +317,7 @@ PARAMS: Final = record_type(Params)
 
 def packed(params: Params) -> Any:
     """Return the numbers as one record, whose bytes are a ``struct params``."""
-    record = np.recarray(1, dtype=PARAMS)
+    record = np.zeros(1, dtype=PARAMS).view(np.recarray)  # also between the numbers: pages have these bytes
     record[0] = _plain(params)
     return record[0]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 
+from feasibee.base.codes import UNDECIDED
+from feasibee.base.record import Record
 from feasibee.engine.given import NO_MEMORY, Given
 from feasibee.engine.state import Room, State
 from feasibee.engine.tables import Control, Lowered, Player
-from feasibee.model.codes import UNDECIDED
-from feasibee.model.record import Record
 
 
 def player_of(lowered: Lowered, team: int) -> Player:

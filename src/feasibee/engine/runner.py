@@ -9,10 +9,10 @@ from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
+from feasibee.base.record import Record
 from feasibee.engine.params import Params
 from feasibee.engine.players import player_of
 from feasibee.engine.tables import Control, Lowered
-from feasibee.model.record import Record
 
 CHUNK = 2_000_000  # robot-steps: about 20 ms, against 0.1 ms for the call
 TOGETHER = 4096

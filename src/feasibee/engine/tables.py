@@ -10,9 +10,9 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.record import Record
 from feasibee.engine.params import Params
-from feasibee.errors import FeasibeeError
-from feasibee.model.record import Record
 from feasibee.strategies.contract import Setting, Strategy
 
 WORD = 32

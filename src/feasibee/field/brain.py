@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final
 
-from feasibee.model.purposes import FIRST_OPINION, PHASE
+from feasibee.base.purposes import FIRST_OPINION, PHASE
 from feasibee.reference.mind import STUBBORN, Draw, Mind, Settings
 from feasibee.robot import firmware
 from feasibee.robot.compiler import run_compiler

@@ -20,8 +20,8 @@ from selectors import EVENT_READ, DefaultSelector
 from threading import Thread
 from typing import Any, Final, NamedTuple
 
-from feasibee.errors import FeasibeeError
-from feasibee.files import named, read_text
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.files import named, read_text
 
 HELLO, WELCOME, REFUSED, BYE = "hello", "welcome", "refused", "bye"
 """Kinds of messages: a robot joins, gets its orders or the reason against it, and hears of the end."""
@@ -133,7 +133,7 @@ def connection_to(address: str) -> Iterator[Connection]:
         where = found["address"]
         connection = Client(where if isinstance(where, str) else tuple(where), authkey=found["key"].encode())
     except NO_WORLD as error:
-        rule = "no world of a field is there; use the path that feasibee launch --no-robots prints"
+        rule = "no world of a field is there; use the path that feasibee robot launch --no-robots prints"
         raise FeasibeeError(f"{named(address)}: {rule}") from error
     with connection:
         yield connection

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.robot.acting import NONE, Errand, Rules
 from feasibee.strategies import roster
 from feasibee.strategies.contract import Setting, Thing

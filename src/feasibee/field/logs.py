@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import closing, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError, one_line
-from feasibee.files import make_folder, named, read_text, why_not
-from feasibee.files.locking import lock
+from feasibee.base.errors import FeasibeeError, one_line
+from feasibee.base.files import make_folder, named, read_text, why_not
 
 VERSION: Final = 6
 """Version of a world's log."""
@@ -23,9 +23,29 @@ LOG_LIMIT = 2**30
 def locked(folder: Path | None) -> Iterator[None]:
     """Lock the folder of a field's logs, if it has one, against other fields.
 
-    Raise a FeasibeeError if the folder can't be made, or another process has locked it.
+    The system unlocks it when this process ends. Raise a FeasibeeError if the folder can't be made, or
+    another process has locked it.
     """
-    with closing(lock(make_folder(folder), LOCK)) if folder is not None else nullcontext():
+    if folder is None:
+        yield
+        return
+    import fcntl  # only where fields are: not on Windows
+
+    path, where = make_folder(folder) / LOCK, named(folder)
+    with ExitStack() as opened:
+        try:
+            file = opened.enter_context(path.open("a+b", buffering=0))
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            file.truncate(0)
+            file.write(str(os.getpid()).encode())
+        except BlockingIOError:
+            number = path.read_bytes().decode(errors="replace")
+            holder = f"process {number}" if number.isdecimal() else "another process"
+            rule = "writes here; wait for it, or choose another folder"
+            raise FeasibeeError(f"{where}: {holder} {rule}") from None
+        except OSError as error:
+            remedy = "choose a folder that you may write to, with some free space"
+            raise FeasibeeError(f"{where}: can't be locked: {why_not(error)}; {remedy}") from None
         yield
 
 

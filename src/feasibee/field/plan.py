@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, NamedTuple
 
-from feasibee.errors import FeasibeeError
-from feasibee.model.codes import LONGEST
+from feasibee.base.codes import LONGEST
+from feasibee.base.errors import FeasibeeError
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+import time
 from functools import cached_property
+from hashlib import sha256
+from math import inf
 from os import SEEK_END
 from pathlib import Path
 from typing import Any, Final, NamedTuple
@@ -12,13 +14,14 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.base.codes import FEASIBLE, INFEASIBLE
 from feasibee.field.bodies import Bodies
 from feasibee.field.logs import LOG_LIMIT, VERSION, read_log, reading
 from feasibee.field.plan import PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
-from feasibee.model.codes import FEASIBLE, INFEASIBLE, UNDECIDED, exact
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED
-from feasibee.scenario.geometry import Acting
+from feasibee.results.measures import held_decision
 from feasibee.scenario.paths import toml_tables
+from feasibee.scenario.picture import Acting
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 
@@ -27,41 +30,46 @@ LOG: Final = "world.jsonl"
 
 
 class _Step(NamedTuple):
-    """A step's line, as far as it is drawn."""
+    """A step's line, as far as it is drawn. An array has a value for each number that a robot may have."""
 
     robots: list[int]
     """Numbers of the robots."""
     processes: list[int]
     """Numbers of their processes; those of the robots of the start are the lowest."""
-    tasks: list[int]
-    """Numbers of the tasks."""
-    truth: int
-    bodies: NDArray[np.int64]
-    """Place and velocity of each robot in fixed point."""
-    minds: NDArray[np.int8]
-    """Opinion, declaration, and whether it disseminates, of each robot."""
-    lost: list[int]
-    decision: tuple[int, int]
-    faults: NDArray[np.str_]
-    """The fault of each robot."""
-    works: NDArray[np.bool_]
-    counted: NDArray[np.bool_]
-    goals: NDArray[np.int32]
-    """The task to which each robot goes, that at which it stands, and that which it has marked, or -1."""
+    numbers_of_tasks: list[int]
     done: list[int]
     """Numbers of the tasks at which the work is done."""
     placed: dict[int, tuple[int, int]]
     """Where each task is, if events put some."""
-
-
-class _OfRobots:
-    """Values of a step's robots by number, with another one for numbers without robot."""
-
-    def __init__(self, nobody: float, values: Callable[[_Step], NDArray[Any]]) -> None:
-        self._nobody, self._values = nobody, values
-
-    def __get__(self, field: Recording, _: type[Recording]) -> NDArray[Any]:
-        return field._rows(self._values(field._now), self._nobody)
+    truth: bool
+    """Whether the tasks of this step are feasible for the robots of this step."""
+    first_decision: tuple[int, int]
+    """First decision of the field so far and its step; -1 and -1 while undecided."""
+    places: NDArray[np.int64]
+    """Places of the robots in fixed point: shape (robots, 2)."""
+    headings: NDArray[np.float64]
+    """Directions of the robots in radians; 0 if a robot stopped or is lost."""
+    present: NDArray[np.bool_]
+    """Whether a robot, lost or not, has each number."""
+    opinions: NDArray[np.int64]
+    """Opinions that the robots last reported."""
+    declared: NDArray[np.int64]
+    """What each robot has declared; -1 for nothing."""
+    disseminating: NDArray[np.bool_]
+    lost: NDArray[np.bool_]
+    """Whether each robot's process is silent."""
+    fault_of: NDArray[np.str_]
+    """The fault of each robot; empty for numbers without robot."""
+    working: NDArray[np.bool_]
+    """Whether each robot works, and its process answers."""
+    counted: NDArray[np.bool_]
+    """Whether each robot counts in the decision."""
+    targets: NDArray[np.int64]
+    """The task to which each robot goes, -1 for none."""
+    standing: NDArray[np.bool_]
+    """Whether each robot stands at a task."""
+    holds: NDArray[np.int64]
+    """The task at which each robot stands, or which it has marked, -1 for none."""
 
 
 class Recording:
@@ -70,19 +78,20 @@ class Recording:
     Who is there, positions of robots, opinions, decisions and the truth are those of the log. Positions of
     tasks and faulty robots follow from its scenario, seed and run. No strategy is run.
 
-    ``folder`` is what ``feasibee launch --out`` has written. Raise a FeasibeeError if it has no world's log,
-    or a damaged one.
+    ``folder`` is what ``feasibee robot launch --out`` has written. Raise a FeasibeeError if it has no world's
+    log, or a damaged one.
     """
 
     bits_sent: Final = 0
     """A log has no bits, and so no steps of robots to divide them by."""
     robot_counts: Final = np.zeros(1, np.int64)
+    first_decision: tuple[int, int]  # as all others of `_Step`
 
     def __init__(self, folder: Path) -> None:
-        self._path = folder / LOG
+        self.folder, self._path = folder, folder / LOG
         lines, _ = read_log(
             self._path,
-            "the folder that `feasibee launch --out FOLDER` has written",
+            "the folder that `feasibee robot launch --out FOLDER` has written",
             {"feasibee": "field", "version": VERSION},
             f"isn't the world's log of a field, version {VERSION}; run the field again with --out",
         )
@@ -132,7 +141,7 @@ class Recording:
                 if "event" not in line:
                     step = self._step(line)
                     self._steps.append(step)
-                    held = step.minds[step.counted, 0]
+                    held = step.opinions[step.counted]
                     counts.append(
                         [*((held == each).sum() for each in (1, 0)), step.counted.sum(), step.truth]
                     )
@@ -145,31 +154,47 @@ class Recording:
 
     def _step(self, line: dict[str, Any]) -> _Step:
         """Return a step's line."""
-        now, robots, processes, lost = len(self._steps), line["robots"], line["processes"], [*line["lost"]]
+        now, robots, processes = len(self._steps), line["robots"], line["processes"]
         if line["step"] != now:
             raise ValueError(f"step {now} is missing")
-        first, count = self._first_faults, len(robots)
-        faults = np.array([first[each] if each < len(first) else HONEST for each in processes], np.str_)
-        works = ~np.isin(robots, lost) & ((now < self.scenario.faults.stop_step) | (faults != STOPPED))
-        decision, step = line["decision"]
-        found = _Step(
+        bodies, goals = (self._columns(line, *each) for each in (("bodies", [0] * 4), ("goes", [-1] * 3)))
+        opinions, declared, disseminating = self._columns(line, "minds", [-1, -1, 0])
+        first, numbers = self._first_faults, np.arange(len(opinions))
+        faults = np.full(len(numbers), "", "U16")
+        faults[robots] = [first[each] if each < len(first) else HONEST for each in processes]
+        lost, stops = np.isin(numbers, [*line["lost"]]), now >= self.scenario.faults.stop_step
+        works = (faults != "") & ~lost & ~(stops & (faults == STOPPED))
+        decision, since = line["decision"]
+        return _Step(
             robots,
             processes,
             [*line["tasks"]],
-            line["truth"],
-            np.array(line["bodies"], np.int64).reshape(count, 4),
-            np.array([mind[:3] for mind in line["minds"]], np.int8).reshape(count, 3),
-            lost,
-            (decision, step),
-            faults.reshape(count),
-            works,
-            works & (faults != BYZANTINE),
-            np.array(line.get("goes", [[-1] * 3] * count), np.int32).reshape(count, 3),
             line.get("done", []),
             {i: (x, y) for i, x, y in line.get("placed", ())},
+            bool(line["truth"]),
+            (decision, since),
+            bodies[:2].T,
+            np.where(works, np.arctan2(bodies[3], bodies[2]), 0.0),
+            faults != "",
+            opinions,
+            declared,
+            works & (disseminating > 0),
+            lost,
+            faults,
+            works,
+            works & (faults != BYZANTINE),
+            goals[0],
+            goals[1] >= 0,
+            goals[1:].max(axis=0),
         )
-        np.zeros(self.scenario.most.robots)[robots]  # none has a number beyond these
-        return found
+
+    def _columns(self, line: dict[str, Any], name: str, nobody: list[int]) -> NDArray[np.int64]:
+        """Return the columns of a table with a row per robot; ``nobody`` is the row of other numbers."""
+        found = np.tile(np.array(nobody, np.int64), (self.scenario.most.robots, 1))
+        rows = line.get(name, [nobody] * len(line["robots"]))
+        cells = [row[: len(nobody)] for row in rows]
+        found[line["robots"]] = np.reshape(cells, (len(line["robots"]), len(nobody)))
+        return found.T
 
     @cached_property
     def _bodies(self) -> Bodies:
@@ -177,18 +202,37 @@ class Recording:
         return Bodies(self.scenario, self.which.seed, self.which.first)
 
     @cached_property
-    def _first_faults(self) -> NDArray[np.str_]:
+    def _first_faults(self) -> list[str]:
         """The faults of the robots of the start."""
-        return np.array([body.fault for body in self._bodies.everyone[: self.scenario.robots.count]])
+        return [body.fault for body in self._bodies.everyone[: self.scenario.robots.count]]
 
     @property
     def _now(self) -> _Step:
         return self._steps[self.step]
 
+    def __getattr__(self, name: str) -> Any:
+        """Return what this step's line has by a name."""
+        if name not in _Step._fields:
+            raise AttributeError(f"a recording has no {name!r}")
+        return getattr(self._now, name)
+
     @property
     def last(self) -> int:
         """The last step that was logged; -1 before the first one."""
         return len(self._steps) - 1
+
+    @property
+    def silence(self) -> float:
+        """Seconds since the log was written to; infinite if it is gone."""
+        try:
+            return time.time() - self._path.stat().st_mtime
+        except OSError:
+            return inf
+
+    @property
+    def mark(self) -> str:
+        """What differs for each field that logs into the folder."""
+        return sha256(self._head.encode()).hexdigest()[:16]
 
     def advance(self, steps: int = 1) -> None:
         """Go on by a number of steps."""
@@ -202,7 +246,7 @@ class Recording:
     @property
     def task_numbers(self) -> NDArray[np.int64]:
         """Numbers of the tasks at this step, in ascending order: int64, shape (tasks,)."""
-        return np.array(self._now.tasks, np.int64)
+        return np.array(self._now.numbers_of_tasks, np.int64)
 
     @property
     def robot_kinds(self) -> list[int]:
@@ -211,8 +255,7 @@ class Recording:
 
     def coarse_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the robots, in 65,536ths of the arena's longer side: uint16, shape (robots,)."""
-        x, y = self._coarse(self._now.bodies[:, :2])
-        return self._rows(x, 0), self._rows(y, 0)
+        return self._coarse(self._now.places)
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the tasks of this step, in the same unit: uint16, shape (tasks,)."""
@@ -220,7 +263,7 @@ class Recording:
 
     def _task_places(self) -> NDArray[np.int64]:
         placed, world = self._now.placed, self._bodies.world
-        places = [placed.get(number) or world.task_place(number) for number in self._now.tasks]
+        places = [placed.get(number) or world.task_place(number) for number in self._now.numbers_of_tasks]
         return np.array(places, np.int64).reshape(-1, 2)
 
     def _coarse(self, places: NDArray[np.int64]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
@@ -231,50 +274,19 @@ class Recording:
     @property
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2)."""
-        return self._rows(self._in_units(self._now.bodies[:, :2]), 0.0)
-
-    headings = _OfRobots(0.0, lambda step: np.where(step.works, np.arctan2(*step.bodies[:, :1:-1].T), 0.0))
-    """Directions of robots in radians: float64, shape (robots,); 0 if a robot stopped or is lost."""
-    present = _OfRobots(False, lambda step: np.ones(len(step.robots), np.bool_))
-    """Whether a robot, lost or not, has each number at this step: bool, shape (robots,)."""
-    opinions = _OfRobots(-1, lambda step: step.minds[:, 0])
-    """Opinions that the robots last reported: int8, shape (robots,)."""
-    declared = _OfRobots(-1, lambda step: step.minds[:, 1])
-    """What each robot has declared: int8, shape (robots,), -1 for nothing."""
-    disseminating = _OfRobots(False, lambda step: step.minds[:, 2].astype(np.bool_) & step.works)
-    """Whether each robot is disseminating: bool, shape (robots,)."""
-    working = _OfRobots(False, lambda step: step.works)
-    """Whether each robot works, and its process answers: bool, shape (robots,)."""
-    counted = _OfRobots(False, lambda step: step.counted)
-    """Whether each robot counts in the decision: bool, shape (robots,)."""
-    lost = _OfRobots(False, lambda step: np.isin(step.robots, step.lost))
-    """Whether each robot's process is silent: bool, shape (robots,)."""
+        return self._in_units(self._now.places)
 
     all_taken_step: Final = -1
     """A log doesn't have it."""
-    targets = _OfRobots(-1, lambda step: step.goals[:, 0])
-    """The task to which each robot goes: int32, shape (robots,), -1 for none."""
-    standing = _OfRobots(False, lambda step: step.goals[:, 1] >= 0)
-    """Whether each robot stands at a task: bool, shape (robots,)."""
 
     @property
     def acting(self) -> Acting:
         """Targets of robots, tasks at which robots stand or which they have marked, and done tasks."""
         holders = np.full(self.scenario.most.tasks, -1, np.int32)
-        has = self._now.goals[:, 1:].max(axis=1, initial=-1)
-        holders[has[has >= 0]] = np.array(self._now.robots, np.int32)[has >= 0]
+        holding = self.holds >= 0
+        holders[self.holds[holding]] = np.flatnonzero(holding)
         holders[self._now.done] = -2
         return Acting.of(self.targets, self.standing, holders, self.task_numbers)
-
-    def has_fault(self, kind: str) -> NDArray[np.bool_]:
-        """Return whether each robot has a fault of a kind: bool, shape (robots,)."""
-        return self._rows(self._now.faults == kind, False)
-
-    def _rows(self, values: NDArray[Any], nobody: float) -> NDArray[Any]:
-        """Return values of the robots of this step by number, with another one for free numbers."""
-        found = np.full((self.scenario.most.robots, *values.shape[1:]), nobody, values.dtype)
-        found[self._now.robots] = values
-        return found
 
     @property
     def feasible_counts(self) -> NDArray[np.int64]:
@@ -303,21 +315,10 @@ class Recording:
         return self._counts[: self.step + 1, 3].astype(np.bool_)
 
     @property
-    def truth(self) -> bool:
-        """Whether the tasks of this step are feasible for the robots of this step."""
-        return bool(self._now.truth)
-
-    @property
     def decision(self) -> int:
         """Decision of the counted robots at this step: 1 feasible, 0 infeasible, -1 undecided."""
         feasible, infeasible, counted, _ = self._counts[self.step].tolist()
-        needed = exact(self.scenario.decision.threshold) * counted
-        return FEASIBLE if feasible > needed else INFEASIBLE if infeasible > needed else UNDECIDED
-
-    @property
-    def first_decision(self) -> tuple[int, int]:
-        """First decision of the field so far and its step; -1 and -1 while undecided."""
-        return self._now.decision
+        return held_decision(self.scenario, feasible, infeasible, counted)
 
     def notes_at(self, step: int) -> list[str]:
         """Return lines on the last fault of processes, on radio that is cut, and on lost robots at a step."""
@@ -326,7 +327,7 @@ class Recording:
         notes = [f"step {fault.step}: {fault_in_words(fault._asdict())}" for fault in sorted(lines)]
         there = self._steps[step]
         named = zip(there.robots, there.processes, strict=True)
-        lost = [process for number, process in named if number in there.lost]
+        lost = [process for number, process in named if there.lost[number]]
         return [*notes, f"lost: {numbers_in_words(lost)}"] if lost else notes
 
     def cuts_at(self, step: int) -> list[Fault]:

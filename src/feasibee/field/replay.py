@@ -7,11 +7,11 @@ from collections import deque
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from feasibee.errors import FeasibeeError, quoted
+from feasibee.base.codes import DECISIONS
+from feasibee.base.errors import FeasibeeError, quoted
+from feasibee.base.files import named
 from feasibee.field.logs import read_log, reading
 from feasibee.field.node import VERSION, WORK, Node
-from feasibee.files import named
-from feasibee.model.codes import DECISIONS
 from feasibee.reference.mind import Words
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import Strategy

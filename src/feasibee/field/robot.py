@@ -16,7 +16,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, NoReturn, TextIO
 
-from feasibee.errors import FeasibeeError, one_line
+from feasibee.base.errors import FeasibeeError, one_line
 from feasibee.field.connections import (
     BYE,
     END,

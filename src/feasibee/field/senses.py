@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.files import named, why_not
 from feasibee.field.node import HEARD_LIMIT, Node, is_message
-from feasibee.files import named, why_not
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from selectors import EVENT_READ, DefaultSelector
 from tempfile import TemporaryDirectory
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.errands import check_tasks
 from feasibee.field.logs import locked, remove_older
 from feasibee.field.plan import KILL, PAUSE, RESUME, Plan, plain_plan
@@ -145,7 +145,7 @@ class Field:
                 process_group=group,  # Ctrl-C reaches the field, which ends its processes
             )
         except OSError as error:
-            raise FeasibeeError(f"feasibee launch: can't start a process: {error.strerror}") from None
+            raise FeasibeeError(f"feasibee robot launch: can't start a process: {error.strerror}") from None
         self._processes[number] = process
         assert process.stdout is not None
         self._selector.register(process.stdout, EVENT_READ, number)

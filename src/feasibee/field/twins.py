@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.brain import CompiledMind
 from feasibee.reference.mind import BYZANTINE, Mind, Settings
 from feasibee.reference.robot import Robot

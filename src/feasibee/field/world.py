@@ -16,8 +16,8 @@ import shutil
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import AbstractContextManager, closing, contextmanager
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, closing
 from pathlib import Path
 from statistics import median
 from threading import Semaphore, Thread
@@ -25,7 +25,9 @@ from typing import Any
 
 import numpy as np
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.codes import DECISIONS, UNDECIDED
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.record import Record
 from feasibee.field.bodies import Bodies, Body
 from feasibee.field.connections import (
     BYE,
@@ -45,8 +47,6 @@ from feasibee.field.connections import (
 from feasibee.field.logs import VERSION, LineLog
 from feasibee.field.plan import PARTITION, PROCESS, ROBOTS_LIMIT, Plan, plan_from
 from feasibee.field.robot import own_output
-from feasibee.model.codes import DECISIONS, UNDECIDED
-from feasibee.model.record import Record
 from feasibee.reference.swarm import WORKED
 from feasibee.results.measures import tracked
 
@@ -286,11 +286,8 @@ class World:
 
     @property
     def is_over(self) -> bool:
-        """Whether the swarm has decided, or all have declared, and that ends the run."""
-        run = self.plan.scenario.run
-        decided = run.stop_at_decision and self.decision != UNDECIDED
-        taken = run.stop_when_taken and self.bodies.work and self.bodies.work.is_over
-        return decided or bool(taken) or (run.stop_at_declarations and self.bodies.have_all_declared)
+        """Whether the run ends, as that of a simulated swarm does."""
+        return self.bodies.is_over(self.decision != UNDECIDED)
 
     def end(self) -> dict[str, Any]:
         """Let the robots go; return the result."""
@@ -499,11 +496,9 @@ class FreeRunning(World):
         return self.step + (time.monotonic() - self._passed_at >= 1.0 / self.plan.hz)
 
 
-@contextmanager
-def _serve(order: Mapping[str, Any]) -> Iterator[Server]:
+def _serve(order: Mapping[str, Any]) -> AbstractContextManager[Server]:
     """Listen for robots in the temporary folder of an order."""
-    with closing(Server(Path(order["temporary"]))) as server:
-        yield server
+    return closing(Server(Path(order["temporary"])))
 
 
 Serve = Callable[[Mapping[str, Any]], AbstractContextManager[Any]]

@@ -18,9 +18,9 @@ from pathlib import Path
 
 from PIL import Image, ImageColor
 
-from feasibee.errors import FeasibeeError, how_to_install, quoted
-from feasibee.files import atomic_write, check_output
-from feasibee.model.codes import COLOURS, TASK, UNDECIDED
+from feasibee.base.codes import COLOURS, TASK, UNDECIDED
+from feasibee.base.errors import FeasibeeError, how_to_install, quoted
+from feasibee.base.files import atomic_write, check_output
 from feasibee.scenario.picture import between
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
@@ -149,7 +149,7 @@ def animate_field(
     Parameters
     ----------
     folder : path
-        The folder that ``feasibee launch --out`` has written.
+        The folder that ``feasibee robot launch --out`` has written.
     path : path
         The file to write, as in `animate`.
     steps : tuple of int, optional
@@ -162,8 +162,8 @@ def animate_field(
     FeasibeeError
         If an argument is invalid, the log is damaged, or the file can't be written.
     """
+    from feasibee.base.files import named
     from feasibee.field.recording import Recording
-    from feasibee.files import named
 
     path = Path(path)
     check_progress(progress)

@@ -11,11 +11,10 @@ from matplotlib.collections import LineCollection
 from matplotlib.patches import Circle, Polygon, Wedge
 from PIL import Image
 
-from feasibee.errors import FeasibeeError, quoted
+from feasibee.base.codes import COLOURS, DECISIONS, INFEASIBLE, NO_OPINION, TASK, ZONE
+from feasibee.base.errors import FeasibeeError, quoted
 from feasibee.figures.style import as_text, axes_for, in_metres, text_colour
-from feasibee.model.codes import COLOURS, DECISIONS, INFEASIBLE, NO_OPINION, TASK, ZONE
-from feasibee.scenario.geometry import images, segments
-from feasibee.scenario.picture import extent_of, outlines_of, picture_of
+from feasibee.scenario.picture import extent_of, images, outlines_of, picture_of, segments
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.swarm import Swarm
 

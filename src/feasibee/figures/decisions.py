@@ -12,7 +12,9 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError, quoted
+from feasibee.base.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
+from feasibee.base.errors import FeasibeeError, quoted
+from feasibee.base.outcomes import DECLARES, OUTCOMES
 from feasibee.figures.labels import label_ends
 from feasibee.figures.style import (
     GREY,
@@ -33,8 +35,6 @@ from feasibee.figures.style import (
     robots_per_task,
     small_multiples,
 )
-from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
-from feasibee.model.outcomes import DECLARES, OUTCOMES
 from feasibee.results.dataset import scenario_of
 from feasibee.results.measures import declared_wrong
 from feasibee.results.statistics import (

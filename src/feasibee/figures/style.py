@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from matplotlib.mathtext import MathTextParser
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullFormatter
 
-from feasibee.errors import FeasibeeError, one_line, quoted
-from feasibee.files import FIGURES, atomic_write, check_output
+from feasibee.base.errors import FeasibeeError, one_line, quoted
+from feasibee.base.files import FIGURES, atomic_write, check_output
 from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.units import SYMBOLS, symbol_of
 

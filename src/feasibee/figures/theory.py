@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from feasibee.base.codes import COLOURS
 from feasibee.figures.labels import label_ends
 from feasibee.figures.style import (
     PALETTE,
@@ -23,7 +24,6 @@ from feasibee.figures.style import (
     over_time,
     text_colour,
 )
-from feasibee.model.codes import COLOURS
 from feasibee.theory.against import Agreement
 from feasibee.theory.predict import Prediction
 

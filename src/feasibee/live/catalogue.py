@@ -1,190 +1,172 @@
-"""The catalogue: the scenario or the runs of a sweep that `feasibee watch` offers to its pages."""
+"""The catalogue: the scenario or the runs of a sweep that `feasibee watch` offers, and what pages ask."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Final
+from typing import Annotated, Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
 
-from feasibee.errors import FeasibeeError
-from feasibee.files import named
-from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED
-from feasibee.results.measures import truth_of_decisions
+from feasibee.base.codes import DECISIONS
+from feasibee.base.errors import FeasibeeError, Problem, ScenarioError
+from feasibee.live.form import EVENTS, STRATEGY, typed
+from feasibee.live.packet import check_scenario
+from feasibee.results.measures import decided_right
 from feasibee.scenario.fields import dimension_of
-from feasibee.scenario.plugins import registered
+from feasibee.scenario.plugins import is_own, registered
+from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.tables import with_names
 from feasibee.scenario.units import in_brackets
+from feasibee.simulation.store import Store, StoredPoint
 from feasibee.strategies import STRATEGIES
-from feasibee.sweeps.journal import Journal, StoredPoint
 
-STREAM: Final[Mapping[str, Any]] = {
-    "robots.count": 20,
-    "tasks.count": 20,
-    "tasks.arrival_rate": 0.0114,
-    "tasks.lifetime": 1800.0,
-    "decision.strategy": next(name for name, each in STRATEGIES.items() if each.judges),
-    "run.steps": 2500,
-}
-"""A world whose truth changes every 500 steps on average: `examples/changing.toml`, as the form's preset."""
+Whole = Annotated[str, Field(pattern="^[0-9]{1,20}$")]
+"""A whole number as text: JavaScript's numbers have 53 bits."""
 PICKS: Final = ("wrong", "right", "undecided", "feasible", "infeasible", "all")
 LISTED: Final = 500
-"""Most runs of a sweep that a page lists."""
+"""Most runs that are listed."""
 
 
-@dataclass(frozen=True)
-class Replay:
-    """A run of a sweep that a page can replay."""
+class Replay(NamedTuple):
+    """A run of a sweep that can be replayed."""
 
-    point: int
+    point: StoredPoint
     run: int
     decision: int
     decision_step: int
 
 
+class Asked(BaseModel):
+    """Request of a page for a scenario: changes to that of a point, or to the one to start with."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    point: int | None = None
+    changes: dict[str, JsonValue] = Field({}, max_length=64)
+    """By dotted path."""
+    seed: Whole = "0"
+    run: Whole = "0"
+
+
 @dataclass(frozen=True)
 class Catalogue:
-    """Scenario and runs that pages may show.
-
-    Parameters
-    ----------
-    scenario : Scenario
-        Scenario that a page starts with.
-    seed, run : int
-        Seed and number of the run that a page starts with.
-    title : str
-        Name of the file or folder that the scenario comes from.
-    points : mapping of int to StoredPoint
-        Points of the sweep that have a run in `replays`, by number.
-    replays : sequence of Replay
-        Runs of these points, at most `LISTED`, as many of each point.
-    found : int
-        Number of runs of the sweep that match `pick`, listed or not.
-    pick : str
-        One of `PICKS`: the decisions that were looked for.
-    """
+    """The scenario and run that pages start with, and those of a sweep that they may show."""
 
     scenario: Scenario
     seed: int = 0
     run: int = 0
     title: str = ""
+    """Name of the file or folder that the scenario comes from."""
+    point: int | None = None
+    """Point of the sweep that pages start with."""
     points: Mapping[int, StoredPoint] = field(default_factory=dict)
-    replays: tuple[Replay, ...] = ()
-    found: int = 0
-    pick: str = ""
+    replays: Mapping[str, Any] | None = None
+    """Runs of these points, as a page lists them."""
 
-    def scenario_of(self, point: int | None) -> Scenario:
-        """Return the scenario of a point as it was when the sweep ran; for None, the one to start with.
+    def chosen(self, asked: Asked) -> tuple[Scenario, Runs]:
+        """Return the scenario and the run that a page asks for.
 
-        Raise a FeasibeeError if the point is not listed.
+        Raise a FeasibeeError if scenario, seed or run is invalid or beyond the limits of a page; it lists all
+        problems.
         """
-        if point is None and not self.replays:
-            return self.scenario
-        point = self.replays[0].point if point is None else point
-        if point not in self.points:
-            raise FeasibeeError(
-                f"point = {point}: not found in {self.title or 'a journal'}; choose a run of the list"
-            )
-        return self.points[point].scenario
+        runs = Runs.single(int(asked.seed), int(asked.run))
+        if asked.point is not None and asked.point not in self.points:
+            raise FeasibeeError(f"point = {asked.point}: not found; choose a run of the list")
+        base = self.scenario if asked.point is None else self.points[asked.point].scenario
+        changes = {path: typed(path, value) for path, value in asked.changes.items()}
+        if changes.get(STRATEGY) == base.decision.strategy:
+            del changes[STRATEGY]  # keep its text: the file at that path may have changed
+        problems = list(_forbidden(changes))
+        allowed = {path: changes[path] for path in changes.keys() - {each.path for each in problems}}
+        try:
+            scenario = base.replace(allowed)
+            check_scenario(scenario)
+        except ScenarioError as error:
+            problems += error.problems
+        if problems:
+            raise ScenarioError(problems)
+        return scenario, runs
 
-    def seed_of(self, point: int | None) -> int:
-        """Return the seed of a point; for None, the one to start with."""
-        return self.seed if point is None else self.points[point].seed
 
-    @property
-    def strategies(self) -> list[str]:
-        """Names of all strategies to choose from: built-in, of other packages, and of the scenarios."""
-        scenarios = [self.scenario, *(row.scenario for row in self.points.values())]
-        names = [*STRATEGIES, *registered(), *(each.decision.strategy for each in scenarios)]
-        return list(dict.fromkeys(names))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the catalogue as a page receives it, in the message ``welcome``."""
-        return {
-            "title": named(self.title),
-            "strategies": self.strategies,
-            "stream": dict(STREAM),
-            "seed": str(self.seed),
-            "run": str(self.run),
-            "point": self.replays[0].point if self.replays else None,
-            "pick": self.pick,
-            "found": self.found,
-            "replays": [
-                {
-                    "point": each.point,
-                    "run": str(each.run),
-                    "seed": str(self.points[each.point].seed),
-                    "values": {
-                        path: (value if isinstance(value, str) else json.dumps(value, default=str))
-                        + in_brackets(self.points[each.point].scenario, dimension_of(path), value)
-                        for path, value in self.points[each.point].values.items()
-                    },
-                    "decision": DECISIONS[each.decision],
-                    "decision_step": each.decision_step,
-                }
-                for each in self.replays
-            ],
-        }
+def _forbidden(changes: Mapping[str, Any]) -> Iterator[Problem]:
+    """Yield a problem per change that would open a file or whose path isn't a field's."""
+    strategies = [*STRATEGIES, *registered()]
+    for path, value in changes.items():
+        if path == STRATEGY and value not in strategies:
+            remedy = "to use a file, run feasibee watch --set decision.strategy=FILE.py"
+            yield Problem(path, value, f"must be one of {', '.join(strategies)}", remedy)
+        elif path != STRATEGY and with_names(path, value, lambda name: None) != value:
+            remedy = "set it in the scenario of feasibee watch FILE"
+            yield Problem(path, value, "can't be a file on this page", remedy)
+        elif "." not in path and path not in ("preset", EVENTS):
+            remedy = "write section.field, such as tasks.count"
+            yield Problem(path, value, "must be the path of a field", remedy)
 
 
 def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
-    """Return the catalogue of a sweep: the runs whose decision matches ``pick``.
+    """Return the catalogue of a sweep: the runs that `picked_runs` returns.
 
-    Parameters
-    ----------
-    folder : path
-        Folder of the sweep, with its journal.
-    pick : str
-        One of `PICKS`; ``"wrong"`` selects runs whose first decision differs from the ground truth of its
-        step.
-    trust : bool
-        Whether strategies may run from the text in the journal, where it isn't that of the user's own file.
-
-    Raises
-    ------
-    FeasibeeError
-        If the folder has no journal, or no run matches.
+    Pages start with the first whose strategy may run. With ``trust``, strategies may run from the text in the
+    folder, where it isn't that of the user's own file.
     """
-    with Journal(folder) as journal:
-        points = {
-            row.id: row._replace(scenario=row.scenario.with_trust()) if trust else row
-            for row in journal.points
-        }
-        chosen: dict[int, list[Replay]] = {}
-        found = 0
-        for row in points.values():
-            picked = _picked(row, journal.results(row.id), pick)
-            found += len(picked)
-            if len(picked):
-                chosen[row.id] = [Replay(row.id, *numbers) for numbers in picked[:LISTED].tolist()]
-    each = max(1, LISTED // max(1, len(chosen)))  # the same number of each point
-    replays = [replay for runs in chosen.values() for replay in runs[:each]][:LISTED]
-    if not replays:
+    picked, found = picked_runs(folder, pick)
+    points = {row.id: row for row, *_ in picked}
+    if trust:
+        points = {n: row._replace(scenario=row.scenario.with_trust()) for n, row in points.items()}
+    may_run = {n for n, row in points.items() if trust or is_own(row.scenario.manifest)}
+    first = next((each for each in picked if each.point.id in may_run), picked[0])
+    start = points[first.point.id]
+    replays = {"replays": list(map(_listed, picked)), "pick": pick, "found": found}
+    return Catalogue(start.scenario, start.seed, first.run, str(folder), start.id, points, replays)
+
+
+def picked_runs(folder: Path, pick: str) -> tuple[list[Replay], int]:
+    """Return runs whose decision matches one of `PICKS`, and how many there are.
+
+    ``"wrong"`` selects runs whose first decision differs from the ground truth of its step. At most `LISTED`
+    are returned, as many of each point. Raise a FeasibeeError if the folder has no results, or no such run.
+    """
+    picked: list[list[Replay]] = []
+    found = 0
+    store = Store(folder)
+    for row in store.points:
+        results = store.results(row.key)
+        runs = np.flatnonzero(_are_picked(results, row.scenario, pick))
+        found += len(runs)
+        if len(runs):
+            columns = (results.run, results.decision, results.decision_step)
+            listed = zip(*(each[runs[:LISTED]].tolist() for each in columns), strict=True)
+            picked.append([Replay(row, *run) for run in listed])
+    store.check()
+    if not picked:
         which = "runs" if pick == "all" else f"runs that are {pick}"
         raise FeasibeeError(f"{folder}: has no {which}; use another --pick: {', '.join(PICKS)}")
-    used = {each.point for each in replays}
-    shown = {point: row for point, row in points.items() if point in used}
-    first = points[replays[0].point]
-    run = replays[0].run
-    return Catalogue(first.scenario, first.seed, run, str(folder), shown, tuple(replays), found, pick)
+    each = max(1, LISTED // len(picked))
+    return [replay for replays in picked for replay in replays[:each]][:LISTED], found
 
 
-def _picked(row: StoredPoint, results: Any, pick: str) -> NDArray[np.int64]:
-    """Return number, decision and its step of each run that matches ``pick``."""
-    true = truth_of_decisions(results) if row.scenario.dynamic else int(row.truth)
-    decisions = results.decision
-    chosen = {
-        "wrong": (decisions != UNDECIDED) & (decisions != true),
-        "right": decisions == true,
-        "undecided": decisions == UNDECIDED,
-        "feasible": decisions == FEASIBLE,
-        "infeasible": decisions == INFEASIBLE,
-        "all": slice(None),
-    }[pick]
-    runs = np.stack([results.run, decisions, results.decision_step], axis=1)
-    picked: NDArray[np.int64] = runs.astype(np.int64)[chosen]
-    return picked
+def _are_picked(results: Any, scenario: Scenario, pick: str) -> NDArray[np.bool_]:
+    """Return whether each run matches one of `PICKS`: bool, shape (runs,)."""
+    matches: dict[str, NDArray[np.bool_]]
+    matches = {name: results.decision == code for code, name in DECISIONS.items()}
+    right = decided_right(results, scenario)
+    matches |= {"right": right, "wrong": ~right & ~matches["undecided"], "all": np.ones_like(right)}
+    return matches[pick]
+
+
+def _listed(replay: Replay) -> dict[str, Any]:
+    """Return a run as a page lists it: values of its point with metres and seconds, if they are known."""
+    row = replay.point
+    values = {
+        path: (value if isinstance(value, str) else json.dumps(value, default=str))
+        + in_brackets(row.scenario, dimension_of(path), value)
+        for path, value in row.values.items()
+    }
+    which = {"point": row.id, "run": str(replay.run), "seed": str(row.seed), "values": values}
+    return {**which, "decision": DECISIONS[replay.decision], "decision_step": replay.decision_step}

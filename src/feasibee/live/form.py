@@ -7,17 +7,12 @@ from functools import cache
 from typing import Any, Final
 
 from feasibee.scenario.paths import inline_toml, read_value
+from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
 
 EVENTS: Final = "events"
 """The only field that is no part of a section, and a list."""
-BOUNDS: Final = {
-    "minimum": "min",
-    "exclusiveMinimum": "min",
-    "maximum": "max",
-    "exclusiveMaximum": "max",
-}
-"""Bounds in a schema, and in HTML; only the server checks whether a bound itself is valid."""
+STRATEGY: Final = "decision.strategy"
 
 
 @cache
@@ -26,7 +21,8 @@ def form() -> list[dict[str, Any]]:
 
     Each field has ``path``, ``name``, ``note`` and ``kind``: ``"number"``, ``"integer"``, ``"quantity"``
     (also with a unit), ``"boolean"``, ``"choice"`` (with ``choices``), or ``"value"``, which is typed as
-    TOML. ``nullable`` says whether the field may be unset.
+    TOML. ``nullable`` says whether the field may be unset. The choices of a strategy are those of other
+    packages; a page knows which built-in ones go with its scenario.
     """
     schema = Scenario.model_json_schema()
     alone = {"controller": "preset", EVENTS: EVENTS}
@@ -57,10 +53,8 @@ def _field(path: str, part: Mapping[str, Any]) -> dict[str, Any]:
     found = {"path": path, "name": name, "note": part.get("description", "")}
     found["nullable"] = len(kinds) < len(given)
     only = kinds[0] if len(kinds) == 1 else {}
-    if "enum" in only:
-        return found | {"kind": "choice", "choices": only["enum"]}
+    choices = registered() if path == STRATEGY else only.get("enum")
+    if choices is not None:
+        return found | {"kind": "choice", "choices": choices}
     kind = "quantity" if isinstance(only.get("type"), list) else only.get("type")
-    if kind in ("number", "integer", "quantity", "boolean"):
-        bounds = {html: only[bound] for bound, html in BOUNDS.items() if bound in only}
-        return found | {"kind": kind} | bounds
-    return found | {"kind": "value"}
+    return found | {"kind": kind if kind in ("number", "integer", "quantity", "boolean") else "value"}

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from feasibee.files import write_text
+from feasibee.base.files import write_text
 from feasibee.live.packet import wasm_of
-from feasibee.live.page import filled, given_of
+from feasibee.live.page import filled
+from feasibee.live.scene import simulated_of
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
@@ -41,7 +42,6 @@ def figures() -> dict[str, Figure]:
     bears = {**lied_to, "decision.parameters": {"tolerates": 1}}
     sight = [["fewer than 5", 4], ["5 to 15", 15], ["more than 15", 50]]
     at_once = named.replace({"tasks.count": 21, "acting.start": 0})
-    variants = tuple(each.replace({"sensing.range": r + 1}) for each in (scarce, named) for r in range(6))
     return {
         "enough": Figure("decision", "What will this swarm decide?", many, DECISIONS),
         "one": Figure("sight", "How many tasks does the ringed robot see in 10 steps?", many, sight, 10),
@@ -53,7 +53,7 @@ def figures() -> dict[str, Figure]:
         "rooms": Figure("share", HOW_MANY, few.replace({"place.walls": walls})),
         "start": Figure("share", HOW_MANY, at_once),
         "ask": Figure("share", HOW_MANY, at_once.replace({"acting.start": "safe"})),
-        "free": Figure("free", "", scarce, variants=variants),
+        "free": Figure("free", "", scarce, variants=(scarce, named)),
     }
 
 
@@ -73,4 +73,4 @@ def _asked(figure: Figure) -> dict[str, Any]:
     scenario = figure.scenario
     own = {**figure._asdict(), "right": int(truth(scenario))}
     del own["scenario"], own["variants"]
-    return {**given_of(scenario, Runs(100, SEED, 0), figure.variants or [scenario]), **own}
+    return {**simulated_of(scenario, Runs(100, SEED, 0), figure.variants or [scenario]), **own}

@@ -9,21 +9,19 @@ from typing import Any, Final
 
 import numpy as np
 
+from feasibee.base.errors import Problem, ScenarioError
 from feasibee.engine.given import Given, struct_of
 from feasibee.engine.library import ffi
 from feasibee.engine.own import module
 from feasibee.engine.params import packed
 from feasibee.engine.state import Room, size_of
 from feasibee.engine.tables import Lowered
-from feasibee.errors import Problem, ScenarioError
-from feasibee.robot.firmware import constant
 from feasibee.scenario.ground import ground_of, stands_in
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import surely_above
 from feasibee.scenario.supported import takes_fast_path
 from feasibee.simulation.flooding import flooded
 from feasibee.simulation.lowering import lower
-from feasibee.strategies import STRATEGIES
 
 MOST: Final = {"robots.count": 20_000, "tasks.count": 20_000, "run.steps": 10_000}
 """Largest values of fields in a page."""
@@ -50,39 +48,6 @@ def _problems(scenario: Scenario) -> Iterator[Problem]:
     if (needed := size_of(Given(lowered), Room.first(lowered.params)) >> 20) >= MEBIBYTES:
         rule = f"needs {needed:,} MiB of memory in a page, which has {MEBIBYTES:,}"
         yield Problem("robots.count", robots, rule, "use fewer robots or tasks, or use feasibee watch")
-
-
-def why_counted(scenario: Scenario) -> str:
-    """Return why a page can't change the numbers at the start; empty if it can."""
-    robots, tasks = scenario.robots, scenario.tasks
-    reasons = {
-        "robots or tasks have classes": robots.classes or tasks.classes,
-        "some robots are faulty": any(scenario.faulty),
-        "their places are given": "points" in (robots.placement, tasks.placement),
-        "robots need room": robots.avoid_collisions,
-        "robots act": scenario.acts,
-    }
-    found = next((reason for reason, holds in reasons.items() if holds), "")
-    return found and f"The numbers at the start are those of the scenario, since {found}"
-
-
-def variants_of(scenario: Scenario) -> Iterator[Scenario]:
-    """Yield a scenario with each strategy with which a page can simulate it, and its robots' number known.
-
-    The scenario's own replaces a built-in one of the same name in C.
-    """
-    for each in {constant(each): each for each in (*STRATEGIES.values(), scenario.strategy)}.values():
-        if each == scenario.strategy:
-            yield scenario
-            continue
-        known = scenario.robots.know_count or each.needs_count
-        changes = {"decision.strategy": each.name, "decision.parameters": {}, "robots.know_count": known}
-        try:
-            changed = scenario.replace(changes)
-            check_scenario(changed)
-        except ScenarioError:
-            continue
-        yield changed
 
 
 def wasm_of(scenario: Scenario) -> str:
@@ -138,6 +103,7 @@ def _common(scenario: Scenario, lowered: Lowered) -> bytes:
 def _own(scenario: Scenario, lowered: Lowered) -> bytes:
     strategy, tables = lowered.strategy, lowered.tables
     setting, (_, parameters) = struct_of(ffi(), lowered.setting)
+    setting.plan = setting.parameters = ffi().NULL  # which the page sets, so that a file is the same again
     surface = ground_of(scenario)
     shape = [
         strategy.memory,

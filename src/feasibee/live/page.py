@@ -1,78 +1,37 @@
-"""A page that simulates: markup, style, modules, the compiled world and a scenario in one HTML file."""
+"""The page that simulates: markup, style, modules, the compiled engine and a scenario in one HTML file."""
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable
 from importlib.metadata import version
 from pathlib import Path
 from string import Template
 from typing import Any, Final
 from urllib.parse import quote
 
-from feasibee.files import write_text
-from feasibee.live.lane import why_fixed
-from feasibee.live.packet import (
-    MOST,
-    check_scenario,
-    packets_of,
-    reached_of,
-    variants_of,
-    wasm_of,
-    why_counted,
-)
+from feasibee.base.files import write_text
+from feasibee.live.packet import wasm_of
 from feasibee.live.prediction import prediction_of
-from feasibee.live.scene import scene_of
-from feasibee.scenario.plugins import rule_of
+from feasibee.live.scene import opened_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.flooding import flooded
-from feasibee.simulation.lowering import unit_of
 
-STATIC: Final = Path(__file__).parent / "static"
-IMPORTED: Final = re.compile(r'(?m)^import [^;]+ from "\./(\w+)\.js";\n')
 MARKUP: Final = Path(__file__).parent
-"""Folder of the templates, which don't stand among the files that the live server gives."""
+STATIC: Final = MARKUP / "static"
+IMPORTED: Final = re.compile(r'(?m)^import \{([^;]+)\} from "\./(\w+)\.js";\n')
+EXPORTED: Final = re.compile(r"(?m)^export ((?:async )?(?:const|class|function) ([\w$]+))")
 
 
 def page_of(scenario: Scenario, seed: int = 0, run: int = 0, name: str = "") -> str:
     """Return the page that begins with a scenario, a seed and a run, as HTML.
 
-    Sliders change the scenario's numbers of robots and tasks and its strategy. ``name`` says what to call it,
-    such as its file's name. Raise a ScenarioError if a page can't simulate the scenario, with all reasons,
-    and a FeasibeeError if seed or run is out of range.
+    The page changes numbers of robots and tasks, ranges, speed and strategy of the scenario by itself.
+    ``name`` says what to call it, such as its file's name. Raise a ScenarioError if a page can't simulate the
+    scenario, with all reasons, and a FeasibeeError if seed or run is out of range.
     """
-    runs = Runs(1, seed, run)
-    given = given_of(scenario, runs, variants_of(scenario))
-    own = {"name": name, "prediction": prediction_of(scenario), "wasm": wasm_of(scenario)}
-    return filled("page", "feasibee", "simulator", {**given, **own})
-
-
-def filled(name: str, title: str, script: str, given: dict[str, Any]) -> str:
-    """Return a page: markup and style of a name, a module and its imports, and what is given to it."""
-    shell, body = (Template((MARKUP / f"{each}.html").read_text("utf-8")) for each in ("shell", name))
-    parts = {each: _part(each) for each in ("transport", "legend", "terms", "theory")}
-    icon = "data:image/svg+xml," + quote(_text("icon.svg"))
-    return shell.substitute(
-        title=title,
-        icon=icon,
-        body=body.substitute(parts, icon=icon),
-        style=_text("base.css") + _text(f"{name}.css"),
-        given=json.dumps(given, separators=(",", ":")).replace("<", "\\u003c"),
-        script=joined(script),
-    )
-
-
-def _text(name: str) -> str:
-    """Return the text of a file of the live page."""
-    return (STATIC / name).read_text("utf-8")
-
-
-def _part(name: str) -> str:
-    """Return an element of the live page, by its id: it ends where the indentation is that of its start."""
-    (found,) = re.finditer(rf'(?ms)^( *)<(\w+) id="{name}".*?^\1</\2>', _text("index.html"))
-    return found[0]
+    opened = opened_of(scenario, Runs.single(seed, run))
+    return page_with(opened, name, wasm=wasm_of(scenario), prediction=prediction_of(scenario))
 
 
 def write_page(scenario: Scenario, out: Path, seed: int = 0, run: int = 0, name: str = "") -> None:
@@ -80,63 +39,71 @@ def write_page(scenario: Scenario, out: Path, seed: int = 0, run: int = 0, name:
     write_text(out, page_of(scenario, seed, run, name))
 
 
-def given_of(scenario: Scenario, runs: Runs, variants: Iterable[Scenario]) -> dict[str, Any]:
-    """Return what world.js calls Given of a scenario and its variants by strategy, without the world.
+def page_with(opened: dict[str, Any], title: str, **own: Any) -> str:
+    """Return the page of an opened scenario; what isn't given is as in a file without server."""
+    usual = {"server": False, "wasm": "", **dict.fromkeys(("form", "replays", "field", "prediction"))}
+    given = {"name": title, "version": version("feasibee"), "opened": opened}
+    return filled("page", "feasibee", "app", usual | given | own)
 
-    Raise a ScenarioError if a page can't simulate the scenario, with all reasons.
+
+def filled(name: str, title: str, script: str, given: dict[str, Any]) -> str:
+    """Return a page: markup and style of a name, a module and its imports, and what is given to it.
+
+    A placeholder of the markup stands for the element of page.html that has its name as id.
     """
-    check_scenario(scenario)
-    variants = [flooded(each) for each in variants]
-    return {
-        "version": version("feasibee"),
-        "toml": scenario.to_toml(),
-        "packets": packets_of(variants),
-        "reached": reached_of(scenario),
-        "strategies": list(map(_strategy_of, variants)),
-        "threshold": scenario.decision.threshold,
-        "most": {"robots": MOST["robots.count"], "tasks": MOST["tasks.count"]},
-        "counted": why_counted(scenario),
-        "legend": _legend_of(scenario),
-        "settings": {
-            "robots": scenario.robots.count,
-            "tasks": scenario.tasks.count,
-            "strategy": variants.index(scenario),
-            "seed": str(runs.seed),
-            "run": runs.first,
-            "events": [each.model_dump(exclude_defaults=True) for each in scenario.events],
-        },
-        "lengths": {
-            **scene_of(scenario),
-            "changes": scenario.replace({"events": ()}).dynamic,  # without them, which may be taken out
-            "robotClasses": [each.name for each in scenario.robots.classes],
-        },
-        "unit": [str(part) for part in unit_of(scenario).as_integer_ratio()],
-        "run": {"steps": scenario.run.steps, "stops": scenario.run.stop_at_decision},
-    }
+    shell, body = (Template((MARKUP / f"{each}.html").read_text("utf-8")) for each in ("shell", name))
+    icon = "data:image/svg+xml," + quote(_text("icon.svg"))
+    parts = {each: _part(each) for each in body.get_identifiers() if each != "icon"}
+    modules = modules_of(script)
+    styles = dict.fromkeys(f"{each}.css" for each in ("base", *modules, name))
+    return shell.substitute(
+        title=title,
+        icon=icon,
+        body=body.substitute(parts, icon=icon),
+        style="".join(_text(each) for each in styles if (STATIC / each).exists()),
+        given=json.dumps(given, separators=(",", ":")).replace("<", "\\u003c"),
+        library=_text("uplot.js") if "plot" in modules else "",
+        worker=joined("worker"),
+        script=joined(script),
+    )
 
 
-def _strategy_of(variant: Scenario) -> dict[str, Any]:
-    """Return what a page says of the strategy of a variant."""
-    return {
-        "name": variant.decision.strategy,
-        "rule": rule_of(variant.manifest),
-        "declares": variant.declares,
-        "fixed": why_fixed(variant),
-        "knows": variant.robots.know_count,
-    }
+def _text(name: str) -> str:
+    """Return the text of a file of the page."""
+    return (STATIC / name).read_text("utf-8")
 
 
-def _legend_of(scenario: Scenario) -> dict[str, bool]:
-    """Return which entries of the legend a scenario needs, of those that not all need."""
-    stopped, byzantine, _ = scenario.faulty
-    acts = dict.fromkeys(("free", "taken"), scenario.acts) | {"task": not scenario.acts}
-    return {**acts, "done": bool(scenario.tasks.work), "stopped": stopped > 0, "liar": byzantine > 0}
+def _part(name: str) -> str:
+    """Return an element of page.html, by its id: it ends where the indentation is that of its start."""
+    text = (MARKUP / "page.html").read_text("utf-8")
+    (found,) = re.finditer(rf'(?ms)^( *)<(\w+) id="{name}".*?^\1</\2>', text)
+    return found[0]
 
 
-def joined(name: str, seen: set[str] | None = None) -> str:
-    """Return a module and all that it imports as one text, for what can't import; keep its default export."""
-    seen = set() if seen is None else seen  # names of the modules before it
-    seen.add(name)
-    text = _text(f"{name}.js")
-    before = [joined(each, seen) for each in IMPORTED.findall(text) if each not in seen]
-    return "\n".join([*before, re.sub(r"(?m)^export (?!default)", "", IMPORTED.sub("", text))])
+def modules_of(name: str, seen: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """Return the modules that one needs, each after those that it needs itself, and it last."""
+    for _, each in IMPORTED.findall(_text(f"{name}.js")):
+        if each not in seen:
+            seen = modules_of(each, seen)
+    return (*seen, name)
+
+
+def joined(name: str) -> str:
+    """Return a module and all that it imports as one text, for what can't import.
+
+    Each module is a function with its own names, as it has as a file; the last one gives nothing away.
+    """
+    return "\n".join(_scoped(each) if each != name else _bare(each)[0] for each in modules_of(name))
+
+
+def _bare(name: str) -> tuple[str, list[str]]:
+    """Return a module's text with what it imports as constants, and the names that it exports."""
+    text = IMPORTED.sub(
+        lambda found: f"const {{{found[1].replace(' as ', ': ')}}} = {found[2]}Module;\n", _text(f"{name}.js")
+    )
+    return EXPORTED.sub(r"\1", text), [each for _, each in EXPORTED.findall(text)]
+
+
+def _scoped(name: str) -> str:
+    text, names = _bare(name)
+    return f"const {name}Module = (() => {{\n{text}return {{ {', '.join(names)} }};\n}})();"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import lru_cache
 from typing import Any, Final
 
-from feasibee.errors import Problem, ScenarioError
+from feasibee.base.errors import Problem, ScenarioError
 from feasibee.scenario.scenario import Scenario
 from feasibee.theory.predict import Prediction, even_tasks, predict
 

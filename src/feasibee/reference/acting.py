@@ -6,14 +6,14 @@ import math
 from functools import partial
 from typing import Protocol
 
-from feasibee.model.codes import exact
+from feasibee.base.codes import exact
 from feasibee.reference.mind import BYZANTINE
 from feasibee.reference.place import QUARTERS, Pair
 from feasibee.reference.robot import Robot
 from feasibee.reference.way import Ways
 from feasibee.reference.world import World
 from feasibee.robot.acting import FREE, NONE
-from feasibee.scenario.acting import can_do, most_taken, status_bits
+from feasibee.scenario.feasibility import can_do, most_taken, status_bits
 from feasibee.scenario.scenario import Scenario
 
 PLACE_BITS = 33

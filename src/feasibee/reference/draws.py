@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
-from feasibee.model.codes import LONGEST, exact
+from feasibee.base.codes import LONGEST, exact
 
 TURN = 2**32
 """Number of words; as an angle, a full turn."""

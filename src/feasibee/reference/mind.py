@@ -11,7 +11,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from feasibee.model.purposes import FIRST_OPINION, LIE, PHASE
+from feasibee.base.purposes import FIRST_OPINION, LIE, PHASE
 from feasibee.reference.draws import TURN, duration, philox
 from feasibee.robot import controller
 from feasibee.robot.controller import Controller, Declare, Message

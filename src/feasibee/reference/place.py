@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from fractions import Fraction
 from functools import cache, cached_property, lru_cache
 
-from feasibee.model.codes import exact
+from feasibee.base.codes import exact
 from feasibee.scenario.fields import Placed
-from feasibee.scenario.plan import Plan
+from feasibee.scenario.ground import Plan
 from feasibee.scenario.scenario import Scenario
 
 QUARTERS = 4

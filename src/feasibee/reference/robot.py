@@ -8,8 +8,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import combinations
 from typing import Any, Final
 
-from feasibee.model.codes import COS_EIGHTH, exact
-from feasibee.model.purposes import BATTERY, FAILURE, WALK
+from feasibee.base.codes import COS_EIGHTH, exact
+from feasibee.base.purposes import BATTERY, FAILURE, WALK
 from feasibee.reference.draws import choose, cos_sin, duration, happens
 from feasibee.reference.mind import STOPPED, Mind, Settings
 from feasibee.reference.place import QUARTERS, Ground
@@ -17,7 +17,7 @@ from feasibee.reference.world import Names, Place, World
 from feasibee.robot import controller
 from feasibee.robot.acting import NONE, Errand, Rules
 from feasibee.robot.controller import Declare, Message
-from feasibee.scenario.acting import ranks_of
+from feasibee.scenario.feasibility import ranks_of
 from feasibee.scenario.fields import Robots
 from feasibee.scenario.scenario import Scenario
 
@@ -92,7 +92,7 @@ class Robot:
         self._waits = True
 
     def mind_of(self, settings: Settings) -> Mind:
-        """Return the robot's mind; that of a robot of ``feasibee launch`` is in another process."""
+        """Return the robot's mind; that of a robot of ``feasibee robot launch`` is in another process."""
         return Mind(self._scenario.strategy, settings)
 
     def works(self, step: int) -> bool:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
-from feasibee.model import purposes
-from feasibee.model.codes import CERTAIN, FEASIBLE, INFEASIBLE, MOST_WALLS, UNDECIDED, exact
-from feasibee.model.outcomes import ACTS, OUTCOMES, WORKS
-from feasibee.model.record import Record
+from feasibee.base import purposes
+from feasibee.base.codes import CERTAIN, FEASIBLE, INFEASIBLE, MOST_WALLS, UNDECIDED, exact
+from feasibee.base.outcomes import ACTS, OUTCOMES, WORKS
+from feasibee.base.record import Record
 from feasibee.reference.acting import Work
 from feasibee.reference.draws import choose, cos_sin, duration, poisson, rounded, shuffle
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
@@ -16,10 +16,9 @@ from feasibee.reference.robot import SILENCE, STAND, Robot, Said, steps_of
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot.acting import NONE
 from feasibee.scenario.feasibility import explain_kinds, kinds_of
-from feasibee.scenario.fields import Event, Robots, Tasks
+from feasibee.scenario.fields import Event, Point, Robots, Tasks
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
-from feasibee.scenario.types import Point
 from feasibee.strategies.contract import Thing
 
 WORKED = [each.name for each in OUTCOMES if each.needs in (ACTS, WORKS)]
@@ -47,11 +46,7 @@ def simulate(scenario: Scenario, runs: Runs, curves: bool = False) -> Record:
             if record.declare_step[row] == -1 and swarm.has_declared:
                 record.declare_step[row] = step
             record.last_step[row] = step
-            if scenario.run.stop_at_decision and record.decision[row] != UNDECIDED:
-                break
-            if scenario.run.stop_at_declarations and swarm.have_all_declared:
-                break
-            if scenario.run.stop_when_taken and swarm.work and swarm.work.is_over:
+            if swarm.is_over(bool(record.decision[row] != UNDECIDED)):
                 break
         record.bits_sent[row] = swarm.bits_sent
         record.declared_feasible[row] = swarm.declared(FEASIBLE)
@@ -306,6 +301,13 @@ class Swarm:
         """Whether all counted robots have declared, and none of them stops later (model.md 6.15.8)."""
         some_left = any(robot.mind.declared == UNDECIDED for robot in self.counted)
         return not some_left and self.time >= self.scenario.faults.stop_step
+
+    def is_over(self, has_decided: bool) -> bool:
+        """Return whether the run ends, given whether the swarm has ever decided."""
+        run = self.scenario.run
+        if (run.stop_at_decision and has_decided) or (run.stop_at_declarations and self.have_all_declared):
+            return True
+        return run.stop_when_taken and self.work is not None and self.work.is_over
 
     @property
     def decision(self) -> int:

@@ -7,7 +7,7 @@ import math
 from collections.abc import Iterator
 from functools import cache
 
-from feasibee.model.codes import exact
+from feasibee.base.codes import exact
 from feasibee.reference.place import QUARTERS, Ground, Pair
 
 SIDE, CORNER = 5, 7

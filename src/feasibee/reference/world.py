@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from functools import cache
 
-from feasibee.model import purposes
-from feasibee.model.codes import ATTEMPTS, exact
+from feasibee.base import purposes
+from feasibee.base.codes import ATTEMPTS, exact
 from feasibee.reference.draws import TURN, choose, normal, philox, shuffle
 from feasibee.reference.place import ground_of
 from feasibee.scenario.fields import Placed
@@ -53,11 +53,11 @@ class World:
 
     def way(self, a: Place, b: Place) -> Place:
         """Return the difference of two places, the short way round on the torus."""
-        differences = (q - p for p, q in zip(a, b, strict=True))
+        x, y = b[0] - a[0], b[1] - a[1]
         if not self.is_torus:
-            return tuple(differences)  # type: ignore[return-value]
-        halves = zip(differences, self.size, strict=True)
-        return tuple((d + side // 2) % side - side // 2 for d, side in halves)  # type: ignore[return-value]
+            return x, y
+        width, height = self.size
+        return (x + width // 2) % width - width // 2, (y + height // 2) % height - height // 2
 
     def squared_distance(self, a: Place, b: Place) -> int:
         """Return the square of the distance of two places."""

@@ -12,7 +12,7 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from feasibee.model.codes import CERTAIN
+from feasibee.base.codes import CERTAIN
 from feasibee.results.measures import column, counted_robots
 from feasibee.results.statistics import Interval, mean_share, wilson
 from feasibee.scenario.scenario import Scenario

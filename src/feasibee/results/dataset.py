@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from feasibee.errors import FeasibeeError, quoted
-from feasibee.files import RESULTS, atomic_write, check_output, write_csv
-from feasibee.model.codes import MODEL_VERSION
-from feasibee.model.outcomes import CURVES, OUTCOMES, TRACES, Outcome
-from feasibee.model.record import Record
+from feasibee.base.codes import MODEL_VERSION
+from feasibee.base.errors import FeasibeeError, quoted
+from feasibee.base.files import RESULTS, atomic_write, check_output, write_csv
+from feasibee.base.outcomes import CURVES, OUTCOMES, TRACES, Outcome
+from feasibee.base.record import Record
 from feasibee.results.measures import measures_of_runs
 from feasibee.results.reading import reading
 from feasibee.scenario.feasibility import truth

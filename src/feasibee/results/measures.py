@@ -6,7 +6,6 @@ studies and figures derive from `MEASURES`, and sum up runs by `Measured`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, Final, NamedTuple
@@ -14,9 +13,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from feasibee.model.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
-from feasibee.model.outcomes import ACTS, CHANGES, DECLARES, STOPS, Need
-from feasibee.results.acting import Acting, ActsOfRuns, achieved, acts_of
+from feasibee.base.codes import DECISIONS, FEASIBLE, INFEASIBLE, UNDECIDED, exact
+from feasibee.base.outcomes import ACTS, CHANGES, DECLARES, STOPS, Need
 from feasibee.results.statistics import (
     DeclareTimes,
     Interval,
@@ -26,6 +24,7 @@ from feasibee.results.statistics import (
     decision_times,
     declare_times,
     event_rate,
+    mean_of,
     mean_share,
     plain,
     quartiles,
@@ -124,14 +123,20 @@ def last_steps(results: Any, scenario: Scenario) -> NDArray[np.int64]:
 
 def is_quorum(counts: NDArray[Any], results: Any, scenario: Scenario) -> NDArray[np.bool_]:
     """Return whether a number of robots of each run is more than the threshold of the counted ones."""
-    needed, counted = exact(scenario.decision.threshold), counted_robots(results, scenario)
-    enough: NDArray[np.bool_] = counts * needed.denominator > counted * needed.numerator
+    enough: NDArray[np.bool_] = counts >= least_quorum(scenario, counted_robots(results, scenario))
     return enough
 
 
-def least_quorum(scenario: Scenario, counted: int) -> int:
-    """Return the least number of so many counted robots that is more than the threshold."""
-    return math.floor(exact(scenario.decision.threshold) * counted) + 1
+def least_quorum(scenario: Scenario, counted: Any) -> Any:
+    """Return the least number of so many counted robots, or of an array, that is more than the threshold."""
+    threshold = exact(scenario.decision.threshold)
+    return counted * threshold.numerator // threshold.denominator + 1
+
+
+def held_decision(scenario: Scenario, feasible: int, infeasible: int, counted: int) -> int:
+    """Return the decision of so many counted robots, of which some hold each opinion: 1, 0, or -1 if none."""
+    needed = least_quorum(scenario, counted)
+    return FEASIBLE if feasible >= needed else INFEASIBLE if infeasible >= needed else UNDECIDED
 
 
 def counted_robots(results: Any, scenario: Scenario) -> NDArray[np.int64]:
@@ -323,7 +328,7 @@ def changes_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> Change
     Parameters
     ----------
     truth, held : int8 array, shape (runs, steps + 1)
-        As in ``feasibee.model.record.Record``.
+        As in ``feasibee.base.record.Record``.
     first_step : int
         First step whose change counts.
     """
@@ -361,7 +366,7 @@ def truth_intervals(truth: ArrayLike) -> list[dict[str, Any]] | None:
     Parameters
     ----------
     truth : int8 array, shape (runs, steps + 1)
-        As in ``feasibee.model.record.Record``.
+        As in ``feasibee.base.record.Record``.
 
     Examples
     --------
@@ -392,6 +397,67 @@ def _changed(truths: NDArray[Any]) -> NDArray[np.bool_]:
     changed = np.zeros(truths.shape, np.bool_)
     changed[:, 1:] = (truths[:, 1:] != truths[:, :-1]) & (truths[:, 1:] >= 0)
     return changed
+
+
+class Acting(NamedTuple):
+    """What robots that act achieved in all runs together, with 95 % confidence intervals (model.md 6.25)."""
+
+    done: Interval
+    """Share of runs in which all tasks were taken, or as many as there were robots for."""
+    started_in_vain: Interval
+    """Share of runs in which a robot took a task although the tasks were infeasible."""
+    first_taken_step: DeclareTimes
+    """Steps by which a first task was taken."""
+    all_taken_step: DeclareTimes
+    """Steps by which all tasks were taken: the makespan."""
+    tasks_taken: Interval
+    """Number of tasks taken at the end of a run."""
+    vain_arrivals: Interval
+    """Number of arrivals per run at tasks that others had."""
+    distance: Interval
+    """Distance that a robot walked until all tasks were taken, in units."""
+    all_done_step: DeclareTimes | None
+    """Steps by which all tasks were done, if they take time (model.md 6.26)."""
+
+    @property
+    def makespan(self) -> Interval:
+        """The median of the makespan, NaN for never."""
+        steps = self.all_taken_step.median, *self.all_taken_step.median_interval
+        return Interval(*(np.nan if each is None else float(each) for each in steps))
+
+
+Acts = Mapping[str, NDArray[Any]]
+"""What robots did in each run: outcomes by name, each of shape (runs,).
+
+``distance`` is the mean per robot of the start, in units. ``all_done_step`` is empty unless tasks take time.
+"""
+
+
+def acts_of(results: Any, scenario: Scenario) -> Acts:
+    """Return what robots did in each run of a scenario in which they act."""
+    names = ("first_taken_step", "all_taken_step", "tasks_taken", "vain_arrivals", "starts_in_vain")
+    acts: dict[str, NDArray[Any]] = {name: column(results, name) for name in names}
+    acts["distance"] = column(results, "distance_walked") * (scenario.robots.speed / scenario.robots.count)
+    acts["all_done_step"] = column(results, "all_done_step")[: None if scenario.tasks.work else 0]
+    return acts
+
+
+def achieved(parts: Sequence[Acts]) -> Acting | None:
+    """Return what robots achieved in the runs of all parts; None without runs."""
+    if not sum(each["distance"].size for each in parts):
+        return None
+    acts = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
+    runs, done = acts["distance"].size, acts["all_done_step"]
+    return Acting(
+        wilson(int((acts["all_taken_step"] >= 0).sum()), runs),
+        wilson(int((acts["starts_in_vain"] > 0).sum()), runs),
+        declare_times(acts["first_taken_step"]),
+        declare_times(acts["all_taken_step"]),
+        mean_of(acts["tasks_taken"]),
+        mean_of(acts["vain_arrivals"]),
+        mean_of(acts["distance"]),
+        declare_times(done) if done.size else None,
+    )
 
 
 class Measure(NamedTuple):
@@ -479,8 +545,6 @@ MEASURES: Final[Mapping[str, Measure]] = {each.name: each for each in _TABLE}
 """All measures by name, in the order in which commands offer them."""
 TRACKED: Final = tuple(each.name for each in _TABLE if each.needs is CHANGES)
 """Those of worlds that change, each a field of `Tracking`."""
-ACTED: Final = ("makespan", "distance")
-"""Those of robots that act and aren't shares of the runs, each a field of ``Acting``."""
 NONE: Final = Interval(np.nan, np.nan, np.nan)
 
 
@@ -505,7 +569,7 @@ class Measured(NamedTuple):
     """What is counted of how swarms tracked the truth; None in a world that doesn't change."""
     sequential: bool = False
     """Whether a stopping rule chose the number of runs."""
-    acts: ActsOfRuns | None = None
+    acts: Acts | None = None
     """What robots did in each run; None if they don't act."""
 
     def share(self, name: str) -> Interval | None:
@@ -573,14 +637,17 @@ def together(parts: Sequence[Measured], name: str) -> Interval:
     The interval of a share of runs is Wilson's, or a confidence sequence if a stopping rule chose the runs of
     one of the points. That of a delay of detection is from its lower to its upper quartile.
     """
-    if name in ACTED:
-        return getattr(achieved([each.acts for each in parts if each.acts]), name, NONE)
-    if name not in TRACKED:
+    if MEASURES[name].holds:
         counted = [each for each in parts if each.runs and name in each.counts]
         runs = sum(each.counts[name] for each in counted), sum(each.runs for each in counted)
         interval = confidence_sequence if any(each.sequential for each in counted) else wilson
         return interval(*runs) if counted else NONE
-    found = getattr(summarised([each.followed for each in parts if each.followed]), name, None)
+    of_all: Tracking | Acting | None
+    if name in TRACKED:
+        of_all = summarised([each.followed for each in parts if each.followed])
+    else:
+        of_all = achieved([each.acts for each in parts if each.acts])
+    found = getattr(of_all, name, None)
     if isinstance(found, Quartiles):
         ends = (np.nan if step is None else float(step) for step in (found.median, found.q25, found.q75))
         return Interval(*ends)

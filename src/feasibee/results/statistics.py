@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from feasibee.errors import quoted
-from feasibee.model.codes import DECISIONS
+from feasibee.base.codes import DECISIONS
+from feasibee.base.errors import quoted
 
 CONFIDENCE = 0.95
 MOST = 2**53
@@ -34,6 +34,32 @@ class Interval(NamedTuple):
     estimate: float
     low: float
     high: float
+
+
+OF_THE_RUNS = " of the runs"
+
+
+def in_percent(share: Interval, of: str = "") -> str:
+    """Return a share with its interval as people say them: in whole percent, unless more is known.
+
+    A number near 0 or 100 has a decimal, so that it is neither unless it is exact.
+
+    Examples
+    --------
+    >>> in_percent(wilson(341, 400), " of the runs"), in_percent(Interval(0.95, 0.8, 0.997))
+    ('85 % of the runs (81 to 88)', '95 % (80 to 99.7)')
+    >>> in_percent(wilson(34100, 40000))
+    '85.2 % (84.9 to 85.6)'
+    """
+    middle, low, high = (_percent(each, share.high - share.low < 0.01) for each in share)
+    return f"{middle} %{of} ({low} to {high})"
+
+
+def _percent(share: float, is_narrow: bool) -> str:
+    percent = 100 * share
+    if percent in (0, 100) or (1 <= percent <= 99 and not is_narrow):
+        return f"{percent:.0f}"
+    return f"{min(max(percent, 0.1), 99.9):.1f}"
 
 
 class Quartiles(NamedTuple):

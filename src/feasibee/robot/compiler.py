@@ -8,7 +8,7 @@ import sys
 from importlib.util import find_spec
 from typing import Final
 
-from feasibee.errors import FeasibeeError, how_to_install
+from feasibee.base.errors import FeasibeeError, how_to_install
 
 SYSTEM: Final = ("cc", "gcc", "clang")
 """What compilers of a system are called."""

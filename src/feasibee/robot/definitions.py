@@ -15,7 +15,7 @@ from functools import partial
 from types import BuiltinFunctionType, FunctionType
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.strategies import contract
 from feasibee.strategies.overflow import OPERATIONS
 
@@ -173,7 +173,7 @@ class Constants:
         return UNARY[type(node.op)](self.of(node.operand))
 
     def _binop(self, node: ast.BinOp) -> Any:
-        return computed(node.op, self.of(node.left), self.of(node.right))
+        return BINARY[type(node.op)](self.of(node.left), self.of(node.right))
 
     def _call(self, node: ast.Call) -> Any:
         function = BUILT_IN.get(node.func.id) if isinstance(node.func, ast.Name) else None
@@ -199,9 +199,12 @@ def is_of_math(function: object) -> bool:
     return isinstance(function, BuiltinFunctionType) and function.__module__ == "math"
 
 
-def computed(sign: ast.operator, one: Any, other: Any) -> Any:
-    """Return what Python computes of two numbers; an OverflowError is a whole number beyond 64 bits."""
-    return BINARY[type(sign)](one, other)
+def folded(sign: ast.operator | ast.unaryop, *numbers: Any) -> Any:
+    """Return what Python computes of one or two numbers, None if nothing or too much."""
+    try:
+        return (UNARY if len(numbers) == 1 else BINARY)[type(sign)](*numbers)
+    except (ArithmeticError, LookupError, TypeError, ValueError):
+        return None
 
 
 _OPERATORS: Final[Mapping[type[ast.AST], Callable[..., Any]]] = {
@@ -213,6 +216,7 @@ _OPERATORS: Final[Mapping[type[ast.AST], Callable[..., Any]]] = {
     ast.BitXor: operator.xor,
 }
 BINARY: Final[Mapping[Any, Callable[..., Any]]] = {**OPERATIONS, **_OPERATORS}
+"""What Python computes of two numbers; an OverflowError is a whole number beyond 64 bits."""
 UNARY: Final[Mapping[Any, Callable[..., Any]]] = {
     **OPERATIONS,
     ast.UAdd: operator.pos,

@@ -5,12 +5,13 @@ from __future__ import annotations
 import ast
 import inspect
 import math
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType, ModuleType
 from typing import Any, Final, NoReturn, Protocol
 
-from feasibee.errors import FeasibeeError
-from feasibee.robot.definitions import UNARY, Definition, computed, is_of_math
+from feasibee.base.errors import FeasibeeError
+from feasibee.robot.definitions import Definition, folded, is_of_math
 from feasibee.robot.language import (
     BITS_OF,
     BOOL,
@@ -29,6 +30,7 @@ from feasibee.robot.language import (
     ROW,
     SHORT,
     SMALL,
+    TABLE,
     TEXT,
     VOID,
     WHOLE,
@@ -43,6 +45,8 @@ from feasibee.robot.language import (
     promoted,
     text_of,
 )
+
+FLAT: Final = "make a tuple of numbers only, and one for each row"
 
 
 class Functions(Protocol):
@@ -76,6 +80,24 @@ class Expressions:
     def constant(self, value: Any) -> Value | None:
         """Return a number of Python in C, None if it isn't one."""
         return constant(value)
+
+    def known(self, value: Any) -> Value | None:
+        """Return a number or a tuple of the file in C, None if it is neither."""
+        return Value("", TABLE, value) if isinstance(value, tuple) else self.constant(value)
+
+    def in_order(
+        self, values: Sequence[Value], write: Callable[[list[Value]], Value], *, first: bool = False
+    ) -> Value:
+        """Write an expression of values, computed before it where order matters, or with ``first``."""
+        return write(list(values))
+
+    def called(self, name: str, values: Sequence[Value], kind: Type, *before: str) -> Value:
+        """Call a function in C, with arguments before the values."""
+
+        def write(held: list[Value]) -> Value:
+            return Value(f"{name}({', '.join([*before, *(bare(each.text) for each in held)])})", kind)
+
+        return self.in_order(values, write)
 
     def value(self, node: ast.expr) -> Value:
         """Translate an expression."""
@@ -113,18 +135,19 @@ class Expressions:
     def _v_constant(self, node: ast.Constant) -> Value:
         if isinstance(node.value, str):
             return Value("", TEXT)
-        found = self.constant(node.value)
-        if found is None:
-            self.fail(node, repr(node.value), "write a number")
-        return found
+        return self.constant(node.value) or self.fail(node, repr(node.value), "write a number")
 
     def _v_name(self, node: ast.Name) -> Value:
         if node.id in self.types:
-            return Value(c_name(node.id), self.types[node.id])
-        found = self.constant(self.names.get(node.id))
+            return self.variable(node)
+        found = self.known(self.names.get(node.id))
         if found is None:
             self.fail(node, f"the name {node.id}", "use arguments, own variables, and constants of the file")
         return found
+
+    def variable(self, node: ast.Name) -> Value:
+        """Read a variable."""
+        return Value(c_name(node.id), self.types[node.id])
 
     def _v_attribute(self, node: ast.Attribute) -> Value:
         if isinstance(node.value, ast.Name) and node.value.id not in self.types:
@@ -155,33 +178,77 @@ class Expressions:
         if isinstance(node.slice, ast.Slice):
             self.fail(node, ast.unparse(node), "write a loop over the places")
         whole = self.value(node.value)
-        if isinstance(whole.type, tuple):
-            place = self.value(node.slice).known
-            if not isinstance(place, int) or not 0 <= place < len(whole.type):
-                self.fail(node, ast.unparse(node), f"write a number from 0 to {len(whole.type) - 1}")
-            return Value(f"{whole.text}.m{place}", whole.type[place])
-        return Value(
-            f"(feasibee_int){self._place(node)}" if whole.type in (ROW, PLAN) else f"({self._place(node)})",
-            ELEMENTS.get(str(whole.type), INT),
-        )
+        if whole.type == TABLE:
+            return self._of_table(node, whole.known)
+        return self._of_tuple(node, whole) if isinstance(whole.type, tuple) else self.of_row(node, whole)
+
+    def of_row(self, node: ast.Subscript, row: Value) -> Value:
+        """Write in C how a number of a row is read."""
+        cast = "(feasibee_int)" if row.type in (ROW, PLAN) else ""
+        place = self._place(node)
+        return Value(f"{cast}{place}" if cast else f"({place})", ELEMENTS[str(row.type)])
+
+    def _of_tuple(self, node: ast.Subscript, whole: Value) -> Value:
+        place, count = self.value(node.slice).known, len(whole.type)
+        if not isinstance(place, int) or not -count <= place < count:
+            self.fail(node, ast.unparse(node), f"write a number from 0 to {count - 1}")
+        return Value(f"{whole.text}.m{place % count}", whole.type[place])
+
+    def _of_table(self, node: ast.Subscript, table: tuple[Any, ...]) -> Value:
+        """Return what is at a place of a constant tuple."""
+        place = self.value(node.slice)
+        if place.type not in WHOLE:
+            self.fail(node, ast.unparse(node), "give its place as a whole number")
+        if place.known is not None and -len(table) <= place.known < len(table):
+            found = self.known(table[place.known])
+            if found is not None:
+                return found
+        numbers = self._numbers(node, [self.known(each) for each in table])
+        if place.known is not None or not numbers:
+            self.fail(node, ast.unparse(node), f"write a place from 0 to {len(table) - 1}")
+        return self.of_numbers(node, numbers, place)
+
+    def of_numbers(self, node: ast.Subscript, numbers: Sequence[Value], place: Value) -> Value:
+        """Fail: robots read no constant tuple at a place that only a run knows."""
+        self.fail(node, ast.unparse(node), f"write a place from 0 to {len(numbers) - 1}")
+
+    def items(self, over: ast.expr) -> list[ast.expr | Value] | None:
+        """Return the items of a tuple that is written out, or of a constant one."""
+        if isinstance(over, ast.Tuple | ast.List):
+            return list(over.elts)
+        table = self.value(over) if isinstance(over, ast.Name | ast.Subscript) else None
+        if table is None or table.type != TABLE:
+            return None
+        return [self.known(each) or self.fail(over, ast.unparse(over), FLAT) for each in table.known]
+
+    def _numbers(self, node: ast.AST, items: Sequence[ast.expr | Value | None]) -> list[Value]:
+        """Return items as numbers."""
+        found = [self.number(each) if isinstance(each, ast.expr) else each for each in items]
+        numbers = [each for each in found if each is not None and each.type in NUMBERS]
+        if len(numbers) < len(found):
+            self.fail(node, ast.unparse(node), FLAT)
+        return numbers
 
     def _v_tuple(self, node: ast.Tuple) -> Value:
-        values = [self.value(each) for each in node.elts]
+        values = [self.number(each) for each in node.elts]
         kinds = tuple(str(promoted(each.type)) for each in values)
-        if not set(kinds) <= set(NUMBERS):
-            self.fail(node, ast.unparse(node), "return numbers")
         self.translation.tuples[text_of(kinds)] = kinds
-        return Value(f"{maker_of(kinds)}({', '.join(bare(each.text) for each in values)})", kinds)
+        return self.called(maker_of(kinds), values, kinds)
 
     def _v_unaryop(self, node: ast.UnaryOp) -> Value:
         if isinstance(node.op, ast.Not):
             return Value(f"!({self.truth(node.operand)})", BOOL)
         value = self.number(node.operand)
         if value.known is not None:
-            known = UNARY[type(node.op)](value.known)
-            return self.constant(known) or value
+            found = self.constant(folded(node.op, value.known))
+            if found is not None:
+                return found
         if isinstance(node.op, ast.Invert) and value.type == REAL:
             self.fail(node, ast.unparse(node), "use a whole number")
+        return self.signed(node, value)
+
+    def signed(self, node: ast.UnaryOp, value: Value) -> Value:
+        """Write a sign before a number."""
         kind = LONG if value.type == WORD else promoted(value.type)
         return Value(f"({_UNARY[type(node.op)]}{_of(value, str(kind))})", kind)
 
@@ -194,6 +261,10 @@ class Expressions:
         one, other = self.value(node.body), self.value(node.orelse)
         if condition.known is not None:
             return one if condition.known else other
+        return self.chosen(node, one, other)
+
+    def chosen(self, node: ast.IfExp, one: Value, other: Value) -> Value:
+        """Write a choice between two values."""
         kind = self._join(node, one.type, other.type)
         one, other = self._cast(one, kind), self._cast(other, kind)
         cast = f"({text_of(kind)})" if kind in NUMBERS else ""
@@ -207,35 +278,45 @@ class Expressions:
         return value
 
     def _v_compare(self, node: ast.Compare) -> Value:
-        parts, left = [], node.left
-        for sign, right in zip(node.ops, node.comparators, strict=True):
-            parts.append(self._compared(node, left, sign, right))
-            left = right
-        return Value(parts[0] if len(parts) == 1 else f"({' && '.join(parts)})", BOOL)
+        if isinstance(node.ops[0], ast.In | ast.NotIn) and len(node.ops) == 1:
+            return self._contained(node)
+        return self._chained(self.number(node.left), node.ops, node.comparators, node)
 
-    def _compared(self, node: ast.Compare, left: ast.expr, sign: ast.cmpop, right: ast.expr) -> str:
-        if isinstance(sign, ast.In | ast.NotIn) and isinstance(right, ast.Tuple):
-            pairs = [_comparable(self.number(left), self.number(item)) for item in right.elts]
-            each = [f"{one} == {other}" for one, other in pairs]
-            return f"{'!' if isinstance(sign, ast.NotIn) else ''}({' || '.join(each)})"
-        if type(sign) not in _COMPARISONS:
+    def _chained(
+        self, left: Value, signs: Sequence[ast.cmpop], rights: Sequence[ast.expr], node: ast.Compare
+    ) -> Value:
+        """Compare numbers in a row: each is computed once, and those after the first that fails are not."""
+        if type(signs[0]) not in _COMPARISONS:
             self.fail(node, ast.unparse(node), "compare numbers with ==, !=, <, <=, > or >=")
-        half = self._half(left, sign, right)
-        if half:
-            return half
-        one, other = _comparable(self.number(left), self.number(right))
-        return f"({one} {_COMPARISONS[type(sign)]} {other})"
+        right, more = self.number(rights[0]), len(signs) > 1
 
-    def _half(self, left: ast.expr, sign: ast.cmpop, right: ast.expr) -> str:
-        """Return the comparison of a quality with 1/2 in whole numbers, which needs no float."""
-        is_quality = isinstance(left, ast.Attribute) and left.attr == "feasible_quality"
-        if not (is_quality and self.translation.target.ratios) or self.value(right).known != 0.5:
-            return ""
-        mind = self.value(left.value)  # type: ignore[attr-defined]
-        if mind.type != "mind":
-            return ""
-        ratio = f"{mind.text}->feasible_quality"
-        return f"({ratio}.part {_COMPARISONS[type(sign)]} {ratio}.whole - {ratio}.part)"
+        def write(held: list[Value]) -> Value:
+            text = self.compared(held[0], held[1], _COMPARISONS[type(signs[0])])
+            if more:
+                text = f"({text} && {self._chained(held[1], signs[1:], rights[1:], node).text})"
+            return Value(text, BOOL)
+
+        return self.in_order([left, right], write, first=more and calls(right))
+
+    def _contained(self, node: ast.Compare) -> Value:
+        items = self.items(node.comparators[0])
+        if items is None:
+            self.fail(node, ast.unparse(node), "write the numbers in parentheses after in")
+        values = [self.number(node.left), *self._numbers(node, items)]
+
+        def write(held: list[Value]) -> Value:
+            found = " || ".join(self.compared(held[0], each, "==") for each in held[1:]) or "false"
+            return Value(f"{'!' if isinstance(node.ops[0], ast.NotIn) else ''}({found})", BOOL)
+
+        return self.in_order(values, write, first=True)
+
+    def compared(self, one: Value, other: Value, sign: str) -> str:
+        """Write a comparison; that of a quality with 1/2 in whole numbers, which needs no float."""
+        if one.text.startswith("feasibee_real_of(") and other.known == 0.5:
+            ratio = one.text.removeprefix("feasibee_real_of(").removesuffix(")")
+            return f"({ratio}.part {sign} {ratio}.whole - {ratio}.part)"
+        left, right = _comparable(one, other)
+        return f"({left} {sign} {right})"
 
     def wide(self, node: ast.expr) -> Value:
         """Translate what is divided or counted: 64 bits for a product, or a real number that is cut off."""
@@ -289,21 +370,22 @@ class Expressions:
     # --- Calls ---
 
     def _v_call(self, node: ast.Call) -> Value:
-        if node.keywords or any(isinstance(each, ast.Starred) for each in node.args):
+        own = self.names.get(node.func.id) if isinstance(node.func, ast.Name) else None
+        named = node.keywords and not isinstance(own, FunctionType | Definition)
+        if named or any(isinstance(each, ast.Starred) for each in node.args):
             self.fail(node, ast.unparse(node), "give the arguments in their order, one by one")
         if isinstance(node.func, ast.Attribute):
             return self._method(node, node.func)
         if not isinstance(node.func, ast.Name):
             self.fail(node, ast.unparse(node), "call a function by its name")
         builtin = getattr(self, f"_call_{node.func.id}", None)
-        known = self.names.get(node.func.id)
-        if builtin is not None and known is None:
+        if builtin is not None and own is None:
             found: Value = builtin(node)
             return found
-        return self._own(node, known, node.func.id)
+        return self._own(node, own, node.func.id)
 
     def _own(self, node: ast.Call, function: Any, name: str) -> Value:
-        """Call a function of this file or of another strategy."""
+        """Call a function of this file, of the contract or of another strategy."""
         if is_of_math(function):
             return self._of_math(node, function.__name__)
         function = inspect.unwrap(function) if callable(function) else function
@@ -312,17 +394,25 @@ class Expressions:
                 name, "call functions of the file, of math, min, max, abs, int, float or len"
             )
             self.fail(node, f"{name}(...)", remedy)
-        values = [self.value(each) for each in node.args]
-        arguments = tuple(promoted(each.type) for each in values)
-        if (
-            len(arguments) != self.translation.definition(function).count
-            or TEXT in arguments
-            or VOID in arguments
-        ):
-            self.fail(node, ast.unparse(node), f"give the arguments of {name}, all of them")
-        signature = self.translation.function(function, arguments)
+        values = self._arguments(node, self.translation.definition(function), name)
+        signature = self.translation.function(function, tuple(promoted(each.type) for each in values))
         self.position |= signature.needs.position
-        return Value(f"{signature.name}({', '.join(bare(each.text) for each in values)})", signature.result)
+        return self.called(signature.name, values, signature.result)
+
+    def _arguments(self, node: ast.Call, definition: Definition, name: str) -> list[Value]:
+        """Return the arguments of a call in their order, with those by name and the defaults."""
+        values = [self.value(each) for each in node.args]
+        given = {str(each.arg): self.value(each.value) for each in node.keywords}
+        usual = dict(zip(definition.arguments[::-1], definition.defaults[::-1], strict=False))
+        for each in definition.arguments[len(values) :]:
+            value = given.pop(each, None) or self.known(usual.get(each))
+            if value is None:
+                self.fail(node, ast.unparse(node), f"give the arguments of {name}, all of them")
+            values.append(value)
+        kinds = {str(each.type) for each in values}
+        if given or len(values) != definition.count or not kinds.isdisjoint((TEXT, VOID, TABLE)):
+            self.fail(node, ast.unparse(node), f"give the arguments of {name}, all of them, as numbers")
+        return values
 
     def _method(self, node: ast.Call, method: ast.Attribute) -> Value:
         if isinstance(method.value, ast.Name) and method.value.id not in self.types:
@@ -331,17 +421,24 @@ class Expressions:
                 return self._of_math(node, method.attr)
             if isinstance(module, ModuleType):
                 return self._own(node, getattr(module, method.attr, None), ast.unparse(method))
+        if method.attr in ("bit_length", "bit_count"):
+            value = self.number(method.value)
+            if value.type == REAL or node.args:
+                self.fail(node, ast.unparse(node), "use a whole number")
+            return self.bits(value, method.attr)
         record = self.value(method.value)
-        if record.type in WHOLE and method.attr in ("bit_length", "bit_count"):
-            if record.known is not None:
-                return self.constant(getattr(record.known, method.attr)()) or record
-            kind = SHORT[str(promoted(record.type))]
-            size = bare(record.text) if kind == "word" else f"feasibee_size_{kind}({bare(record.text)})"
-            return Value(f"feasibee_{method.attr}_{kind}({size})", INT)
         if (record.type, method.attr) not in METHODS:
             known = ", ".join(name for kind, name in METHODS if kind == record.type)
             self.fail(node, ast.unparse(node), f"use {known or 'functions of numbers'}")
         return self._of_record(node, record, method.attr)
+
+    def bits(self, value: Value, name: str) -> Value:
+        """Count the bits of a whole number."""
+        if value.known is not None:
+            return self.constant(getattr(value.known, name)()) or value
+        kind = SHORT[str(promoted(value.type))]
+        size = bare(value.text) if kind == "word" else f"feasibee_size_{kind}({bare(value.text)})"
+        return Value(f"feasibee_{name}_{kind}({size})", INT)
 
     def _of_record(self, node: ast.Call, record: Value, name: str) -> Value:
         values = [self.value(each) for each in node.args]
@@ -378,31 +475,45 @@ class Expressions:
         function = f"FEASIBEE_{name.upper()}" if name in ("log", "pow", "sqrt") else name
         return Value(f"{function}({told})", REAL)
 
+    def _argument(self, node: ast.Call) -> ast.expr:
+        if len(node.args) != 1:
+            self.fail(node, ast.unparse(node), "give one number")
+        return node.args[0]
+
+    def one(self, node: ast.Call) -> Value:
+        """Return the only argument of a call, a number."""
+        return self.number(self._argument(node))
+
     def _call_len(self, node: ast.Call) -> Value:
-        (row,) = [self.value(each) for each in node.args]
+        row = self.value(self._argument(node))
+        if row.type == TABLE:
+            return self.constant(len(row.known)) or row
         if row.type not in ELEMENTS:
             self.fail(node, ast.unparse(node), "take the length of a row")
         of_words, of_counts, kind = self.translation.target.lengths
         return Value((of_counts if row.type == COUNTS else of_words).format(row.text), kind)
 
     def _call_int(self, node: ast.Call) -> Value:
-        (value,) = [self.number(each) for each in node.args]
+        value = self.one(node)
         if value.type in WHOLE[1:]:
             return value
         return Value(f"(feasibee_int)({value.text})", INT)
 
     def _call_float(self, node: ast.Call) -> Value:
-        (value,) = [self.number(each) for each in node.args]
+        value = self.one(node)
         if value.known is not None:
             return self.constant(float(value.known)) or value
+        return self.real(value)
+
+    def real(self, value: Value) -> Value:
+        """Return a number as a real one."""
         return Value(f"(feasibee_real)({value.text})", REAL)
 
     def _call_bool(self, node: ast.Call) -> Value:
-        (argument,) = node.args
-        return Value(f"({self.truth(argument)})", BOOL)
+        return Value(f"({self.truth(self._argument(node))})", BOOL)
 
     def _call_abs(self, node: ast.Call) -> Value:
-        (value,) = [self.number(each) for each in node.args]
+        value = self.one(node)
         if value.type == WORD:
             return value
         kind = promoted(value.type)
@@ -415,16 +526,28 @@ class Expressions:
         return self._extreme(node, "max")
 
     def _extreme(self, node: ast.Call, name: str) -> Value:
-        values = [self.number(each) for each in node.args]
-        if len(values) < 2:
+        items = self.items(node.args[0]) if len(node.args) == 1 else node.args
+        if not items:
             self.fail(node, ast.unparse(node), "give two numbers or more")
-        kind: Type = WORD if all(_is_word(each) for each in values) else INT
+        values = self._numbers(node, items)
+        kind = self.widest(node, values)
+
+        def write(held: list[Value]) -> Value:
+            text = held[0].text
+            for each in held[1:]:
+                text = f"feasibee_{name}_{SHORT[str(kind)]}({bare(text)}, {bare(each.text)})"
+            return Value(text, kind)
+
+        return self.in_order(values, write)
+
+    def widest(self, node: ast.AST, values: Sequence[Value]) -> Type:
+        """Return the type that holds each of several numbers."""
+        if all(_is_word(each) for each in values):
+            return WORD
+        kind: Type = INT
         for each in values:
-            kind = kind if kind == WORD else self._join(node, kind, each.type)
-        text = values[0].text
-        for each in values[1:]:
-            text = f"feasibee_{name}_{SHORT[str(kind)]}({bare(text)}, {bare(each.text)})"
-        return Value(text, kind)
+            kind = self._join(node, kind, each.type)
+        return kind
 
 
 _UNARY: Final[Mapping[type, str]] = {ast.USub: "-", ast.UAdd: "+", ast.Invert: "~"}
@@ -473,12 +596,12 @@ def _wide(value: Value) -> str:
     return f"(feasibee_int){value.text}" if value.type in (BOOL, SMALL) else value.text
 
 
-def folded(sign: ast.operator, one: Any, other: Any) -> Any:
-    """Return what Python computes of two numbers, None if nothing or too much."""
-    try:
-        return computed(sign, one, other)
-    except (ArithmeticError, TypeError, ValueError):
-        return None
+def calls(value: Value) -> bool:
+    """Whether computing a value may fail or change something: whether its text calls a function."""
+    return (
+        re.search(r"(?<!memory_of)(?<!constants_of)(?<!plan_of)[(](?<=[A-Za-z0-9_][(])", value.text)
+        is not None
+    )
 
 
 def _plain(sign: str) -> Callable[[Value, Value, str], tuple[str, Type]]:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from importlib.metadata import version
 from pathlib import Path
 
-from feasibee.errors import FeasibeeError, quoted
+from feasibee.base.errors import FeasibeeError, quoted
 from feasibee.robot.language import ARGUMENTS, Signature
 from feasibee.robot.translate import Translation
 from feasibee.robot.wire import name_of
@@ -120,7 +120,7 @@ def _beginning(strategies: Sequence[Strategy], inbox: int | None) -> str:
     names = ", ".join(Path(each.name).name for each in strategies)
     lines = [
         f"/* feasibee {version('feasibee')}: the controller of one robot of a swarm, in C99. Apache-2.0.",
-        f" * Strategies: {names}. Written by `feasibee header`. */",
+        f" * Strategies: {names}. Written by `feasibee robot header`. */",
         "",
         "#ifndef FEASIBEE_H",
         "#define FEASIBEE_H",

@@ -9,12 +9,10 @@ from feasibee.strategies.contract import Setting, Strategy
 
 LARGEST: Final = 65_535
 """Largest number of 16 bits."""
-OF_SETTING: Final = (
-    *("robots", "count", "tasks", "robot_ids", "task_ids", "robot_classes", "task_classes", "id_bits"),
-    *("knows_count", "walled", "width", "height", "sight", "radio", "speed", "dissemination", "mean_run"),
-    *("flooding", "delay", "columns", "work", "charge"),
-)
-"""The numbers of a setting."""
+OF_SETTING: Final = [
+    each for each in Setting._fields if each not in ("parameters", "colluding", "exploration", "plan")
+]
+"""The numbers of a setting, in its order."""
 
 
 def numbers_of(strategy: Strategy, settings: Settings, setting: Setting, inbox: int) -> dict[str, float]:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, Final, NamedTuple
+from typing import Any, Final, NamedTuple, get_type_hints
+
+from feasibee.strategies.contract import Inbox, Me, Mind, Setting, Thing
 
 SMALL, INT, WORD, LONG, REAL = "int", "feasibee_int", "uint32_t", "int64_t", "feasibee_real"
 BOOL, VOID = "bool", "void"
@@ -16,13 +18,17 @@ PLAN = "struct feasibee_plan"
 MESSAGE = "message"
 """A row of words that a user's function only reads."""
 TEXT = "text"
+TABLE: Final = "table"
+"""The type of a constant tuple, which `Value.known` is."""
+CONSTANTS: Final = "struct feasibee_constants"
+"""The type of parameters that C keeps a strategy from writing."""
 Type = str | tuple[str, ...]
 """A type of C, a record by its name in Python, or the types of a tuple."""
 WHOLE: Final = (BOOL, SMALL, INT, WORD, LONG)
 NUMBERS: Final = (*WHOLE, REAL)
 """Types of numbers: of two that meet, the later one is taken. A word of 32 bits has no sign: with another one
 it becomes a type that holds both."""
-ELEMENTS: Final = {ROW: INT, REALS: REAL, COUNTS: LONG, PLAN: INT}
+ELEMENTS: Final = {ROW: INT, MESSAGE: INT, REALS: REAL, CONSTANTS: REAL, COUNTS: LONG, PLAN: INT}
 """Types of what a row holds."""
 RECORDS: Final = {
     "me": "struct feasibee_robot *",
@@ -96,21 +102,21 @@ def _field(text: str, kind: Type, *needs: str) -> tuple[str, Type, tuple[str, ..
     return text, kind, needs
 
 
-_WHOLE: Final = (
-    "robots count tasks robot_ids task_ids id_bits".split()  # noqa: SIM905
-)
-_CLASSES: Final = ("robot_classes", "task_classes")
-_REALS: Final = (
-    *("width", "height", "sight", "radio", "speed", "exploration", "dissemination", "mean_run"),
-    *("flooding", "delay", "work", "charge"),
-)
+def _of(record: type, kind: type) -> list[str]:
+    """Return the fields of a record of the contract that are of a type."""
+    return [name for name, each in get_type_hints(record).items() if each is kind]
+
+
 _SETTING: Final = "{}->settings->setting"
 FIELDS: Final[Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]] = {
     "setting": {
-        **{name: _field(f"(int){{}}->{name}", SMALL) for name in _WHOLE},
-        **{name: _field(f"(feasibee_int)FEASIBEE_CLASSES_OF({{}}->{name})", INT) for name in _CLASSES},
-        **{name: _field(f"{{}}->{name}", REAL, "floating") for name in _REALS},
-        **{name: _field(f"{{}}->{name}", BOOL) for name in ("knows_count", "colluding")},
+        **{name: _field(f"(int){{}}->{name}", SMALL) for name in _of(Setting, int)},
+        **{
+            name: _field(f"(feasibee_int)FEASIBEE_CLASSES_OF({{}}->{name})", INT)
+            for name in ("robot_classes", "task_classes")
+        },
+        **{name: _field(f"{{}}->{name}", REAL, "floating") for name in _of(Setting, float)},
+        **{name: _field(f"{{}}->{name}", BOOL) for name in _of(Setting, bool)},
         "walled": _field("{}->walled", BOOL, "floating"),
         "plan": _field("{}->plan", PLAN, "floating"),
         "columns": _field("(int){}->columns", SMALL, "floating"),
@@ -163,8 +169,6 @@ class Target(NamedTuple):
     """Types of records in C."""
     fields: Mapping[str, Mapping[str, tuple[str, Type, tuple[str, ...]]]]
     """Their fields, as in `FIELDS`."""
-    ratios: bool
-    """Whether a quality is a ratio of whole numbers, which is compared with 1/2 without floats."""
     lengths: tuple[str, str, Type]
     """How the lengths of rows of words and of counts are read, and their type."""
     inlined: str = "static inline"
@@ -175,7 +179,13 @@ class Target(NamedTuple):
         return self.records.get(str(kind)) or text_of(kind)
 
 
-ROBOT: Final = Target(RECORDS, FIELDS, True, ("(int){}.length", "FEASIBEE_LENGTH_OF({})", SMALL))
+def _numbers(record: type) -> dict[str, tuple[str, Type, tuple[str, ...]]]:
+    """Return the fields of a record that are numbers, as the engine's struct has them."""
+    kinds: dict[type, Type] = {int: INT, float: REAL, bool: BOOL}
+    return {name: _field(f"{{}}->{name}", kinds[each]) for each in kinds for name in _of(record, each)}
+
+
+ROBOT: Final = Target(RECORDS, FIELDS, ("(int){}.length", "FEASIBEE_LENGTH_OF({})", SMALL))
 ENGINE: Final = Target(
     {
         "mind": "struct mind *",
@@ -188,39 +198,23 @@ ENGINE: Final = Target(
     },
     {
         "setting": {
-            **{name: _field(f"{{}}->{name}", INT) for name in (*_WHOLE, *_CLASSES, "columns")},
-            **{name: _field(f"{{}}->{name}", REAL) for name in _REALS},
-            **{name: _field(f"{{}}->{name}", BOOL) for name in ("knows_count", "colluding", "walled")},
+            **_numbers(Setting),
             "plan": _field("feasibee_plan_of({})", PLAN),
             "parameters": _field("feasibee_parameters_of({})", REALS),
         },
         "mind": {
-            **{name: _field(f"{{}}->{name}", INT) for name in ("opinion", "own_vote", "random_ties")},
-            **{name: _field(f"{{}}->{name}", REAL) for name in ("quality", "feasible_quality")},
+            **_numbers(Mind),
             "memory": _field("feasibee_memory_of({})", REALS),
             "parameters": _field("feasibee_parameters_of({})", REALS),
         },
-        "inbox": {
-            **{
-                name: _field(f"{{}}->{name}", INT)
-                for name in ("feasible_votes", "infeasible_votes", "heard_opinion")
-            },
-            **{name: _field(f"{{}}->{name}", REAL) for name in ("heard_value", "mean_value", "chance")},
-        },
+        "inbox": _numbers(Inbox),
         "me": {
-            **{name: _field(f"{{}}->{name}", INT) for name in ("id", "kind", "hash", "step")},
-            **{name: _field(f"{{}}->{name}", REAL) for name in ("x", "y")},
-            "explores": _field("{}->explores", BOOL),
+            **_numbers(Me),
             "setting": _field("{}->setting", "setting"),
             "memory": _field("feasibee_memory_of({})", REALS),
         },
-        "thing": {
-            **{name: _field(f"{{}}->{name}", INT) for name in ("id", "kind", "hash")},
-            **{name: _field(f"{{}}->{name}", REAL) for name in ("x", "y")},
-            "is_robot": _field("{}->is_robot", BOOL),
-        },
+        "thing": _numbers(Thing),
     },
-    False,
     ("{}.length", "{}.length", INT),
     "ALWAYS",
 )

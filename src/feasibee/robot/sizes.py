@@ -16,7 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final, NamedTuple
 
-from feasibee.errors import FeasibeeError, one_line
+from feasibee.base.errors import FeasibeeError, one_line
 from feasibee.robot import firmware
 from feasibee.robot.wire import name_of
 from feasibee.strategies.contract import Setting, Strategy

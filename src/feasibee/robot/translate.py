@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from types import FunctionType
 
 from feasibee.robot.definitions import Definition, definition_of
-from feasibee.robot.expressions import Expressions, c_name
+from feasibee.robot.expressions import FLAT, Expressions, c_name
 from feasibee.robot.language import (
     ARGUMENTS,
     COUNTS,
@@ -27,13 +27,14 @@ from feasibee.robot.language import (
     ROBOT,
     ROW,
     SMALL,
+    TABLE,
+    TEXT,
     VOID,
     Needs,
     Signature,
     Target,
     Type,
     Value,
-    constant,
     maker_of,
     text_of,
 )
@@ -236,7 +237,7 @@ class Body(Expressions):
         if statement.value is None:
             self.put(depth, "return;")
             return
-        value = self.value(statement.value)
+        value = self.plain(statement.value, self.value(statement.value))
         if self.wanted is None or self.result is None or value.type not in NUMBERS:
             self.result = self._join(statement, value.type, self.result or value.type)
         self.put(depth, f"return {self._cast(value, self.result).text};")
@@ -251,9 +252,15 @@ class Body(Expressions):
 
     def _while(self, statement: ast.While, depth: int) -> None:
         self._no_else(statement)
+        begins = self.begins_pass(statement, depth)
         self.put(depth, f"while ({self.truth(statement.test)}) {{")
+        self.lines += begins
         self.block(statement.body, depth + 1)
         self.put(depth, "}")
+
+    def begins_pass(self, loop: ast.For | ast.While, depth: int) -> list[str]:
+        """Return the lines with which each pass of a loop begins."""
+        return []
 
     def _no_else(self, statement: ast.For | ast.While) -> None:
         if statement.orelse:
@@ -265,7 +272,7 @@ class Body(Expressions):
         if isinstance(over, ast.Call) and isinstance(over.func, ast.Name) and over.func.id == "range":
             self._count_up(statement, over.args, depth)
             return
-        items = self._items(over)
+        items = self.items(over)
         if items is None:
             remedy = "write for k in range(number), and take what is at k"
             self.fail(statement, f"a loop over {ast.unparse(over)}", remedy)
@@ -275,26 +282,23 @@ class Body(Expressions):
         if any(isinstance(each, ast.Break | ast.Continue) for each in ast.walk(statement)):
             self.fail(statement, "a loop over numbers written out, with break or continue", "use range")
 
-    def _items(self, over: ast.expr) -> list[ast.expr | Value] | None:
-        """Return the items of a tuple that is written out, or of a constant one."""
-        if isinstance(over, ast.Tuple):
-            return list(over.elts)
-        known = self.names.get(over.id) if isinstance(over, ast.Name) and over.id not in self.types else None
-        if isinstance(known, tuple):
-            return [ast.parse(repr(each), mode="eval").body for each in known]
-        return None
+    def _limits(self, statement: ast.For, limits: list[ast.expr], depth: int) -> tuple[Value, Value, Value]:
+        """Return first, last and step of a range."""
+        if not isinstance(statement.target, ast.Name) or not 1 <= len(limits) <= 3:
+            self.fail(statement, f"{ast.unparse(statement.target)} in a range", "use one name")
+        values = [self.limit(each, depth) for each in limits]
+        first, last = (Value("0", INT, 0), values[0]) if len(values) == 1 else values[:2]
+        return first, last, values[2] if len(values) > 2 else Value("1", INT, 1)
+
+    def limit(self, node: ast.expr, depth: int) -> Value:
+        """Translate a limit of a range, or its step."""
+        return self.number(node)
 
     def _count_up(self, statement: ast.For, limits: list[ast.expr], depth: int) -> None:
-        if not isinstance(statement.target, ast.Name):
-            self.fail(statement, f"{ast.unparse(statement.target)} in a range", "use one name")
-        values = [self.value(each) for each in limits]
-        first = constant(0) if len(values) == 1 else values[0]
-        step = values[2] if len(values) > 2 else constant(1)
-        assert first is not None
-        assert step is not None
-        last = values[0] if len(values) == 1 else values[1]
+        first, last, step = self._limits(statement, limits, depth)
         kind = self._join(statement, _smallest(first), _smallest(last))
-        name, own = statement.target.id, statement.target.id in self.own_loops
+        name = ast.unparse(statement.target)
+        own = name in self.own_loops
         if own:
             self.loops.add(name)
         self.types[name] = self._join(statement, self.types.get(name, kind), kind)
@@ -341,6 +345,8 @@ class Body(Expressions):
         if isinstance(target, ast.Name) and target.id == "_":
             return
         if isinstance(target, ast.Name):
+            if isinstance(given, ast.expr):
+                self.plain(given, value)
             kind = self._join(target, self.types.get(target.id, value.type), value.type)
             if kind == VOID:
                 self.fail(target, f"{target.id} is given nothing", "call a function that returns a number")
@@ -365,12 +371,23 @@ class Body(Expressions):
             if written & read:
                 values = [self.hold(value, depth) for value in values]
         else:
-            whole = self.hold(given if isinstance(given, Value) else self.value(given), depth)
-            if not isinstance(whole.type, tuple) or len(whole.type) != len(target.elts):
-                self.fail(target, f"{len(target.elts)} names for another number of values", "give each one")
-            values = [Value(f"{whole.text}.m{k}", kind) for k, kind in enumerate(whole.type)]
+            whole = given if isinstance(given, Value) else self.value(given)
+            if whole.type == TABLE:
+                values = [self.known(each) or self.fail(target, repr(each), FLAT) for each in whole.known]
+            else:
+                whole = self.hold(whole, depth)
+                kinds = whole.type if isinstance(whole.type, tuple) else ()
+                values = [Value(f"{whole.text}.m{k}", kind) for k, kind in enumerate(kinds)]
+        if len(values) != len(target.elts):
+            self.fail(target, f"{len(target.elts)} names for another number of values", "give each one")
         for each, value in zip(target.elts, values, strict=True):
             self.assign(each, value, depth)
+
+    def plain(self, node: ast.AST, value: Value) -> Value:
+        """Return a value that C can hold in a variable."""
+        if value.type in (TABLE, TEXT):
+            self.fail(node, ast.unparse(node), "write it where a number of it is taken")
+        return value
 
     def hold(self, value: Value, depth: int) -> Value:
         """Keep a value in a variable of its own."""

@@ -4,23 +4,15 @@ from __future__ import annotations
 
 import re
 import textwrap
-import typing
-from collections.abc import Mapping
-from typing import Any, Final
+from typing import Final
 
-from pydantic import BaseModel
-
-from feasibee.scenario.fields import SECTIONS, Event
+from feasibee.scenario.fields import EVENT, SECTIONS, TABLES, field_of
 from feasibee.scenario.paths import inline_toml, toml_text
 from feasibee.scenario.scenario import Scenario
 
 COMMENT: Final = textwrap.TextWrapper(
     100, initial_indent="# ", subsequent_indent="# ", break_long_words=False, break_on_hyphens=False
 )
-TABLES: Final[Mapping[str, type[BaseModel]]] = {**SECTIONS, "events": Event}
-"""The sections and the table of an event, by name."""
-EVENT: Final = {"step": 500, "tasks": 15}
-"""An event, as an example."""
 HEADER: Final = re.compile(r"\[+([\w.-]+)\]+")
 KEY: Final = re.compile(r"([\w-]+) = ")
 
@@ -65,20 +57,7 @@ def commented_toml(scenario: Scenario, *more: str) -> str:
 
 def meaning_of(path: str) -> str:
     """Return what a section or field means, with its unit, by its dotted path; empty for a user's name."""
-    name, *keys = path.split(".")
-    model = TABLES.get(name)
-    text = (model.__doc__ or "").partition("\n")[0] if model else ""
-    for key in keys:
-        field = model.model_fields.get(key) if model else None
-        if field is None:
-            return ""
-        text, model = field.description or "", _table_of(field.annotation)
-    return text
-
-
-def _table_of(annotation: Any) -> type[BaseModel] | None:
-    """Return the model of a field's tables, if it has any."""
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return annotation
-    found = (_table_of(each) for each in typing.get_args(annotation))
-    return next((each for each in found if each is not None), None)
+    if "." not in path:
+        return (TABLES[path].__doc__ or "").partition("\n")[0] if path in TABLES else ""
+    field = field_of(path)
+    return (field.description or "") if field else ""

@@ -10,27 +10,15 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any, Final
 
-from feasibee.errors import Problem
-from feasibee.model.codes import exact
-from feasibee.scenario.acting import ACTING
-from feasibee.scenario.fields import Event
+from feasibee.base.codes import exact
+from feasibee.base.errors import Problem
+from feasibee.scenario.fields import Acting, Event, Point
 from feasibee.scenario.paths import value_at
-from feasibee.scenario.placing import PLACES
-from feasibee.scenario.rules import (
-    AS_GIVEN,
-    BOTH,
-    Conflict,
-    Rule,
-    after,
-    both,
-    broken,
-    never,
-)
+from feasibee.scenario.placing import PLACES, standing
+from feasibee.scenario.rules import AS_GIVEN, BOTH, Breaks, Conflict, Rule, after, both, broken, rows
 from feasibee.scenario.sections import KINDS, Sections
 from feasibee.scenario.setting import excess
-from feasibee.scenario.standing import standing
 from feasibee.scenario.tables import FilePoints
-from feasibee.scenario.types import Point
 from feasibee.strategies.contract import Strategy
 
 WHO: Final = (*BOTH, "task", "robot")
@@ -38,8 +26,8 @@ WHO: Final = (*BOTH, "task", "robot")
 TASKS_LIMIT = 10_000_000
 """Tasks that may appear in one run."""
 SKILLS = 8
-UNIQUE_LIMIT = 4 * 2**30
-"""Largest memory of unique observations of all robots of a swarm, in bytes."""
+MEMORY = 4 * 2**30
+"""Largest memory of unique observations, of messages, or of news of tasks, of all robots, in bytes."""
 
 
 def conflicts(scenario: Sections, given: Mapping[str, Any], partly: bool) -> Iterator[Problem]:
@@ -90,16 +78,23 @@ def _counts(scenario: Sections, name: str) -> Iterator[Conflict]:
         yield Conflict(path, rule, "name a CSV file of x and y", "")
     elif (counted or section.classes) and section.count != points:
         remedy = f"leave {name}.count out, or give {section.count} points"
+        if section.classes:
+            remedy = f"give {section.count} points, or classes with {points} {name} together"
         yield Conflict(path, f"must be as many as {name}, {section.count}", remedy, f"{points} points")
 
 
-def _skills(scenario: Sections) -> Iterator[Conflict]:
-    skills = {skill for each in scenario.robots.classes for skill in each.skills}
-    skills |= {skill for each in scenario.tasks.classes for skill in each.needs}
-    if len(skills) > SKILLS:
-        rule = f"must be at most {SKILLS} skills of robots and tasks together"
-        remedy = f"use {SKILLS} names of skills or fewer"
-        yield Conflict("robots.classes", rule, remedy, f"{len(skills)} skills")
+def _skills(scenario: Sections) -> int:
+    """Return the number of different skills of robots and tasks."""
+    robots, tasks = scenario.robots.classes, scenario.tasks.classes
+    return len(
+        {*(skill for each in robots for skill in each.skills), *(s for each in tasks for s in each.needs)}
+    )
+
+
+OF_SKILLS: Final[Mapping[str, Breaks]] = {
+    "robots.classes = {0} skills: must be at most {1} skills of robots and tasks together"
+    "; use {1} names of skills or fewer": lambda s: _skills(s) > SKILLS and (_skills(s), SKILLS),
+}
 
 
 def _faults(scenario: Sections) -> Iterator[Conflict]:
@@ -135,61 +130,114 @@ def _fitting(numbers: Mapping[str, int], robots: int) -> str:
 
 
 def _parameters(scenario: Sections) -> Iterator[Conflict]:
-    known = scenario.manifest.parameters
-    for name in sorted(set(scenario.decision.parameters) - set(known)):
-        rule = f"{scenario.manifest.name} has no such parameter"
+    strategy, given = scenario.manifest, scenario.decision.parameters
+    known = strategy.parameters
+    for name in sorted(set(given) - set(known)):
+        rule = f"{strategy.name} has no such parameter"
         yield Conflict(f"decision.parameters.{name}", rule, f"it has {', '.join(known) or 'none'}")
+    for name in strategy.positive:
+        if given[name] <= 0:
+            yield Conflict(f"decision.parameters.{name}", "must be > 0", f"leave it out for {known[name]:g}")
 
 
-def _one_class(scenario: Sections, name: str) -> Iterator[Conflict]:
+def _classes(scenario: Sections, name: str) -> tuple[int] | None:
+    """Return the number of classes, if there are some and the strategy compares one number of each kind."""
     classes = len(getattr(scenario, name).classes)
-    if classes and scenario.manifest.one_class:
-        rule = f"{scenario.manifest.name} compares one number of robots with one number of tasks"
-        remedy = f"leave it out and set {name}.count, or choose census"
-        yield Conflict(f"{name}.classes", rule, remedy, f"{classes} classes")
+    return (classes,) if classes and scenario.manifest.one_class else None
 
 
-def _sees_falsely(kind: str) -> Rule:
-    return never(
-        f"sensing.false_{kind}",
-        lambda s: getattr(s.sensing, f"false_{kind}") and s.manifest.by_name,
-        "{strategy} counts things by name, and what isn't there has none",
-        "leave it out, or choose tally",
-    )
+UNSEEN: Final = (
+    "{strategy} counts things by name, and what isn't there has none; leave it out, or choose tally"
+)
+OF_INBOX: Final[Mapping[str, Breaks]] = {
+    'decision.inbox_size: limits the number of robots, but inbox = "every-message" keeps no robots apart'
+    '; leave it out, or set inbox = "latest-per-robot"': lambda s: (
+        s.decision.inbox == "every-message" and s.decision.inbox_size is not None
+    ),
+}
+OF_STRATEGY: Final[Mapping[str, Breaks]] = {
+    "decision.inbox: {strategy} broadcasts a value, and the inbox keeps only the latest of each robot"
+    '; set inbox = "latest-per-robot"': lambda s: (
+        s.manifest.value_bits and s.decision.inbox == "every-message"
+    ),
+    "decision.quality_floor: {strategy} rates what the swarm knows, not the counts of one exploration"
+    "; leave it out": lambda s: s.manifest.knowledge and s.decision.quality_floor,
+    "decision.start: needs robots that begin with a coin and pass on opinions; those of {strategy} don't"
+    '; set start = "coin", or choose dmmd': lambda s: (
+        (s.manifest.knowledge or s.manifest.starts_neutral) and s.decision.start != "coin"
+    ),
+    f"sensing.false_robots: {UNSEEN}": lambda s: s.sensing.false_robots and s.manifest.by_name,
+    f"sensing.false_tasks: {UNSEEN}": lambda s: s.sensing.false_tasks and s.manifest.by_name,
+    "sensing.misname: needs a strategy that counts tasks by name; {strategy} doesn't"
+    "; leave it out, or choose quiet-census": lambda s: s.sensing.misname and not s.manifest.needs_names,
+    "sensing.position_error: must be 0 for {strategy}, whose robots can't compare tasks' positions with a "
+    "gate; set it to 0, or choose quiet-census": lambda s: (
+        s.sensing.position_error and s.manifest.needs_names and not s.manifest.sends_positions
+    ),
+    "sensing.position_error: must be 0 in a world that changes"
+    "; set it to 0, or leave out what changes the world": lambda s: s.sensing.position_error and s.dynamic,
+    "sensing.position_error: makes tasks one name that are farther apart than sensing.range"
+    "; use a smaller error, or a smaller sensing.gate": lambda s: s.sensing.merged > s.sensing.range,
+    "sensing.view: must be 360 for {strategy}, which concludes from what it doesn't see in range"
+    "; leave it out, or choose census": lambda s: s.sensing.view < 360 and s.manifest.all_round,
+    "sensing.view: must be 360 for robots that never move, and so have no heading"
+    "; leave it out, or raise robots.speed": lambda s: s.sensing.view < 360 and s.robots.speed == 0,
+    "sensing.observation: {strategy} must see again what is still there, to notice what isn't"
+    '; set observation = "repeated"': lambda s: s.manifest.judges and s.sensing.observation == "unique",
+    "robots.know_count: {strategy} needs the number of robots"
+    "; set it to true, or choose a strategy without n": lambda s: (
+        s.manifest.needs_count and not s.robots.know_count
+    ),
+    **{
+        f"{name}.classes = {{0}} classes: {{strategy}} compares one number of robots with one number of tasks"
+        f"; leave it out and set {name}.count, or choose census": partial(_classes, name=name)
+        for name in BOTH
+    },
+    "place.walls = walls: {strategy} concludes from what it doesn't see in range, but walls hide things"
+    "; choose quiet-census or turns, or give the obstacles as place.keepout": lambda s: (
+        s.place.hides and not s.manifest.reads_plan and s.manifest.all_round
+    ),
+    "decision.declare: {strategy} declares by its own word, and its messages have no opinion to agree with"
+    "; leave it out": lambda s: s.manifest.declares and s.decision.declare is not None,
+    "faults.byzantine: {strategy} has encode, but no function for a Byzantine robot's message"
+    "; write def lie(message, feasible, me) in its file": lambda s: (
+        {"encode", "lie"} & s.manifest.functions == {"encode"} and s.faulty[1] > 0
+    ),
+}
 
 
 # --- A world that changes ---
-
-
-def _most(scenario: Sections) -> Iterator[Conflict]:
-    robots, most = scenario.robots, scenario.robots.most
-    if most is None:
-        return
-    if most < robots.count:
-        rule = f"must be at least the number of robots at the start, {robots.count}"
-        yield Conflict("robots.most", rule, "leave it out, or lower robots.count")
-        return
-    if robots.arrival_rate and most == robots.count and not _robots_leave(scenario):
-        rule = f"lets none join: {most} robots are there, and none leaves"
-        remedy = f"set it to {most + 1} or more, or set robots.failure_rate"
-        yield Conflict("robots.most", rule, remedy)
 
 
 def _robots_leave(scenario: Sections) -> bool:
     return bool(scenario.robots.failure_rate) or any(each.more("robots") < 0 for each in scenario.events)
 
 
-def _charging(scenario: Sections) -> Iterator[Conflict]:
-    robots = scenario.robots
-    if robots.work is not None and robots.charge is None:
-        rule = "needs robots.charge: for how many steps a robot is away"
-        yield Conflict("robots.work", rule, "set robots.charge = 600, or leave it out")
-    if robots.work is None and robots.charge is not None:
-        rule = "needs robots.work: after how many steps a robot charges"
-        yield Conflict("robots.charge", rule, "set robots.work = 3000, or leave it out")
-    if robots.work is None and robots.away != "counted":
-        rule = "needs robots.work: without it, no robot goes to charge"
-        yield Conflict("robots.away", rule, "set robots.work = 3000 and robots.charge = 600, or leave it out")
+OF_ROBOTS: Final[Mapping[str, Breaks]] = {
+    "robots.most: must be at least the number of robots at the start, {0}"
+    "; leave it out, or lower robots.count": lambda s: (
+        s.robots.most is not None and s.robots.most < s.robots.count and (s.robots.count,)
+    ),
+    "robots.most: lets none join: {0} robots are there, and none leaves"
+    "; set it to {1} or more, or set robots.failure_rate": lambda s: (
+        s.robots.arrival_rate
+        and s.robots.most == s.robots.count
+        and not _robots_leave(s)
+        and (s.robots.count, s.robots.count + 1)
+    ),
+    "robots.work: needs robots.charge: for how many steps a robot is away"
+    "; set robots.charge = 600, or leave it out": lambda s: (
+        s.robots.work is not None and s.robots.charge is None
+    ),
+    "robots.charge: needs robots.work: after how many steps a robot charges"
+    "; set robots.work = 3000, or leave it out": lambda s: (
+        s.robots.work is None and s.robots.charge is not None
+    ),
+    "robots.away: needs robots.work: without it, no robot goes to charge"
+    "; set robots.work = 3000 and robots.charge = 600, or leave it out": lambda s: (
+        s.robots.work is None and s.robots.away != "counted"
+    ),
+}
 
 
 def _late(scenario: Sections) -> Iterator[Conflict]:
@@ -223,7 +271,8 @@ def _named(scenario: Sections) -> Iterator[Conflict]:
         most = getattr(scenario.most, name)
         if key != name and getattr(event, key) >= most:
             rule = f"must be below {most}: no more {name} than that ever come"
-            yield Conflict(f"{path}.{key}", rule, "name another, or leave the event out")
+            another = f"name one from 0 to {most - 1}, or " if most else ""
+            yield Conflict(f"{path}.{key}", rule, f"{another}leave the event out")
         if event.at and (rule := _must_be(scenario, name, event.at)):
             yield Conflict(f"{path}.at", rule, "move the point, or enlarge arena.side")
         if event.at and key != name and scenario.acts:
@@ -242,9 +291,10 @@ def _numbers(scenario: Sections, name: str) -> Iterator[Conflict]:
         there += change
         if there < least:
             rule = f"takes away more than there are at step {event.step}: {before} {name}"
-            remedy = f"take away {before - least} at most" + (", so that a robot is left" if least else "")
             key = name if getattr(event, name) else name[:-1]
-            yield Conflict(f"events.{number}.{key}", rule, remedy)
+            remedy = f"take away {before - least} at most" if key == name else "leave the event out"
+            left = ", so that a robot is left" if least else ""
+            yield Conflict(f"events.{number}.{key}", rule, f"{remedy}{left}")
             return  # one error is enough
         if most is not None and change > 0 and there > most:
             rule = f"lets {there} robots be there at step {event.step}, above robots.most = {most}"
@@ -268,30 +318,36 @@ def _appearing(scenario: Sections, name: str) -> Iterator[Conflict]:
         yield Conflict(f"{name}.points", rule, f'add a point, or set {name}.placement = "uniform"', "")
 
 
-def _tasks_limit(scenario: Sections) -> Iterator[Conflict]:
-    tasks = scenario.most.tasks
-    if scenario.dynamic and tasks > TASKS_LIMIT:
-        rule = f"lets up to {tasks} tasks appear in a run, above {TASKS_LIMIT}"
-        yield Conflict("tasks.arrival_rate", rule, "lower it, or run.steps")
+STAYS: Final = "leave it out, or leave out events, rates and robots that go missing"
+"""The remedy for what needs a world that stays."""
+OF_CHANGES: Final[Mapping[str, Breaks]] = {
+    f"decision.declare = a rule: is for good, but the world of this scenario changes; {STAYS}": lambda s: (
+        s.dynamic and s.decision.declare is not None
+    ),
+    "decision.strategy: declares, which is for good, but the world of this scenario changes"
+    "; choose roster, or leave out events, rates and robots that go missing": lambda s: (
+        s.dynamic and s.manifest.declares
+    ),
+    "run.stop_at_decision: ends a run at its first decision, but the world of this scenario changes"
+    f"; {STAYS}": lambda s: s.dynamic and s.run.stop_at_decision,
+    "run.stop_at_declarations: ends a run once all robots have declared, but the world of this scenario "
+    f"changes; {STAYS}": lambda s: s.dynamic and s.run.stop_at_declarations,
+    "tasks.arrival_rate: lets up to {0} tasks appear in a run, above {1}; lower it, or run.steps": lambda s: (
+        s.dynamic and s.most.tasks > TASKS_LIMIT and (s.most.tasks, TASKS_LIMIT)
+    ),
+}
 
 
 # --- The arena ---
 
 
-def _reach(scenario: Sections, name: str) -> Iterator[Conflict]:
+def _range(scenario: Sections, name: str) -> Iterator[Conflict]:
     half, section = min(scenario.arena.size) / 2, getattr(scenario, name)
     reach, implied = section.range, name == "radio" and "range" not in section.model_fields_set
     if scenario.arena.boundary == "torus" and not implied and reach > half:
         rule = f"must be at most half the side of the torus, {half:g} units"
         remedy = f"set arena.side to {2 * reach:g} or more, or shorten the range"
         yield Conflict(f"{name}.range", rule, remedy)
-
-
-def _speed(scenario: Sections) -> Iterator[Conflict]:
-    half, speed = min(scenario.arena.size) / 2, scenario.robots.speed
-    if speed > half:
-        rule = f"must be at most half the side of the arena per step, {half:g} units"
-        yield Conflict("robots.speed", rule, f"lower it, or set arena.side to {2 * speed:g} or more")
 
 
 def _discs(scenario: Sections) -> Iterator[Conflict]:
@@ -308,9 +364,9 @@ def _discs(scenario: Sections) -> Iterator[Conflict]:
         yield Conflict("robots.diameter", rule, f"set arena.side to {2 * reach:g} or more")
     unit = exact(max(arena.size)) / 2 ** (31 if arena.boundary == "walls" else 32)
     step = 2 * math.ceil(exact(robots.diameter) / unit / 2)  # of the lattice of last resort, in fixed point
-    columns, rows = (math.floor(exact(side) / unit) // step for side in arena.size)
-    if robots.placement != "points" and robots.count > columns * rows:
-        rule = f"must be at most {columns * rows}, the number of discs that fit on a square grid"
+    fit = math.prod(math.floor(exact(side) / unit) // step for side in arena.size)
+    if robots.placement != "points" and robots.count > fit:
+        rule = f"must be at most {fit}, the number of discs that fit on a square grid"
         remedy = "use fewer or smaller robots, or enlarge arena.side"
         yield Conflict("robots.count", rule, remedy)
 
@@ -372,24 +428,100 @@ def _overlaps(points: Any, diameter: float, torus: tuple[float, float] | None) -
         cells.setdefault((column, row), []).append(i)
 
 
+def _half(scenario: Sections) -> float:
+    """Return half the arena's shorter side."""
+    return min(scenario.arena.size) / 2
+
+
+OF_SPEED: Final[Mapping[str, Breaks]] = {
+    "robots.speed: must be at most half the side of the arena per step, {0:g} units"
+    "; lower it, or set arena.side to {1:g} or more": lambda s: (
+        s.robots.speed > _half(s) and (_half(s), 2 * s.robots.speed)
+    ),
+}
+OF_BODIES: Final[Mapping[str, Breaks]] = {
+    "robots.contact: needs robots.avoid_collisions = true: without it, robots pass through each other"
+    '; set robots.avoid_collisions to true, or leave contact at "stand"': lambda s: (
+        s.robots.contact != "stand" and not s.robots.avoid_collisions
+    ),
+}
+
+
+# --- Robots that act ---
+
+
+def _reach(scenario: Sections) -> Iterator[Conflict]:
+    """Find reaches with which robots never arrive: they walk past, or bodies and walls keep them away."""
+    robots, least, why = scenario.robots, scenario.robots.speed, "robots.speed, or robots walk past"
+    if robots.avoid_collisions and robots.diameter > least:
+        least, why = robots.diameter, "robots.diameter, or a robot keeps others from tasks near its own"
+    corner = math.ceil(1000 * robots.diameter / math.sqrt(2)) / 1000
+    if scenario.arena.boundary == "walls" and corner > least:
+        least, why = corner, "0.71 diameters, or walls keep robots from tasks in corners"
+    if scenario.acts and exact(scenario.acting.reach) < exact(least):
+        yield Conflict("acting.reach", f"must be at least {why}", f"set it to {least:g} or more")
+
+
+def _news_memory(scenario: Sections) -> Iterator[Conflict]:
+    robots, tasks = scenario.most
+    needed = 4 * robots * tasks * (2 + scenario.radio.delay)
+    if scenario.acts and scenario.plan:
+        needed += 4 * (tasks + 2) * scenario.plan.walls.size
+    if scenario.acts and needed > MEMORY:
+        rule = f"needs {needed / 2**30:.1f} GiB for what robots know, above {MEMORY // 2**30} GiB"
+        remedy = "use fewer robots or tasks, or larger cells, or leave it out"
+        yield Conflict("acting.start", rule, remedy, "acting robots")
+
+
+def _unacting(key: str) -> Breaks:
+    default = Acting.model_fields[key].default
+    return lambda s: not s.acts and getattr(s.acting, key) != default
+
+
+ALONE: Final = 'needs acting.start: without it, no robot acts; set acting.start = "safe", or leave it out'
+BY_SIGHT: Final = (
+    "must be 0 for robots that act: they go where they saw a task; set it to 0, or leave out acting.start"
+)
+OF_ACTING: Final[Mapping[str, Breaks]] = {
+    'acting.start: "declared" needs robots that declare'
+    '; set it to a step or "safe", set decision.declare, or choose quiet-census': lambda s: (
+        s.acting.start == "declared" and not (s.manifest.declares or s.decision.declare)
+    ),
+    "tasks.work: needs acting.start: without it, no robot works at a task"
+    '; leave it out, or set acting.start = "safe"': lambda s: s.tasks.work is not None and not s.acts,
+    'acting.choose: "rank" needs the numbers of robots, but radio.id_bits makes ids random'
+    '; set it to "nearest", or leave out radio.id_bits': lambda s: (
+        s.acting.choose == "rank" and s.radio.id_bits is not None
+    ),
+    'acting.choose: "rank" gives each robot its task, so none is marked'
+    '; set it to "nearest", or set acting.hold = "stand"': lambda s: (
+        s.acting.choose == "rank" and s.acting.hold == "tag"
+    ),
+    f"sensing.misname: {BY_SIGHT}": lambda s: s.acts and s.sensing.misname,
+    f"sensing.position_error: {BY_SIGHT}": lambda s: s.acts and s.sensing.position_error,
+    "robots.work: can't be combined with acting.start: nobody would stand at the task of a robot that charges"
+    "; leave it out, or leave out acting.start": lambda s: s.acts and s.robots.work is not None,
+    "tasks.classes: must need one robot for each task if robots act"
+    "; split the tasks into tasks for one robot, or leave out acting.start": lambda s: (
+        s.acts and any(sum(each.needs.values()) != 1 for each in s.tasks.classes)
+    ),
+    "run.stop_when_taken: needs acting.start: without it, no task is taken"
+    '; set it to false, or set acting.start = "safe"': lambda s: s.run.stop_when_taken and not s.acts,
+    "run.stop_when_taken: ends a run once all tasks are taken, but more appear"
+    "; leave it out, or leave out tasks.arrival_rate and events with tasks": lambda s: (
+        s.run.stop_when_taken and s.most.tasks > s.tasks.count
+    ),
+}
+ACTING: Final[tuple[Rule, ...]] = (
+    *rows({f"acting.{key}: {ALONE}": _unacting(key) for key in ("choose", "hold", "reach")}),
+    _reach,
+    *rows(OF_ACTING),
+    after(PLACES, _news_memory),
+)
+"""The rules about the section ``acting``."""
+
+
 # --- Memory ---
-
-
-def _unique_memory(scenario: Sections) -> Iterator[Conflict]:
-    robots, tasks = scenario.robots.count, scenario.tasks.count
-    needed = robots * (robots + tasks) / 8
-    if scenario.sensing.observation == "unique" and needed > UNIQUE_LIMIT:
-        size, limit = f"{needed / 2**30:.1f} GiB", f"{UNIQUE_LIMIT // 2**30} GiB"
-        rule = f"needs {size} for {robots} robots and {tasks} tasks, above the limit of {limit}"
-        yield Conflict("sensing.observation", rule, 'use fewer robots or tasks, or observation = "repeated"')
-
-
-def _delay_memory(scenario: Sections) -> Iterator[Conflict]:
-    """Find messages under way that don't fit; `_knowledge_memory` counts what they say beyond an opinion."""
-    needed = 24 * scenario.radio.delay * scenario.most.robots
-    if needed > UNIQUE_LIMIT:
-        rule = f"keeps {needed / 2**30:.1f} GiB of messages, above the limit of {UNIQUE_LIMIT // 2**30} GiB"
-        yield Conflict("radio.delay", rule, "lower it, or use fewer robots")
 
 
 def _knowledge_memory(scenario: Sections) -> Iterator[Conflict]:
@@ -405,156 +537,48 @@ def _knowledge_memory(scenario: Sections) -> Iterator[Conflict]:
         yield Conflict("decision.strategy", problem, "choose dc or turns, or fewer robots")
 
 
-SITED: Final[tuple[Rule, ...]] = (*PLACES, *both(_counts), _speed)
+def _seen_once(scenario: Sections) -> tuple[float, int, int] | None:
+    """Return the GiB that unique observations need, of how many robots and tasks, if they are too many."""
+    robots, tasks = scenario.robots.count, scenario.tasks.count
+    needed = robots * (robots + tasks) / 8 if scenario.sensing.observation == "unique" else 0
+    return (needed / 2**30, robots, tasks) if needed > MEMORY else None
+
+
+OF_MEMORY: Final[Mapping[str, Breaks]] = {
+    "sensing.observation: needs {0:.1f} GiB for {1} robots and {2} tasks, above the limit of 4 GiB"
+    '; use fewer robots or tasks, or observation = "repeated"': _seen_once,
+    # of messages under way; `_knowledge_memory` counts what they say beyond an opinion
+    "radio.delay: keeps {0:.1f} GiB of messages, above the limit of 4 GiB"
+    "; lower it, or use fewer robots": lambda s: (
+        24 * s.radio.delay * s.most.robots > MEMORY and (24 * s.radio.delay * s.most.robots / 2**30,)
+    ),
+}
+SITED: Final[tuple[Rule, ...]] = (*PLACES, *both(_counts), *rows(OF_SPEED))
 """The rules that a scenario must keep before its passable cells can be computed."""
 STANDING: Final = after(SITED, standing)
-_FOR_GOOD: Final = "is for good, but the world of this scenario changes"
 RULES: Final[tuple[Rule, ...]] = (
     *both(_counts),
-    _skills,
+    *rows(OF_SKILLS),
     _faults,
-    never(
-        "decision.inbox_size",
-        lambda s: s.decision.inbox == "every-message" and s.decision.inbox_size is not None,
-        'limits the number of robots, but inbox = "every-message" keeps no robots apart',
-        'leave it out, or set inbox = "latest-per-robot"',
-    ),
+    *rows(OF_INBOX),
     _parameters,
-    never(
-        "decision.inbox",
-        lambda s: s.manifest.value_bits and s.decision.inbox == "every-message",
-        "{strategy} broadcasts a value, and the inbox keeps only the latest of each robot",
-        'set inbox = "latest-per-robot"',
-    ),
-    never(
-        "decision.quality_floor",
-        lambda s: s.manifest.knowledge and s.decision.quality_floor,
-        "{strategy} rates what the swarm knows, not the counts of one exploration",
-        "leave it out",
-    ),
-    never(
-        "decision.start",
-        lambda s: (s.manifest.knowledge or s.manifest.starts_neutral) and s.decision.start != "coin",
-        "needs robots that begin with a coin and pass on opinions; those of {strategy} don't",
-        'set start = "coin", or choose dmmd',
-    ),
-    *map(_sees_falsely, BOTH),
-    never(
-        "sensing.misname",
-        lambda s: s.sensing.misname and not s.manifest.needs_names,
-        "needs a strategy that counts tasks by name; {strategy} doesn't",
-        "leave it out, or choose quiet-census",
-    ),
-    never(
-        "sensing.position_error",
-        lambda s: s.sensing.position_error and s.manifest.needs_names and not s.manifest.sends_positions,
-        "must be 0 for {strategy}, whose robots can't compare tasks' positions with a gate",
-        "set it to 0, or choose quiet-census",
-    ),
-    never(
-        "sensing.position_error",
-        lambda s: s.sensing.position_error and s.dynamic,
-        "must be 0 in a world that changes",
-        "set it to 0, or leave out what changes the world",
-    ),
-    never(
-        "sensing.position_error",
-        lambda s: s.sensing.merged > s.sensing.range,
-        "makes tasks one name that are farther apart than sensing.range",
-        "use a smaller error, or a smaller sensing.gate",
-    ),
-    never(
-        "sensing.view",
-        lambda s: s.sensing.view < 360 and s.manifest.all_round,
-        "must be 360 for {strategy}, which concludes from what it doesn't see in range",
-        "leave it out, or choose census",
-    ),
-    never(
-        "sensing.view",
-        lambda s: s.sensing.view < 360 and s.robots.speed == 0,
-        "must be 360 for robots that never move, and so have no heading",
-        "leave it out, or raise robots.speed",
-    ),
-    never(
-        "sensing.observation",
-        lambda s: s.manifest.judges and s.sensing.observation == "unique",
-        "{strategy} must see again what is still there, to notice what isn't",
-        'set observation = "repeated"',
-    ),
-    never(
-        "robots.know_count",
-        lambda s: s.manifest.needs_count and not s.robots.know_count,
-        "{strategy} needs the number of robots",
-        "set it to true, or choose a strategy without n",
-    ),
-    *both(_one_class),
-    never(
-        "place.walls",
-        lambda s: s.place.hides and not s.manifest.reads_plan and s.manifest.all_round,
-        "{strategy} concludes from what it doesn't see in range, but walls hide things",
-        "choose quiet-census or turns, or give the obstacles as place.keepout",
-        "walls",
-    ),
-    never(
-        "decision.declare",
-        lambda s: s.manifest.declares and s.decision.declare is not None,
-        "{strategy} declares by its own word, and its messages have no opinion to agree with",
-        "leave it out",
-    ),
-    never(
-        "faults.byzantine",
-        lambda s: {"encode", "lie"} & s.manifest.functions == {"encode"} and s.faulty[1] > 0,
-        "{strategy} has encode, but no function for a Byzantine robot's message",
-        "write def lie(message, feasible, me) in its file",
-    ),
-    _most,
-    _charging,
+    *rows(OF_STRATEGY),
+    *rows(OF_ROBOTS),
     _late,
     _idle,
     _named,
     *both(_numbers, _appearing),
-    never(
-        "decision.declare",
-        lambda s: s.dynamic and s.decision.declare is not None,
-        _FOR_GOOD,
-        "leave it out, or leave out events, rates and robots that go missing",
-        "a rule",
-    ),
-    never(
-        "decision.strategy",
-        lambda s: s.dynamic and s.manifest.declares,
-        f"declares, which {_FOR_GOOD}",
-        "choose roster, or leave out events, rates and robots that go missing",
-    ),
-    never(
-        "run.stop_at_decision",
-        lambda s: s.dynamic and s.run.stop_at_decision,
-        "ends a run at its first decision, but the world of this scenario changes",
-        "leave it out, or leave out events, rates and robots that go missing",
-    ),
-    never(
-        "run.stop_at_declarations",
-        lambda s: s.dynamic and s.run.stop_at_declarations,
-        "ends a run once all robots have declared, but the world of this scenario changes",
-        "leave it out, or leave out events, rates and robots that go missing",
-    ),
-    _tasks_limit,
-    partial(_reach, name="sensing"),
-    partial(_reach, name="radio"),
-    _speed,
+    *rows(OF_CHANGES),
+    partial(_range, name="sensing"),
+    partial(_range, name="radio"),
+    *rows(OF_SPEED),
     _discs,
-    never(
-        "robots.contact",
-        lambda s: s.robots.contact != "stand" and not s.robots.avoid_collisions,
-        "needs robots.avoid_collisions = true: without it, robots pass through each other",
-        'set robots.avoid_collisions to true, or leave contact at "stand"',
-    ),
+    *rows(OF_BODIES),
     *both(_spread),
     *PLACES,
     *ACTING,
     STANDING,
-    _unique_memory,
-    _delay_memory,
+    *rows(OF_MEMORY),
     _knowledge_memory,
 )
 """All rules between fields but that about points, which shows them as they were given."""

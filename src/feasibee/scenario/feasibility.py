@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from feasibee.errors import FeasibeeError, quoted
+from feasibee.base.errors import FeasibeeError, quoted
 from feasibee.scenario.fields import RobotClass, Robots, TaskClass, Tasks
 from feasibee.scenario.ground import Ground, ground_of
 from feasibee.scenario.sections import Sections
@@ -154,6 +154,19 @@ def explain(scenario: Sections) -> Verdict:
     return _verdict_by_piece(scenario, ground)
 
 
+def in_brief(scenario: Sections) -> str:
+    """Return in a few words why the tasks are feasible or infeasible."""
+    verdict, robots, tasks = explain(scenario), scenario.robots.count, scenario.tasks.count
+    violator, where = verdict.violator, f"{verdict.where}: " if verdict.where else ""
+    if not (scenario.robots.classes or scenario.tasks.classes):
+        if violator is not None and where:
+            return f"{where}{violator.robots:,} of {robots:,} robots, {violator.demand:,} of {tasks:,} tasks"
+        return f"{robots:,} robots, {tasks:,} tasks"
+    if violator is None:
+        return "robots for all tasks"
+    return f"{where}{', '.join(violator.skills)}: {violator.demand} places, {violator.robots} robots"
+
+
 def who_counts(scenario: Sections) -> str:
     """Return in words which robots the truth is about if some charge; an empty text if none does.
 
@@ -227,6 +240,39 @@ def _of_kinds(section: Any, kinds: Iterable[int]) -> Any:
     counts = Counter(kinds)
     classes = [each.model_copy(update={"count": counts[k]}) for k, each in enumerate(section.classes)]
     return section.model_copy(update={"count": counts.total(), "classes": tuple(classes)})
+
+
+# --- Robots that act ---
+
+
+def ranks_of(robots: Robots) -> list[int]:
+    """Return the rank of each class of robots: 1 for the most skilled (model.md 6.25.1)."""
+    numbers = [len(set(each.skills)) for each in robots.classes] or [0]
+    return [1 + len({each for each in numbers if each > own}) for own in numbers]
+
+
+def can_do(robots: Robots, tasks: Tasks) -> list[list[bool]]:
+    """Return for each class of robots whether it can do a task of each class (model.md 6.7)."""
+    needs = [set(each.needs) for each in tasks.classes] or [set[str]()]
+    skills = [set(each.skills) for each in robots.classes] or [set[str]()]
+    return [[need <= own for need in needs] for own in skills]
+
+
+def most_taken(scenario: Sections, robots: Iterable[int]) -> int:
+    """Return how many tasks of the start robots of these classes can take at once.
+
+    It follows from Hall's condition, with its defect.
+    """
+    violator = explain_kinds(scenario, robots, kinds_of(scenario.tasks)).violator
+    return scenario.tasks.count - (violator.demand - violator.robots if violator else 0)
+
+
+def status_bits(scenario: Sections) -> int:
+    """Return the length of what a message says of a task's status (model.md 6.25.7)."""
+    return max(ranks_of(scenario.robots)).bit_length() + 8 * scenario.may_come_free
+
+
+# --- The computation ---
 
 
 def _classes(some_robots: Robots, some_tasks: Tasks) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:

@@ -1,46 +1,87 @@
-"""Where robots can be in a place: passable cells, pieces, and who stands in which (model.md 6.20)."""
+"""The floor plan of a place, where robots can be in it, and who stands in which piece (model.md 6.20)."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property, lru_cache
 from typing import Any, Final, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.model.codes import exact
-from feasibee.scenario.bitmaps import Cells
-from feasibee.scenario.fields import Arena, Place, Placed, Robots, Tasks
-from feasibee.scenario.plan import Plan, plan_of
-from feasibee.scenario.types import Point
+from feasibee.base.codes import exact
+from feasibee.scenario.cells import Cells, cells_of, centred, touched
+from feasibee.scenario.fields import Arena, Bitmap, Place, Placed, Point, Robots, Tasks
 from feasibee.strategies.sight import TASKS, WALL
+
+SIDE_BITS = 31
+"""Bits of a coordinate within walls."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The cells of a place, in arrays of shape (rows, columns) whose row 0 has the lowest y."""
+
+    cell: Fraction
+    """Side of a cell, in units."""
+    walls: Cells
+    keepout: Cells
+    zones: Mapping[str, Cells]
+
+    @property
+    def bits(self) -> int:
+        """Number of bits of a position that are within its cell (model.md 6.20.2)."""
+        return math.floor(math.log2(2**SIDE_BITS / max(self.walls.shape)))
+
+    @property
+    def unit(self) -> Fraction:
+        """Unit of fixed point, in units of length."""
+        return self.cell / (1 << self.bits)
+
+
+def plan_of(place: Place, size: tuple[float, float]) -> Plan | None:
+    """Return the cells of a place in an arena of this width and height; None if it has none."""
+    return _plan(place.model_dump_json(), size) if place.exists else None
+
+
+@lru_cache(maxsize=16)
+def _plan(text: str, size: tuple[float, float]) -> Plan:
+    place = Place.model_validate_json(text)
+    cell = exact(place.map.cell if place.map else place.cell)
+    shape = shape_of(place, size)
+    walls, keepout = np.zeros(shape, bool), np.zeros(shape, bool)
+    if place.map:
+        walls |= cells_of(place.map.image)
+    walls |= touched(([ring] for ring in place.walls), cell, shape)
+    if place.keepout:
+        keepout |= cells_of(place.keepout.image)
+    zones = {
+        name: centred(([ring] for ring in polygons), cell, shape) for name, polygons in place.zones.items()
+    }
+    return Plan(cell, walls, keepout, zones)
+
+
+def size_of(bitmap: Bitmap) -> float | tuple[float, float]:
+    """Return the sides of the arena of a map, in units: one if they are equal."""
+    height, width = (float(cells * exact(bitmap.cell)) for cells in cells_of(bitmap.image).shape)
+    return width if width == height else (width, height)
+
+
+def shape_of(place: Place, size: tuple[float, float]) -> tuple[int, int]:
+    """Return the number of rows and of columns of a place's cells: those of its map, if any."""
+    if place.map:
+        rows, columns = cells_of(place.map.image).shape
+        return rows, columns
+    width, height = (math.ceil(exact(side) / exact(place.cell)) for side in size)
+    return height, width
+
 
 Numbers = NDArray[np.int64]
 SLACK: Final = 16
 """Units by which a step may be longer than its speed, because its parts are rounded."""
-
-
-class Sited(Protocol):
-    """The sections of a scenario that say who can be where."""
-
-    @property
-    def place(self) -> Place:
-        """What stands in the arena."""
-
-    @property
-    def arena(self) -> Arena:
-        """How large it is."""
-
-    @property
-    def robots(self) -> Robots:
-        """Who moves in it."""
-
-    @property
-    def tasks(self) -> Tasks:
-        """What is to be done."""
 
 
 class Stands(NamedTuple):
@@ -89,6 +130,26 @@ class Ground:
         found = allowed[np.ix_(ys >> self.plan.bits, xs >> self.plan.bits)]
         sites = [(found == piece).nonzero() for piece in range(1, len(self.robots.first) - 1)]
         return [(xs[columns], ys[rows]) for rows, columns in sites]
+
+
+class Sited(Protocol):
+    """The sections of a scenario that say who can be where."""
+
+    @property
+    def place(self) -> Place:
+        """What stands in the arena."""
+
+    @property
+    def arena(self) -> Arena:
+        """How large it is."""
+
+    @property
+    def robots(self) -> Robots:
+        """Who moves in it."""
+
+    @property
+    def tasks(self) -> Tasks:
+        """What they look for."""
 
 
 def ground_of(scenario: Sited) -> Ground | None:

@@ -16,13 +16,12 @@ from typing import Any, Final, NamedTuple, TypeVar
 import numpy as np
 from pydantic import ValidationError
 
-from feasibee.errors import Problem, quoted
-from feasibee.files import TABLE_LIMIT, UnreadableError, read_bytes, read_text
-from feasibee.model.codes import exact
-from feasibee.scenario.bitmaps import MOST, Cells, ImageError, image_of, pixels_of
+from feasibee.base.codes import exact
+from feasibee.base.errors import Problem, quoted
+from feasibee.base.files import TABLE_LIMIT, UnreadableError, read_bytes, read_text
+from feasibee.scenario.cells import MOST, Cells, ImageError, image_of, pixels_of, touched
 from feasibee.scenario.fields import Arena, Place, Units
-from feasibee.scenario.plan import shape_of
-from feasibee.scenario.raster import touched
+from feasibee.scenario.ground import shape_of
 
 Table = dict[str, Any]
 Points = list[tuple[Fraction, Fraction]]

@@ -11,7 +11,7 @@ from typing import Any
 
 import tomli_w
 
-from feasibee.errors import FeasibeeError, Problem
+from feasibee.base.errors import FeasibeeError, Problem
 
 DEEPEST = 8
 """Largest depth of nested tables and lists; robots.classes.0.skills.0 has depth 4."""

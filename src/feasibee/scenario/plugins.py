@@ -21,9 +21,9 @@ from pathlib import Path
 from types import FunctionType
 from typing import Any, Final, TypeGuard
 
-from feasibee.errors import FeasibeeError, one_line
-from feasibee.files import UnreadableError, read_text
-from feasibee.model.codes import is_whole
+from feasibee.base.codes import is_whole
+from feasibee.base.errors import FeasibeeError, one_line
+from feasibee.base.files import UnreadableError, read_text
 from feasibee.strategies import STRATEGIES, module_of
 from feasibee.strategies.contract import (
     ARGUMENTS,
@@ -70,6 +70,8 @@ UNCALLED: Final = frozenset(
     """.split()  # noqa: SIM905  # as a list it would take seventeen lines
 )
 """Functions of Python that reach beyond the numbers of a strategy."""
+RHO: Final = "\N{GREEK SMALL LETTER RHO}\N{SUBSCRIPT ONE}"
+"""The quality of *feasible*, which docstrings write in ASCII."""
 FLAG: Final = ("True or False", lambda value: isinstance(value, bool))
 NEED: Final = ("True, False or the name of a parameter", lambda value: isinstance(value, bool | str))
 RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
@@ -79,6 +81,7 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
     **dict.fromkeys(("FORGETS", "STARTS_NEUTRAL", "MODULATES", "BY_NAME", "NEEDS_COUNT"), FLAG),
     **dict.fromkeys(("NEEDS_NAMES", "SENDS_POSITIONS", "ALL_ROUND", "READS_PLAN", "ONE_CLASS"), FLAG),
     "NEEDS_IDS": NEED,
+    "POSITIVE": ("a tuple of names of parameters", lambda value: isinstance(value, tuple)),
 }
 
 
@@ -154,6 +157,15 @@ def rule_of(manifest: Manifest) -> str:
     return line if "," in name or not rule else rule
 
 
+def docstring_of(manifest: Manifest, name: str) -> str:
+    """Return the docstring of a strategy's function in one line, without markup; the function isn't run."""
+    text = getattr(manifest, name, getattr(Strategy, name, None)).__doc__ or ""
+    if manifest.source and name in manifest.functions:
+        node = dict(bindings(ast.parse(manifest.source)))[name]
+        text = (isinstance(node, ast.FunctionDef) and ast.get_docstring(node)) or ""
+    return " ".join(text.replace("*", "").replace("rho_1", RHO).split()).removeprefix("Return ")
+
+
 def digest_of(manifest: Manifest) -> str:
     """Return the SHA-256 of a strategy's text."""
     return sha256(manifest.source.encode()).hexdigest()
@@ -225,73 +237,81 @@ def _read(path: str) -> str:
         raise FeasibeeError(f"can't be read: {error.why}; name a file of Python") from None
 
 
+class _WrongError(Exception):
+    """What is wrong with a file's text: the statement or expression, if it is one, and the rule."""
+
+
 @lru_cache(256)
 def _parsed(name: str, source: str) -> Manifest:
     """Return the declarations in a file's text."""
     file = Path(name).name
     try:
-        tree = ast.parse(source, file)
+        return _declared(name, source, ast.parse(source, file))
+    except _WrongError as error:
+        node, rule = error.args
+        line = f", line {_line(node)}" if node else ""
+        raise FeasibeeError(f"{file}{line}: {rule}") from None
     except (SyntaxError, ValueError) as error:
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
         raise FeasibeeError(f"{file}{line}: {type(error).__name__}: {error.args[0]}") from None
     except (RecursionError, MemoryError):
         raise FeasibeeError(f"{file}: nests too deep for Python; {_SHALLOWER}") from None
-    _check_depth(tree, file)
-    _check_imports(tree, file)
+
+
+def _declared(name: str, source: str, tree: ast.Module) -> Manifest:
+    """Return the declarations of a file, after checks of its language, functions and constants."""
+    _check_depth(tree)
+    _check_imports(tree)
     bound = dict(bindings(tree))
-    _check_language(tree, bound, file)
+    _check_language(tree, bound)
     functions = frozenset(ARGUMENTS).intersection(bound)
-    for function in ARGUMENTS:
-        _check_function(function, bound.get(function), file)
-    _check_completeness(functions, file)
+    for function in filter(functions.__contains__, ARGUMENTS):
+        _check_function(function, bound[function])
+    _check_completeness(functions)
     constants = {
-        field: _constant(constant, bound[constant], file)
+        field: _constant(constant, bound[constant])
         for constant, field in CONSTANTS.items()
         if constant in bound
     }
-    _check_needs(constants, file)
-    _check_modulation(constants, functions, file)
+    _check_constants(constants, functions)
     return Manifest(name=name, source=source, functions=functions, **constants)
 
 
-def _check_needs(constants: Mapping[str, Any], file: str) -> None:
-    """Raise an error if a need depends on a parameter that the file doesn't have."""
+def _check_constants(constants: Mapping[str, Any], functions: frozenset[str]) -> None:
+    """Raise an error if a constant names no parameter of the file, or says the same as a function."""
     parameters, need = constants.get("parameters", {}), constants.get("needs_ids")
+    known = ", ".join(parameters) or "none"
     if isinstance(need, str) and need not in parameters:
-        known = ", ".join(parameters) or "none"
-        raise FeasibeeError(f"{file}: NEEDS_IDS = {need!r} must be {NEED[0]}; it has {known}")
-
-
-def _check_modulation(constants: Mapping[str, Any], functions: frozenset[str], file: str) -> None:
-    """Raise an error if both a constant and a function say for how long robots broadcast."""
+        raise _WrongError(None, f"NEEDS_IDS = {need!r} must be {NEED[0]}; it has {known}")
+    if not set(constants.get("positive", ())) <= set(parameters):
+        raise _WrongError(None, f"POSITIVE must have names of parameters; it has {known}")
     for name in ("dissemination", "lasting"):
         if constants.get("modulates") and name in functions:
             rule = f"has both MODULATES = True and {name}, which say for how long robots broadcast"
-            raise FeasibeeError(f"{file}: {rule}; remove MODULATES or def {name}")
+            raise _WrongError(None, f"{rule}; remove MODULATES or def {name}")
 
 
 _SHALLOWER: Final = "write long expressions in several statements"
 
 
-def _check_depth(tree: ast.Module, file: str) -> None:
+def _check_depth(tree: ast.Module) -> None:
     """Raise an error if statements or expressions nest deeper than `DEEPEST`."""
     nodes: list[ast.AST] = [tree]
     for _ in range(DEEPEST):
         nodes = [child for node in nodes for child in ast.iter_child_nodes(node)]
     for node in nodes:
         if hasattr(node, "lineno"):
-            rule = f"nests more than {DEEPEST} levels deep; {_SHALLOWER}"
-            raise FeasibeeError(f"{file}, line {_line(node)}: {rule}")
+            raise _WrongError(node, f"nests more than {DEEPEST} levels deep; {_SHALLOWER}")
 
 
-def _check_language(tree: ast.Module, bound: Mapping[str, ast.AST], file: str) -> None:
+def _check_language(tree: ast.Module, bound: Mapping[str, ast.AST]) -> None:
     """Raise an error for a statement or a call that no strategy can have, by syntax only."""
     for node in tree.body:
         text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
         if not (text or isinstance(node, (*TOP_LEVEL, *MISSING))) or _targets_more_than_names(node):
-            rule = "at the top level; write only imports, constants and functions there"
             shown = one_line(ast.unparse(node).partition("\n")[0], 60)
-            raise FeasibeeError(f"{file}, line {node.lineno}: {shown} {rule}")
+            rule = "at the top level; write only imports, constants and functions there"
+            raise _WrongError(node, f"{shown} {rule}")
     for each in ast.walk(tree):
         what, remedy = MISSING.get(type(each), ("", ""))
         if isinstance(each, ast.Import | ast.ImportFrom) and each not in tree.body:
@@ -299,9 +319,9 @@ def _check_language(tree: ast.Module, bound: Mapping[str, ast.AST], file: str) -
         if isinstance(each, ast.Name) and each.id in UNCALLED and each.id not in bound:
             what, remedy = each.id, "leave it out"
         if isinstance(each, ast.Constant) and isinstance(each.value, int) and each.value >= MOST:
-            raise FeasibeeError(f"{file}, line {each.lineno}: a number {LEAVES}; write one below 2**63")
+            raise _WrongError(each, f"a number {LEAVES}; write one below 2**63")
         if what:
-            raise FeasibeeError(f"{file}, line {_line(each)}: has {what}, which no strategy has; {remedy}")
+            raise _WrongError(each, f"has {what}, which no strategy has; {remedy}")
 
 
 def _targets_more_than_names(node: ast.stmt) -> bool:
@@ -311,22 +331,19 @@ def _targets_more_than_names(node: ast.stmt) -> bool:
     return any(isinstance(each, ast.Subscript | ast.Attribute) for each in parts)
 
 
-def _check_imports(tree: ast.Module, file: str) -> None:
+def _check_imports(tree: ast.Module) -> None:
     """Raise an error for an import of anything but `ALLOWED`, which could make runs differ.
 
     This isn't a sandbox: it keeps strategies reproducible, and a file that is run can do what its user can.
     """
     for node in ast.walk(tree):
-        if isinstance(node, ast.Import | ast.ImportFrom):
-            modules = (
-                [f"{'.' * node.level}{node.module or ''}"]
-                if isinstance(node, ast.ImportFrom)
-                else [each.name for each in node.names]
-            )
-            for module in modules:
-                if module not in ALLOWED:
-                    rule = f"imports {module}; a strategy may import math only, and has inbox.chance"
-                    raise FeasibeeError(f"{file}, line {node.lineno}: {rule}")
+        modules = [each.name for each in node.names] if isinstance(node, ast.Import) else []
+        if isinstance(node, ast.ImportFrom):
+            modules = [f"{'.' * node.level}{node.module or ''}"]
+        for module in modules:
+            if module not in ALLOWED:
+                rule = f"imports {module}; a strategy may import math only, and has inbox.chance"
+                raise _WrongError(node, rule)
 
 
 def bindings(tree: ast.Module) -> list[tuple[str, ast.AST]]:
@@ -347,11 +364,11 @@ def _is_bound(node: ast.AST) -> TypeGuard[ast.Name]:
     return isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
 
 
-def _check_completeness(functions: frozenset[str], file: str) -> None:
+def _check_completeness(functions: frozenset[str]) -> None:
     """Raise an error if a function is missing that all or others need, or if two exclude each other."""
     if "layout" in functions and not functions.isdisjoint(("pack", "unpack")):
         rule = "has both layout and pack or unpack, which are made of it"
-        raise FeasibeeError(f"{file}: {rule}; remove def pack and def unpack, or def layout")
+        raise _WrongError(None, f"{rule}; remove def pack and def unpack, or def layout")
     needs = [("has no", name) for name in REQUIRED]
     knowing = next((name for name in (*KNOWLEDGE, *KNOWLEDGE_OPTIONS) if name in functions), None)
     if knowing:
@@ -360,30 +377,27 @@ def _check_completeness(functions: frozenset[str], file: str) -> None:
     needs += [(f"has {name}, but no", other) for name, other in TOGETHER if name in functions]
     for begin, name in needs:
         if name not in functions:
-            raise FeasibeeError(f"{file}: {begin} function {name}; {_wanted(name)}")
+            raise _WrongError(None, f"{begin} function {name}; {_wanted(name)}")
     if functions >= {"judge", "declare"}:
         rule = "has both judge, for opinions that may change in any step, and declare, for good ones"
-        raise FeasibeeError(f"{file}: {rule}; remove def judge or def declare")
+        raise _WrongError(None, f"{rule}; remove def judge or def declare")
 
 
 def _wanted(name: str) -> str:
     return f"write def {name}({', '.join(ARGUMENTS[name])})"
 
 
-def _check_function(name: str, node: ast.AST | None, file: str) -> None:
+def _check_function(name: str, node: ast.AST) -> None:
     """Raise an error if the file defines a function as something else, or with other arguments."""
-    if node is None:
-        return
-    arguments, wanted = ARGUMENTS[name], _wanted(name)
     if not isinstance(node, ast.FunctionDef) or node.decorator_list:
-        raise FeasibeeError(f"{file}, line {_line(node)}: {name} isn't a plain function; {wanted}")
-    given = node.args
-    extra = [each for each in (given.vararg, given.kwarg) if each]
-    if len(given.posonlyargs) + len(given.args) != len(arguments) or extra or given.kwonlyargs:
-        raise FeasibeeError(f"{file}, line {node.lineno}: {name} must take {len(arguments)}; {wanted}")
+        raise _WrongError(node, f"{name} isn't a plain function; {_wanted(name)}")
+    given, count = node.args, len(ARGUMENTS[name])
+    extra = given.vararg or given.kwarg or given.kwonlyargs
+    if len(given.posonlyargs) + len(given.args) != count or extra:
+        raise _WrongError(node, f"{name} must take {count}; {_wanted(name)}")
 
 
-def _constant(name: str, node: ast.AST, file: str) -> Any:
+def _constant(name: str, node: ast.AST) -> Any:
     """Return a constant's value, which must be written out in the file."""
     rule, holds = RULES[name]
     value = getattr(node, "value", None)
@@ -394,7 +408,7 @@ def _constant(name: str, node: ast.AST, file: str) -> Any:
     except (ValueError, TypeError, SyntaxError, MemoryError, RecursionError):
         pass
     shown = ast.unparse(value) if isinstance(value, ast.AST) else "..."
-    raise FeasibeeError(f"{file}, line {_line(node)}: {name} = {shown[:100]} must be {rule}, written out")
+    raise _WrongError(node, f"{name} = {shown[:100]} must be {rule}, written out")
 
 
 def _line(node: ast.AST) -> int:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Final, NamedTuple
 
-from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.sections import Sections
 
 AS_GIVEN: Final = object()
@@ -23,26 +22,29 @@ class Conflict(NamedTuple):
 
 
 Rule = Callable[[Sections], Iterator[Conflict]]
+Breaks = Callable[[Sections], object]
+"""Whether a scenario breaks a rule; or, if it does, the numbers for the rule's text."""
 
 
-def never(
-    path: str, breaks: Callable[[Sections], object], rule: str, remedy: str, value: object = AS_GIVEN
-) -> Rule:
-    """Return a rule about one field; ``{strategy}`` in its text becomes the strategy's name."""
+def rows(table: Mapping[str, Breaks]) -> Iterator[Rule]:
+    """Yield a rule per row: its problem as users read it, ``path: rule; remedy``, and when it is one.
 
-    def find(scenario: Sections) -> Iterator[Conflict]:
-        if breaks(scenario):
-            named = rule.replace("{strategy}", scenario.manifest.name) if "{" in rule else rule
-            yield Conflict(path, named, remedy, value)
+    A path may have a value: ``path = value``. In the text, ``{0}`` is the first of the numbers that the
+    condition returns, and ``{strategy}`` the strategy's name.
+    """
+    for text, breaks in table.items():
+        where, _, rest = text.partition(": ")
+        (path, _, value), (rule, _, remedy) = where.partition(" = "), rest.rpartition("; ")
+        yield partial(_find, breaks=breaks, conflict=Conflict(path, rule, remedy, value or AS_GIVEN))
 
-    return find
 
-
-def default_unless(path: str, enabled: Callable[[Sections], bool], rule: str, remedy: str) -> Rule:
-    """Return a rule that a field has its default unless what it belongs to is enabled."""
-    name, key = path.split(".")
-    default = SECTIONS[name].model_fields[key].default
-    return never(path, lambda s: not enabled(s) and getattr(getattr(s, name), key) != default, rule, remedy)
+def _find(scenario: Sections, breaks: Breaks, conflict: Conflict) -> Iterator[Conflict]:
+    found = breaks(scenario)
+    if found:
+        numbers = found if isinstance(found, tuple) else ()
+        names = {"strategy": scenario.manifest.name} if "{strategy}" in conflict.rule else {}
+        parts = (each.format(*numbers, **names) if isinstance(each, str) else each for each in conflict)
+        yield Conflict(*parts)  # type: ignore[arg-type]  # as many texts, and a value
 
 
 def broken(rules: Iterable[Rule], scenario: Sections) -> bool:

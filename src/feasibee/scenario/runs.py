@@ -6,8 +6,8 @@ import operator
 from dataclasses import dataclass
 from typing import Self
 
-from feasibee.errors import FeasibeeError, quoted
-from feasibee.model.codes import RUN_LIMIT, SEED_LIMIT
+from feasibee.base.codes import RUN_LIMIT, SEED_LIMIT
+from feasibee.base.errors import FeasibeeError, quoted
 
 RUNS_APART = 1_000_000
 """Distance between the first runs of two consecutive points of a study: no two points share a run."""

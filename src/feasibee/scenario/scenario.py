@@ -23,10 +23,18 @@ from pydantic import (
 )
 from pydantic_core import ErrorDetails
 
-from feasibee.errors import PROBLEMS_LIMIT, FeasibeeError, Problem, ScenarioError, UnknownFieldError, quoted
-from feasibee.files import read_text
+from feasibee.base.errors import (
+    PROBLEMS_LIMIT,
+    FeasibeeError,
+    Problem,
+    ScenarioError,
+    UnknownFieldError,
+    quoted,
+)
+from feasibee.base.files import read_text
 from feasibee.scenario.conflicts import conflicts
 from feasibee.scenario.fields import (
+    EVENT,
     SECTIONS,
     Acting,
     Arena,
@@ -41,13 +49,14 @@ from feasibee.scenario.fields import (
     Tasks,
     Units,
     Walk,
+    field_of,
     fields,
+    table_of,
 )
-from feasibee.scenario.html import show_scenario
-from feasibee.scenario.paths import toml_tables, toml_text, value_at, with_changes
+from feasibee.scenario.paths import inline_toml, toml_tables, toml_text, value_at, with_changes
 from feasibee.scenario.plugins import manifest_of, strategy_of
-from feasibee.scenario.quantities import in_the_text, with_numbers
 from feasibee.scenario.sections import Sections
+from feasibee.scenario.shown import show_scenario
 from feasibee.scenario.tables import (
     FILES,
     complete_form,
@@ -57,6 +66,7 @@ from feasibee.scenario.tables import (
     with_names,
     without,
 )
+from feasibee.scenario.units import in_the_text, with_numbers
 from feasibee.strategies.contract import Strategy
 
 WORDS: Final = {
@@ -81,8 +91,13 @@ REMOVED: Final = {
     "sensing.memory": 'leave it out: with observation "unique", each exploration counts anew',
 }
 """Fields of earlier versions, and what to do."""
-EVENT: Final = "{ step = 500, tasks = 15 }"
-"""An event, for remedies."""
+EVENTS: Final[Mapping[str, Mapping[str, Any]]] = {
+    **{key: {"step": 500, key: number} for key, number in (("robots", 5), ("task", 3), ("robot", 3))},
+    "at": {**EVENT, "at": [5.0, 2.5]},
+    "sensing": {"step": 500, "sensing": {"miss": 0.1}},
+    "radio": {"step": 500, "radio": {"loss": 0.1}},
+}
+"""An event with each field that `EVENT` lacks, for remedies."""
 
 
 def _located(folder: Path, name: str) -> str:
@@ -106,16 +121,27 @@ def problem_of(details: ErrorDetails) -> Problem:
 
 
 def _table(path: str) -> str:
-    return f"such as {EVENT}" if path.startswith("events") else f"write [{path}] and its fields below"
+    return _event(path) if path.startswith("events") else f"write [{path}] and its fields below"
+
+
+def _event(path: str) -> str:
+    """Return a remedy with an event that has the field at a path."""
+    event = EVENTS.get((*path.split("."), "", "")[2], EVENT)
+    return f"such as {{ {', '.join(f'{key} = {inline_toml(value)}' for key, value in event.items())} }}"
 
 
 def _remedy(path: str) -> str:
-    """Return a remedy with the field's default, if it has one that doesn't depend on other fields."""
-    section, _, key = path.partition(".")
-    if section == "events":
-        return f"such as {EVENT}"
-    field = SECTIONS[section].model_fields.get(key) if section in SECTIONS else None
-    if field is None or field.default is None:
+    """Return a remedy with the field's default, unless it depends on other fields, or with an example."""
+    name, *keys = path.split(".")
+    if name == "events":
+        return _event(path)
+    field = field_of(path) or field_of(path.rpartition(".")[0])
+    if field is not None and field.is_required():
+        of_classes = field_of(f"{name}.{keys[0]}")
+        if of_classes is None or not of_classes.examples:
+            return "name its file in place of this table"
+        return f"such as {keys[2]} = {inline_toml(of_classes.examples[0][0][keys[2]])}"
+    if field is None or field.default is None or len(keys) > 1:
         return "leave it out for the default"
     return f"the paper uses {json.dumps(field.default)}"
 
@@ -124,6 +150,13 @@ def suggestion(path: str) -> str:
     """Return a remedy that names the field meant or, if none is similar, those of the section."""
     if path in REMOVED:
         return REMOVED[path]
+    table, _, last = path.rpartition(".")
+    field = field_of(table)
+    inner = table_of(field.annotation) if field else None
+    if inner and last not in inner.model_fields:
+        alike = difflib.get_close_matches(last, inner.model_fields, 1)
+        listed = f"the fields of {table} are {', '.join(inner.model_fields)}"
+        return f"did you mean {table}.{alike[0]}?" if alike else listed
     written, _, rest = path.partition(".")
     section = next(iter(difflib.get_close_matches(written, ["preset", *SECTIONS, "events"], 1)), "")
     key = rest.partition(".")[0] or written
@@ -134,7 +167,7 @@ def suggestion(path: str) -> str:
     elif not alike and section:
         alike = [section]
     if rest and section == "events":
-        return f"the fields of an event are {', '.join(Event.model_fields)}, such as {EVENT}"
+        return f"the fields of an event are {', '.join(Event.model_fields)}, {_event(path)}"
     if alike:
         return f"did you mean {' or '.join(alike)}?"
     if own:
@@ -200,7 +233,7 @@ class Scenario(Sections):
             return given
         if not isinstance(given, Mapping):
             raise ScenarioError(
-                [Problem("", given, "must be a table of sections", "run `feasibee scenario` to see all")]
+                [Problem("", given, "must be a table of sections", "run `feasibee show scenario` to see all")]
             )
         given, problems, texts = with_numbers(given_tables(given))
         given, unread = with_files(given)

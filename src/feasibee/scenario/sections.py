@@ -8,28 +8,12 @@ from contextlib import suppress
 from fractions import Fraction
 from typing import Annotated, Any, Final, Literal, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, Strict
+from pydantic import BaseModel, Field, PrivateAttr, Strict
 
-from feasibee.model.codes import exact
-from feasibee.scenario.fields import (
-    SECTIONS,
-    Acting,
-    Arena,
-    Bitmap,
-    Decision,
-    Event,
-    Faults,
-    Place,
-    Radio,
-    Robots,
-    Run,
-    Sensing,
-    Tasks,
-    Units,
-    Walk,
-)
-from feasibee.scenario.ground import ground_of
-from feasibee.scenario.plan import Plan, plan_of, size_of
+from feasibee.base.codes import exact
+from feasibee.scenario import fields
+from feasibee.scenario.fields import SECTIONS, STRICT, Bitmap, Event, Robots, Tasks
+from feasibee.scenario.ground import Plan, ground_of, plan_of, size_of
 from feasibee.scenario.plugins import reads_flooding
 from feasibee.scenario.setting import setting_from
 from feasibee.scenario.tables import PRESETS
@@ -54,25 +38,25 @@ class Most(NamedTuple):
 class Sections(BaseModel):
     """The sections of a scenario, each validated by itself."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+    model_config = STRICT
 
     preset: Literal[*PRESETS] | None = Field(  # type: ignore[valid-type]
         None,
         exclude=True,
         description="Name of a published controller, whose values replace the paper's defaults.",
     )
-    arena: Arena = Arena()
-    place: Place = Place()
+    arena: fields.Arena = fields.Arena()
+    place: fields.Place = fields.Place()
     robots: Robots = Robots()
     tasks: Tasks = Tasks()
-    walk: Walk = Walk()
-    sensing: Sensing = Sensing()
-    radio: Radio = Field(default_factory=Radio)  # not a default in the schema: it depends on sensing
-    decision: Decision = Decision()
-    faults: Faults = Faults()
-    run: Run = Run()
-    acting: Acting = Acting()
-    units: Units = Units()
+    walk: fields.Walk = fields.Walk()
+    sensing: fields.Sensing = fields.Sensing()
+    radio: fields.Radio = Field(default_factory=fields.Radio)  # no default: it depends on sensing
+    decision: fields.Decision = fields.Decision()
+    faults: fields.Faults = fields.Faults()
+    run: fields.Run = fields.Run()
+    acting: fields.Acting = fields.Acting()
+    units: fields.Units = fields.Units()
     events: Annotated[tuple[Event, ...], Strict(False), Field(max_length=1000)] = Field(
         (), description="Changes of the world at given steps (model.md 6.17)."
     )

@@ -1,11 +1,11 @@
-"""The numbers of a scenario that knowledge may depend on, and the memory that knowledge takes."""
+"""What knowledge may depend on, and the memory that it takes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.strategies.contract import Setting, Strategy
 
 KNOWLEDGE_LIMIT: Final = 4 * 2**30

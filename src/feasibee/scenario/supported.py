@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Set
 from typing import Final
 
-from feasibee.errors import Problem
+from feasibee.base.errors import Problem
 from feasibee.scenario.fields import SECTIONS
 from feasibee.scenario.paths import inline_toml
 from feasibee.scenario.scenario import Scenario

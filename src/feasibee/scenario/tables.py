@@ -11,13 +11,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any, Final
 
-from feasibee.errors import PROBLEMS_LIMIT, Problem, quoted
-from feasibee.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
-from feasibee.model.codes import MODEL_VERSION
-from feasibee.scenario.bitmaps import digest_of
-from feasibee.scenario.fields import SECTIONS
+from feasibee.base.codes import MODEL_VERSION
+from feasibee.base.errors import PROBLEMS_LIMIT, Problem, quoted
+from feasibee.base.files import TABLE_LIMIT, UnreadableError, lines_of, read_text
+from feasibee.scenario.cells import digest_of
+from feasibee.scenario.fields import SECTIONS, Point, plain
 from feasibee.scenario.maps import with_plans
-from feasibee.scenario.types import Point, plain
 
 
 class FilePoints(tuple[Point, ...]):

@@ -6,15 +6,15 @@ import ast
 import sys
 import traceback
 from collections.abc import Callable, Mapping, Sequence
-from functools import wraps
+from functools import partial, wraps
 from hashlib import sha256
 from itertools import product
 from pathlib import Path
 from types import ModuleType
 from typing import Any, Final
 
-from feasibee.errors import FeasibeeError
-from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST, is_whole
+from feasibee.base.codes import BITS_LIMIT, COUNT_LIMIT, is_whole
+from feasibee.base.errors import FeasibeeError
 from feasibee.robot.controller import Message
 from feasibee.robot.knowledge import Knowledge
 from feasibee.robot.wire import Wire, WireError
@@ -23,6 +23,7 @@ from feasibee.strategies import layout
 from feasibee.strategies.contract import (
     ARGUMENTS,
     CONSTANTS,
+    LIMITS,
     MUST,
     Inbox,
     Manifest,
@@ -44,21 +45,17 @@ def _whole(least: int, most: int) -> Rule:
     return f"must be a whole number from {least} to {most}", lambda value: is_whole(value, most, least)
 
 
+def _is_number(least: float, most: float, value: Any) -> bool:
+    return isinstance(value, int | float) and least <= value <= most
+
+
 ROWS: Final = "must return nothing: it writes into"
 RULES: Final[Mapping[str, Rule]] = {
-    **dict.fromkeys(
-        ("quality", "probability"),
-        (MUST["quality"], lambda value: _is_number(value) and 0 <= value <= 1),
-    ),
-    **dict.fromkeys(
-        ("dissemination", "lasting"),
-        (MUST["lasting"], lambda value: _is_number(value) and 0 <= value <= LONGEST),
-    ),
+    **{name: (MUST[name], partial(_is_number, least, most)) for name, (least, most) in LIMITS.items()},
     **dict.fromkeys(
         ("decide", "say", "declare", "judge"),
-        (MUST["decide"], lambda value: _is_number(value) and value in (1, 0, -1)),
+        (MUST["decide"], lambda value: _is_number(-1, 1, value) and value in (1, 0, -1)),
     ),
-    "value": (MUST["value"], lambda value: _is_number(value)),  # noqa: PLW0108  # it is defined below
     "words": _whole(1, WORDS_LIMIT),
     "message_words": _whole(0, WORDS_LIMIT),
     **dict.fromkeys(("start", "observe", "merge"), (f"{ROWS} known", lambda value: value is None)),
@@ -249,10 +246,6 @@ def _things(setting: Setting, false: bool) -> list[Thing]:
 def _mind(strategy: Strategy, opinion: int, quality: float, feasible_quality: float, own_vote: int) -> Mind:
     parameters = [float(number) for number in strategy.parameters.values()]
     return Mind(opinion, quality, feasible_quality, own_vote, [0.0] * strategy.memory, parameters)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, int | float) and abs(value) < 1e300  # what is larger overflows sooner or later
 
 
 def _call(name: str, arguments: tuple[Any, ...]) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, Literal
 
-from feasibee.errors import FeasibeeError, quoted
-from feasibee.model.record import Record
+from feasibee.base.errors import FeasibeeError, quoted
+from feasibee.base.record import Record
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 

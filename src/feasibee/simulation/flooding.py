@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import threading
 from collections.abc import Callable
 from contextlib import suppress
@@ -12,10 +11,8 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError
-from feasibee.files import write_text
-from feasibee.files.cache import cache_root
-from feasibee.model.record import Record
+from feasibee.base.cache import cache_root
+from feasibee.base.record import Record
 from feasibee.results.statistics import declare_times
 from feasibee.scenario.ground import ground_of
 from feasibee.scenario.scenario import Scenario
@@ -93,11 +90,11 @@ def flooded(scenario: Scenario, progress: Callable[[float], None] | None = None)
     key = f"{world.hash}-{runs_of(world)}"
     with _one_at_a_time:
         if key not in _known:
-            path = cache_root() / "flooding" / key
-            found = _kept(path)
+            folder = cache_root() / "flooding"
+            found = _kept(folder, key)
             _known[key] = flooding(scenario, progress).slowest if found is None else found
             if found is None:
-                _keep(path, _known[key])
+                _keep(folder, key, _known[key])
         scenario.__dict__["_flooding"] = _known[key]
     return scenario
 
@@ -159,24 +156,19 @@ def _wanted(world: Scenario) -> NDArray[np.uint8]:
     return (wanted[:, None] >> shifts & 255).astype(np.uint8).ravel()
 
 
-def _seal(path: Path, steps: str) -> str:
-    return hashlib.sha256(f"{path.name} {steps}".encode()).hexdigest()
-
-
-def _kept(path: Path) -> int | None:
-    """Return a time that `_keep` wrote; None if the file is missing or damaged."""
+def _kept(folder: Path, key: str) -> int | None:
+    """Return the time that is kept as the end of a file's name; None without such a file."""
     with suppress(OSError, ValueError):
-        steps, seal = path.read_text("ascii").split()
-        if seal == _seal(path, steps):
-            return int(steps)
+        for file in folder.glob(f"{key}-*"):
+            return int(file.name.rpartition("-")[2])
     return None
 
 
-def _keep(path: Path, steps: int) -> None:
-    """Write a time; a folder that can't be written costs the next process the simulation."""
-    with suppress(OSError, FeasibeeError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, f"{steps} {_seal(path, str(steps))}")
+def _keep(folder: Path, key: str, steps: int) -> None:
+    """Keep a time; a folder that can't be written to costs the next process the simulation."""
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / f"{key}-{steps}").touch()  # without content, which could be damaged
 
 
 _known: Final[dict[str, int]] = {}

@@ -1,20 +1,20 @@
-"""Frames: pictures of a swarm at one step, drawn at twice their size and reduced."""
+"""Frames: pictures of a swarm at one step, drawn at twice their size and reduced, also for notebooks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cache
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
-from feasibee.scenario.geometry import Acting, images, segments
-from feasibee.scenario.picture import between, paint_plan
+from feasibee.base.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
+from feasibee.scenario.picture import Acting, between, encoded, images, paint_plan, segments
 from feasibee.scenario.scenario import Scenario
+from feasibee.scenario.shown import render
 
 Shown = Any
 """A ``Swarm``, or a ``Recording`` of a field: both have the names that a `Painter` needs."""
@@ -30,6 +30,10 @@ NOSE = 1.65  # radii: end of the tick that shows a robot's heading
 TASK_SIDE = 0.9  # of a robot's diameter
 DASH = 5  # pixels: length of the dashes of the curve of infeasible
 STANDS = 0.35  # radii: width of the line to the task at which a robot stands
+MOST: Final = 20_000
+"""Largest number of robots, or of tasks, that is drawn for a notebook."""
+SIZE: Final = 720
+"""Width of that picture in pixels, twice that at which a notebook shows it."""
 
 
 class Theme(NamedTuple):
@@ -281,6 +285,29 @@ class Painter:
             box = (left, top, max(left, right), top + height - 1)
             pen.rectangle(box, fill=colour if truth else None, outline=colour, width=DRAWN)
             truth = not truth
+
+
+def show_swarm(swarm: Shown, run: int) -> str:
+    """Return a `Swarm` as HTML without scripts: its arena, its counts, and its collapsed scenario."""
+    outcome = f"{DECISIONS[swarm.decision]} (truth: {DECISIONS[int(swarm.truth)]})"
+    if swarm.scenario.declares:
+        outcome += "; declared: {} feasible, {} infeasible".format(*swarm.declared_counts)
+    if swarm.scenario.acts:
+        outcome += f"; {swarm.acting.achieved}"
+    robots, tasks = int(swarm.present.sum()), len(swarm.tasks)
+    few = max(robots, tasks) <= MOST
+    return render(
+        "swarm.html",
+        swarm=swarm,
+        run=run,
+        counts={DECISIONS[FEASIBLE]: swarm.feasible_count, DECISIONS[INFEASIBLE]: swarm.infeasible_count},
+        colours=COLOURS,
+        outcome=outcome,
+        picture=encoded(Painter(swarm.scenario, SIZE).draw_arena(swarm)) if few else None,
+        robots=robots,
+        tasks=tasks,
+        most=MOST,
+    )
 
 
 class Stamp(NamedTuple):

@@ -9,18 +9,16 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from feasibee.base.codes import exact
 from feasibee.engine import params as numbers
 from feasibee.engine.params import Band, Lie, Placement
 from feasibee.engine.tables import FEW, WORD, Event, Int32s, Int64s, Lowered, Tables
-from feasibee.model.codes import exact
-from feasibee.scenario.acting import can_do, ranks_of, status_bits
-from feasibee.scenario.feasibility import truth
-from feasibee.scenario.fields import Placed, Robots, Tasks
+from feasibee.scenario.feasibility import can_do, ranks_of, status_bits, truth
+from feasibee.scenario.fields import Placed, Point, Robots, Tasks
 from feasibee.scenario.messages import bare_bits
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.setting import knowledge_words
 from feasibee.scenario.supported import takes_fast_path
-from feasibee.scenario.types import Point
 from feasibee.simulation import place
 from feasibee.strategies.contract import Setting
 

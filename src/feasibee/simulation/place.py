@@ -9,13 +9,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.base.codes import MOST_WALLS, exact
 from feasibee.engine.params import PlaceParams
 from feasibee.engine.tables import Ground, Int32s
-from feasibee.model.codes import MOST_WALLS, exact
-from feasibee.scenario.bitmaps import Cells
+from feasibee.scenario.cells import Cells
 from feasibee.scenario.ground import Ground as Surface
-from feasibee.scenario.ground import ground_of
-from feasibee.scenario.plan import Plan
+from feasibee.scenario.ground import Plan, ground_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import Most
 
@@ -48,16 +47,8 @@ def tables_of(scenario: Scenario) -> Ground:
     """Return the arrays of a scenario's place; empty ones if it has none."""
     surface = ground_of(scenario)
     if surface is None:
-        none = np.zeros((0, 2), np.int32)
-        return Ground(
-            np.zeros(0, np.uint64),
-            np.zeros(0, np.uint64),
-            np.zeros(0, np.uint8),
-            np.zeros(0, np.uint64),
-            none[:, 0].copy(),
-            none,
-            none,
-        )
+        words, places = np.zeros(0, np.uint64), np.zeros((0, 2), np.int32)
+        return Ground(words, words, words.astype(np.uint8), words, places[:, 0].copy(), places, places)
     radio, walls = exact(scenario.radio.range), exact(scenario.radio.walls)
     sight = [exact(scenario.sensing.range), *[None] * MOST_WALLS]
     ranges = [*sight, *(radio * walls**k if walls or k == 0 else None for k in range(MOST_WALLS + 1))]
@@ -118,23 +109,13 @@ def _blur(plan: Plan) -> int:
 
 @lru_cache(maxsize=4)
 def _open_around(plan: Plan) -> NDArray[np.uint8]:
-    """Return the cells' distances to the nearest wall, in cells, the larger one along both axes.
+    """Return the cells' distances to the nearest wall, in cells, the larger one along both axes."""
+    from scipy.ndimage import distance_transform_cdt
 
-    That is the distance in its row, and at most one more than in the row before: first down, then up.
-    """
-    found = np.where(plan.walls, 0, FARTHEST).astype(np.int16)
-    places = np.arange(found.shape[1], dtype=np.int16)
-    for order in (slice(None), slice(None, None, -1)):
-        before = None
-        for row in found[order]:
-            if before is not None:
-                np.minimum(row, before + 1, out=row)
-                np.minimum(row[1:], before[:-1] + 1, out=row[1:])
-                np.minimum(row[:-1], before[1:] + 1, out=row[:-1])
-            row[:] = np.minimum.accumulate(row - places) + places
-            row[:] = np.minimum.accumulate((row + places)[::-1])[::-1] - places
-            before = row
+    # Without walls all are -1, which is the largest number of 32 bits.
+    distances = distance_transform_cdt(~plan.walls, metric="chessboard").astype(np.uint32)
+    found = np.minimum(distances, FARTHEST).astype(np.uint8)
     side = 1 << _blur(plan)
     padded = np.pad(found, [(0, -each % side) for each in found.shape], constant_values=FARTHEST)
-    blocks: NDArray[np.int16] = padded.reshape(padded.shape[0] // side, side, -1, side).min(axis=(1, 3))
-    return np.minimum(blocks, FARTHEST).astype(np.uint8).ravel()
+    blocks: NDArray[np.uint8] = padded.reshape(padded.shape[0] // side, side, -1, side).min(axis=(1, 3))
+    return blocks.ravel()

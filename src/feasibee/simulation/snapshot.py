@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.base.codes import FLAGS
+
 if TYPE_CHECKING:
     from feasibee.engine.params import Params
     from feasibee.engine.state import State
@@ -15,18 +17,6 @@ if TYPE_CHECKING:
 LINE = 8
 """Slots that each robot has for senders, before its inbox takes a table."""
 
-FLAGS = (
-    "feasible",
-    "neutral",
-    "disseminating",
-    "declared",
-    "working",
-    "byzantine",
-    "stubborn",
-    "there",
-    "standing",
-)
-"""Properties of robots; ``there`` is false where no robot has the number."""
 SETS = tuple("FOR_FEASIBLE" if each == "feasible" else each.upper() for each in FLAGS)
 """The set of the engine whose members have each of them."""
 

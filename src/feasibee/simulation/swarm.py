@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError
-from feasibee.model.codes import FEASIBLE, INFEASIBLE, NO_OPINION, UNDECIDED, exact
-from feasibee.model.record import Record
+from feasibee.base.codes import NO_OPINION
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.record import Record
+from feasibee.results.measures import held_decision
 from feasibee.scenario.feasibility import Verdict, explain, explain_kinds
-from feasibee.scenario.geometry import Acting
+from feasibee.scenario.picture import Acting
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
 from feasibee.simulation.flooding import flooded
-from feasibee.simulation.html import show_swarm
 from feasibee.simulation.snapshot import (
     RobotState,
     Saved,
@@ -143,7 +143,11 @@ class Swarm:
         """Return to a step of this run that `save` has copied."""
         if saved.room != self._state.room:
             self._begin(saved.room)
+        part = self._state.struct.parts[0]  # its queues are in this block, which may not be the one saved
+        queues = {name: getattr(part, name) for name in ("who", "other", "third", "free_tables")}
         saved.copy_to(self._changing())
+        for name, queue in queues.items():
+            setattr(part, name, queue)
 
     def _changing(self) -> list[NDArray[Any]]:
         """Return all that a step may change, but for the curves: they are written again."""
@@ -350,13 +354,8 @@ class Swarm:
     @property
     def decision(self) -> int:
         """Decision of the counted robots at this step: 1 feasible, 0 infeasible, -1 undecided."""
-        counted = int(self.counted.sum())
-        needed = exact(self.scenario.decision.threshold) * counted
-        if self.feasible_count > needed:
-            return FEASIBLE
-        if self.infeasible_count > needed:
-            return INFEASIBLE
-        return UNDECIDED
+        counts = (self.feasible_count, self.infeasible_count, int(self.counted.sum()))
+        return held_decision(self.scenario, *counts)
 
     @property
     def counted(self) -> NDArray[np.bool_]:
@@ -401,6 +400,8 @@ class Swarm:
 
     def _repr_html_(self) -> str:
         """Return the arena and the counts as HTML for notebooks."""
+        from feasibee.simulation.frames import show_swarm  # loads Pillow
+
         return show_swarm(self, self._which.first)
 
     def _in_units(self, x: NDArray[np.int32], y: NDArray[np.int32]) -> NDArray[np.float64]:

@@ -33,7 +33,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any, Final, NamedTuple
 
-from feasibee.model.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST
+from feasibee.base.codes import BITS_LIMIT, COUNT_LIMIT, LONGEST
 
 ARGUMENTS: Final[Mapping[str, tuple[str, ...]]] = {
     "quality": ("robots_seen", "tasks_seen"),
@@ -263,6 +263,8 @@ class Manifest:
     """What a scenario calls the strategy."""
     parameters: Mapping[str, float] = field(default_factory=dict)
     """``PARAMETERS``, with their defaults; a scenario changes them in ``[decision.parameters]``."""
+    positive: tuple[str, ...] = ()
+    """``POSITIVE``: names of parameters that must be above 0."""
     memory: int = 0
     """``MEMORY``: number of floats that a robot keeps."""
     value_bits: int = 0

@@ -45,6 +45,7 @@ ONE_CLASS = True
 ALL_ROUND = True
 READS_PLAN = True
 PARAMETERS = {"cell": 1.0, "rows": 0.0, "tolerates": 0.0}
+POSITIVE = ("cell",)
 MEMBERS = 31
 """Number of a set's members in a word; also most sub-cells of a cell per axis."""
 MOST_CELLS = 1000

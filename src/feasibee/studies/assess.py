@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
 
-from feasibee.errors import ScenarioError
+from feasibee.base.errors import ScenarioError
+from feasibee.results.statistics import Interval, in_percent, wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
-from feasibee.studies.comparison import SURE, Outcome, difference, percent
-from feasibee.studies.needs import Asked, all_strategies, suitable
-from feasibee.studies.race import AS_IT_IS, FIRST, Race
-from feasibee.studies.recommend import (
+from feasibee.simulation.sequential import EARLY, FIRST, SequentialDesign, looks
+from feasibee.simulation.sweep import Enough, Execution, Rounds
+from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of
+from feasibee.studies.constraints import (
     TOLERATES,
-    Candidate,
     Constraints,
-    Recommendation,
+    compare_under,
     numbered,
     opposite_of,
-    recommend,
 )
-from feasibee.studies.report import Assessment, Trial, judge
-from feasibee.studies.size import Rule, Sizing, band_of, looks, most_tests, size
-from feasibee.sweeps.schedule import run_work
-from feasibee.sweeps.sweep import Enough, Execution, Rounds
+from feasibee.studies.needs import all_strategies, suitable
+from feasibee.studies.report import READY, Assessment, Trial, is_none, level_of
+from feasibee.studies.size import Rule, Sizing, band_of, size
 
-OPPOSITE: Final = "opposite"
+AS_IT_IS, OPPOSITE = "as it is", "opposite"
 RESOLUTION: Final = 0.15
 """Of the numbers of robots and of tasks that are enough: a finer search would take most of the time."""
 SHORT_REACH: Final = 3
@@ -51,13 +49,13 @@ def assess(
     seed: int = 0,
     execution: Execution | None = None,
     right: float = SURE,
+    *,
+    details: bool = True,
 ) -> Assessment:
-    """Simulate a swarm, changes to it, other strategies and single faults, all on the same worlds.
+    """Simulate a swarm, other strategies, single faults, and changes to it, all on the same worlds.
 
-    All differences hold together with a probability of 95 %. Their runs are paired.
-
-    A swarm that always gave one answer would be right in all worlds of one truth. So the swarm, and the
-    strategies that do better, are also simulated at the reciprocal ratio of robots to tasks.
+    All differences hold together with a probability of 95 %. The swarm, and strategies that do better, are
+    also simulated at the reciprocal ratio, since a swarm may always give one answer.
 
     In a world that changes, swarms are judged by the share of steps at which they are right. Neither numbers
     of robots nor the opposite truth are searched then, and no strategy is recommended.
@@ -75,12 +73,88 @@ def assess(
         Where to compute and keep the runs; by default on threads, and in memory.
     right : float
         Share of swarms that must be right; in a world that changes, share of steps.
+    details : bool
+        Whether to compute all. Otherwise, strategies are tried only if the swarm isn't ready, changes and
+        numbers of robots only if no strategy is shown to be enough, and only up to one that is.
+
+    Returns
+    -------
+    Assessment
+        With ``level`` and ``to_dict``; in notebooks, a page.
+
+    Examples
+    --------
+    >>> import feasibee
+    >>> found = feasibee.assess(feasibee.Scenario(decision={"strategy": "census"}), runs=100, details=False)
+    >>> found.level, found.to_dict()["right_from_step"]
+    ('ready', 92)
     """
     scenario = scenario.replace({"run.stop_at_decision": False})
     with Rounds(execution, most=None) as rounds:
-        study = _Assessing(rounds, scenario, runs, seed, right)
-        rounds.phases = study.most_work()
-        return study.assessment()
+        return _Assessing(rounds, scenario, runs, seed, right, details).assessment()
+
+
+def is_clear(shown: Interval) -> bool:
+    """Whether a difference is shown to have its sign."""
+    return shown.low > 0 or shown.high < 0
+
+
+@dataclass(frozen=True)
+class Race:
+    """How changed swarms are raced against the swarm without the change, all of them on the same worlds.
+
+    A change has as many runs as its difference takes: until it is clear, or surely small. All differences of
+    a report share one error rate (Bonferroni over changes and looks), so that none of them is shown by luck.
+    """
+
+    rounds: Rounds
+    runs: int
+    """Largest number of runs of a change."""
+    seed: int
+    tests: int
+    """Largest number of differences in the report, times that of looks at one: they hold together."""
+
+    @property
+    def design(self) -> SequentialDesign:
+        """The numbers of runs after which differences are looked at."""
+        return SequentialDesign(self.runs, tests=self.tests)
+
+    @property
+    def confidence(self) -> float:
+        """Confidence of each difference at each look."""
+        return self.design.level
+
+    def outcomes(self, kinds: Mapping[str, Scenario], runs: int) -> dict[str, Outcome]:
+        """Return the outcomes of some scenarios, by name, with so many runs each; as `outcomes_of`."""
+        designs = design_points(kinds, (), runs, self.seed)
+        found = outcomes_of(self.rounds, designs, runs, self.seed)
+        return {each.contender: each for each in found}
+
+    def against(
+        self,
+        scenario: Scenario,
+        changed: Mapping[str, Scenario],
+        is_hopeless: Callable[[Outcome], bool] | None = None,
+    ) -> dict[str, tuple[Outcome, Interval]]:
+        """Return the outcome of each changed scenario, and its difference from the unchanged one.
+
+        If the study ends early, they are those of the last look, if any. Changes that are hopeless end at
+        once, perhaps at looks that are too early for a difference.
+        """
+
+        def see(left: Mapping[str, Scenario], runs: int) -> dict[str, tuple[Outcome, Interval]]:
+            outcomes = self.outcomes({AS_IT_IS: scenario, **left}, runs)
+            base = outcomes.pop(AS_IT_IS)
+            return {name: (each, difference(each, base, self.confidence)) for name, each in outcomes.items()}
+
+        def is_settled(seen: tuple[Outcome, Interval]) -> bool:
+            outcome, gain = seen
+            if is_hopeless is not None and is_hopeless(outcome):
+                return True
+            return outcome.runs >= self.design.first and (is_clear(gain) or is_none(gain))
+
+        design = self.design if is_hopeless is None else replace(self.design, early=EARLY)
+        return design.run(changed, see, is_settled)
 
 
 @dataclass(frozen=True)
@@ -92,44 +166,61 @@ class _Assessing:
     runs: int
     seed: int
     right: float
+    details: bool = True
     missing: list[str] = field(default_factory=list)
     """Phases that ended early."""
 
     def assessment(self) -> Assessment:
-        scenario = self.scenario
+        """Compute the answer first, then the details."""
+        found = self._answer()
+        faults = faults_of(world := (found.advice[1] or found.own).scenario)
+        found = replace(found, faults=self._raced("comparing faults", world, faults))
+        found = self._detailed(found) if self.details else found
+        return replace(found, stopped=self.rounds.stopped, missing=tuple(self.missing))
+
+    def _answer(self) -> Assessment:
+        """Return what the advice rests on, from the cheapest to the most expensive change."""
         outcomes = self._verdict_runs()
         base, opposite = outcomes[AS_IT_IS], outcomes.get(OPPOSITE)
-        changed = self._turned(self._raced("comparing changes", scenario, self.changed))
-        with self._part("testing strategies"):
-            recommendation, recommended = self._recommended()
-        strategies = self._strategies(base, recommendation.tested)
-        rule = Rule(self.right, most=max(LEAST_RUNS, self.runs), resolution=RESOLUTION)
-        chosen = scenario if recommended is None else recommended.scenario
-        faults = self._raced("comparing faults", chosen, faults_of(chosen))
-        sizing = band = None
+        found = Assessment(self.scenario, explain(self.scenario), self.right, base, opposite, self.seed)
+        if found.level == READY:
+            return found
+        found = self._with_strategies(found)
+        if found.recommended or any(each.helps(self.right) for each in found.strategies):
+            return found
+        return self._with_changes(found)
+
+    def _with_changes(self, found: Assessment) -> Assessment:
+        """Return an assessment with changes and numbers of robots: without details, up to one that is enough.
+
+        The cheapest change comes first, and numbers of robots are searched where their change comes.
+        """
+        robots_may_help = found.opposite is None or found.opposite.judged.low >= self.right
+        if self.details:
+            found = replace(found, limits=self._changes(self.changed))
+            return replace(found, sizing=self._sizing()) if robots_may_help else found
+        robots = self.scenario.robots.count
+        more = [name for name, each in self.changed.items() if each.robots.count > robots]
+        for name in self.changed:
+            if robots_may_help and name == next(iter(more or self.changed)):
+                found = replace(found, sizing=self._sizing())
+            if not found.enough:
+                found = replace(found, limits=_best_first([*found.limits, *self._changes([name])]))
+            if found.enough:
+                break
+        return found
+
+    def _detailed(self, found: Assessment) -> Assessment:
+        found = self._with_strategies(found) if found.level == READY else found
+        band = None
+        strategies = found.strategies or self._turned(found)
+        limits = found.limits or self._changes(self.changed)
+        sizing = found.sizing or self._sizing()
         with self._part("searching sizes"):
-            sizing = self._sizing(rule)
-            if recommended is not None:
-                band = band_of(chosen, rule, self.seed, self.rounds, SHORT_REACH)
-        return Assessment(
-            scenario=scenario,
-            truth=explain(scenario),
-            target=self.right,
-            outcome=base,
-            asked=Asked(scenario, self.seed),
-            limits=_best_first(changed),
-            strategies=_best_first(strategies),
-            opposite=opposite,
-            recommendation=recommendation,
-            recommended=recommended,
-            faults=faults,
-            sizing=sizing,
-            recommended_band=band,
-            seed=self.seed,
-            confidence=self.race.confidence,
-            stopped=self.rounds.stopped,
-            missing=tuple(self.missing),
-        )
+            if found.recommended is not None and found.opposite is not None:
+                world = found.recommended.scenario
+                band = band_of(world, self.rule, self.seed, self.rounds, SHORT_REACH)
+        return replace(found, strategies=strategies, limits=limits, sizing=sizing, recommended_band=band)
 
     @contextmanager
     def _part(self, phase: str) -> Iterator[None]:
@@ -140,31 +231,16 @@ class _Assessing:
         if self.rounds.stops > before and phase not in self.missing:
             self.missing.append(phase)
 
-    def most_work(self) -> dict[str, int]:
-        """Return the largest number of robot-steps of each phase."""
-        most, own = max(LEAST_RUNS, self.runs), run_work(self.scenario)
-        strategies = 2 * len(self.others) * most * own
-        searches = most_tests(SHORT_REACH * max(self.scenario.most)) * most * own
-        return {
-            "running the swarm": 2 * self.runs * own,
-            "comparing changes": 2 * self.runs * sum(map(run_work, self.changed.values())),
-            "testing strategies": strategies,
-            "comparing strategies": strategies,
-            "comparing faults": MOST_FAULTS * self.runs * own,
-            "searching sizes": (SHORT_REACH + 4) * searches,  # robots, and tasks of two swarms on two sides
-        }
-
     @cached_property
     def changed(self) -> dict[str, Scenario]:
         """The scenario with each change that may show what limits the swarm."""
         return changes_of(self.scenario)
 
-    @cached_property
-    def others(self) -> dict[str, Scenario]:
-        """The scenario with each other built-in strategy."""
-        found = suitable(self.scenario)[0]
-        found.pop(self.scenario.decision.strategy, None)
-        return found
+    @property
+    def rule(self) -> Rule:
+        """How values are tested."""
+        most = max(LEAST_RUNS, self.runs)
+        return Rule(self.right, most=most, resolution=RESOLUTION, band=self.details)
 
     @cached_property
     def race(self) -> Race:
@@ -175,75 +251,100 @@ class _Assessing:
 
     def _verdict_runs(self) -> dict[str, Outcome]:
         """Return the outcome of the scenario, and that at the opposite truth, if any."""
-        opposite = None if self.scenario.dynamic else opposite_of(self.scenario)
+        opposite = opposite_of(self.scenario)
         worlds = {AS_IT_IS: self.scenario} | ({} if opposite is None else {OPPOSITE: opposite})
         outcomes: dict[str, Outcome] = {}
         with self._part("running the swarm"):
             for runs in (min(FEW, self.runs), *looks(FIRST, self.runs)):
                 outcomes = self.race.outcomes(worlds, runs)
-                judged = judge([*outcomes.values()], self.right)
-                right = f"{percent(judged.right)} right of {runs} swarms"
-                self.rounds.tell(f"{judged.level} so far: {right}")
+                shares = [each.judged for each in outcomes.values()]
+                told = " and ".join(map(in_percent, shares))
+                self.rounds.tell(f"{level_of(shares, self.right)} so far: right in {told} of {runs} runs")
         return outcomes
 
-    def _raced(self, phase: str, scenario: Scenario, changed: Mapping[str, Scenario]) -> list[Trial]:
+    def _raced(
+        self,
+        phase: str,
+        scenario: Scenario,
+        changed: Mapping[str, Scenario],
+        is_hopeless: Callable[[Outcome], bool] | None = None,
+    ) -> list[Trial]:
+        """Return changed swarms and their differences from the unchanged one."""
         with self._part(phase):
-            found = self.race.against(scenario, changed)
-        return [Trial(*each) for each in found.values()]
+            found = self.race.against(scenario, changed, is_hopeless)
+        return [Trial(changed[name], each, difference=gain) for name, (each, gain) in found.items()]
 
-    def _turned(self, changed: Sequence[Trial]) -> list[Trial]:
+    def _with_strategies(self, found: Assessment) -> Assessment:
+        """Return an assessment with the strategies that reach the target; the scenario's own comes first."""
+        own, constraints = self.scenario.decision.strategy, Constraints(self.right)
+        if self.scenario.dynamic:
+            others = {name: each for name, each in suitable(self.scenario)[0].items() if name != own}
+            raced = self._raced("comparing strategies", self.scenario, others)
+            return replace(found, strategies=_best_first(raced))
+        with self._part("testing strategies"):
+            runs = max(LEAST_RUNS, self.runs)
+            early = () if self.details else EARLY  # the details have differences, of 100 runs or more
+            tested = compare_under(
+                self.scenario, constraints, (), runs, self.seed, self.rounds, relax=False, early=early
+            )
+        first = next(
+            (each for each in tested.ranking if each.strategy == own), next(iter(tested.ranking), None)
+        )
+        return replace(found, recommendation=tested, recommended=first)
+
+    def _turned(self, found: Assessment) -> list[Trial]:
+        """Return the tested strategies; of those that gain, also what they do at the opposite truth."""
+        tested, own = found.recommendation.tested if found.recommendation else (), found.scenario
+        others = [Trial.of(each).untested() for each in tested if each.strategy != own.decision.strategy]
+        gains = [difference(each.outcome, found.outcome, self.race.confidence) for each in others]
+        trials = [replace(each, difference=gain) for each, gain in zip(others, gains, strict=True)]
+        alone = [each for each in trials if each.difference.low > 0 and each.opposite is None]
+        there = {each.name: world for each in alone if (world := opposite_of(each.scenario))}
+        raced: dict[str, tuple[Outcome, Any]] = {}
+        with self._part("comparing strategies"):
+            if there and (world := opposite_of(own)):
+                raced = self.race.against(world, there)
+        turned = {name: outcome for name, (outcome, _) in raced.items()}
+        return _best_first([replace(each, opposite=turned.get(each.name, each.opposite)) for each in trials])
+
+    def _changes(self, names: Iterable[str]) -> list[Trial]:
         """Return priced changes; those that may be enough have all runs, also at the opposite truth."""
-        prices = {name: price for price, name in enumerate(self.changed)}
-        found = {each.outcome.contender: each for each in changed}
-        near = [name for name, each in found.items() if _may_be_enough(each, self.right)]
-        turned = {name: opposite_of(self.changed[name]) for name in near if not self.scenario.dynamic}
-        worlds = {name: world for name, world in turned.items() if world is not None}
+        tried, prices = {name: self.changed[name] for name in names}, [*self.changed]
+        is_hopeless = None if self.details else self._is_hopeless
+        found = self._raced("comparing changes", self.scenario, tried, is_hopeless)
+        near = {each.name: each.scenario for each in found if _may_be_enough(each, self.right)}
+        worlds = {name: world for name, each in near.items() if (world := opposite_of(each)) is not None}
         here: dict[str, Outcome] = {}
         there: dict[str, Outcome] = {}
         with self._part("comparing changes"):
-            here = self.race.outcomes({name: self.changed[name] for name in near}, self.runs) if near else {}
+            here = self.race.outcomes(near, self.runs) if near else {}
             there = self.race.outcomes(worlds, self.runs) if worlds else {}
-        return [
-            replace(each, outcome=here.get(name, each.outcome), opposite=there.get(name), price=prices[name])
-            for name, each in found.items()
-        ]
+        return _best_first(
+            [
+                replace(
+                    each,
+                    outcome=here.get(each.name, each.outcome),
+                    opposite=there.get(each.name),
+                    price=prices.index(each.name),
+                )
+                for each in sorted(found, key=lambda each: prices.index(each.name))
+            ]
+        )
 
-    def _strategies(self, base: Outcome, tested: Sequence[Candidate]) -> list[Trial]:
-        """Return the other strategies; of those that gain, also what they do at the opposite truth.
+    def _is_hopeless(self, outcome: Outcome) -> bool:
+        """Whether a swarm would not be enough even if it were right in all runs that it can still have."""
+        wrong = outcome.runs - int(outcome.right.sum())
+        return outcome.tracking is None and wilson(self.runs - wrong, self.runs).low < self.right
 
-        In a world that stays, their runs are those that were to show whether they reach the target.
-        """
-        if self.scenario.dynamic:
-            return self._raced("comparing strategies", self.scenario, self.others)
-        candidates = {each.strategy: each for each in tested}
-        candidates.pop(self.scenario.decision.strategy, None)
-        here = {name: each.worlds[0].outcome for name, each in candidates.items()}
-        there = {name: each.worlds[1].outcome for name, each in candidates.items() if each.worlds[1:]}
-        trials = [Trial(each, difference(each, base, self.race.confidence)) for each in here.values()]
-        names = {each.outcome.contender for each in trials if each.difference.low > 0} - there.keys()
-        gaining = {name: opposite_of(candidates[name].scenario) for name in sorted(names)}
-        own, known = opposite_of(self.scenario), {name: each for name, each in gaining.items() if each}
-        if own is not None:
-            with self._part("comparing strategies"):
-                there |= {name: each for name, (each, _) in self.race.against(own, known).items()}
-        return [replace(each, opposite=there.get(each.outcome.contender)) for each in trials]
-
-    def _sizing(self, rule: Rule) -> Sizing | None:
+    def _sizing(self) -> Sizing | None:
         """Return how many robots are enough; None if their number can't vary, or the world changes."""
-        robots = self.scenario.robots
-        if self.scenario.dynamic or robots.classes or robots.points:
-            return None
-        return size(self.scenario, rule=rule, seed=self.seed, execution=self.rounds, reach=SHORT_REACH)
-
-    def _recommended(self) -> tuple[Recommendation, Candidate | None]:
-        """Return which strategies reach the target, and of these the scenario's, or else the first."""
-        own, constraints = self.scenario.decision.strategy, Constraints(self.right)
-        if self.scenario.dynamic:
-            return Recommendation(self.scenario, constraints, [], {}, (), self.seed), None
-        runs = max(LEAST_RUNS, self.runs)
-        found = recommend(self.scenario, constraints, (), runs, self.seed, self.rounds, relax=False)
-        first = found.ranking[0] if found.ranking else None
-        return found, next((each for each in found.ranking if each.strategy == own), first)
+        robots, found = self.scenario.robots, None
+        with self._part("searching sizes"):
+            if not (self.scenario.dynamic or robots.classes or robots.points):
+                found = size(
+                    self.scenario, rule=self.rule, seed=self.seed, execution=self.rounds, reach=SHORT_REACH
+                )
+        return found
 
 
 def _may_be_enough(trial: Trial, target: float) -> bool:

@@ -15,22 +15,22 @@ from typing import Annotated, Final, Literal, NamedTuple, Self
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from feasibee.errors import FeasibeeError, ScenarioError, one_line
-from feasibee.files import read_text, write_text
-from feasibee.model.codes import MODEL_VERSION
-from feasibee.model.record import Record
+from feasibee.base.codes import MODEL_VERSION
+from feasibee.base.errors import FeasibeeError, ScenarioError, one_line
+from feasibee.base.files import read_text, write_text
+from feasibee.base.record import Record
 from feasibee.results.statistics import declare_times
 from feasibee.robot.sizes import PROCESSORS, size_of
 from feasibee.scenario.plugins import manifest_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.plan import DesignPoint, Study
+from feasibee.simulation.schedule import run_work
+from feasibee.simulation.sweep import Execution, Rounds
 from feasibee.strategies import STRATEGIES
 from feasibee.studies.comparison import CONTENDER, check_distinct, looks_at, outcome_of, rounds_of
 from feasibee.studies.needs import Asked
 from feasibee.studies.suite import FOLDER, LATEST, SIDES, Side, Suite, World
-from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.schedule import run_work
-from feasibee.sweeps.sweep import Execution, Rounds
 
 PLAIN: Final = "near"
 """The world in which memory and size in C are measured."""

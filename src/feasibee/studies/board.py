@@ -10,11 +10,11 @@ from typing import Any, Final, NamedTuple
 import numpy as np
 
 from feasibee.figures.comparison import draw_against_bits
-from feasibee.results.statistics import CONFIDENCE, Interval, normal_quantile
+from feasibee.results.statistics import CONFIDENCE, OF_THE_RUNS, Interval, in_percent, normal_quantile
 from feasibee.studies.benchmark import Card, Row
 from feasibee.studies.comparison import percent
+from feasibee.studies.files import encoded, write_page
 from feasibee.studies.needs import IN_WORDS, NAMES
-from feasibee.studies.pages import encoded, write_page
 from feasibee.studies.suite import SIDES
 
 COIN: Final = 0.5
@@ -30,7 +30,7 @@ COSTS: Final = (
     "memory: bits of a robot. C: bytes of its controller. could be known: swarms that an observer without "
     "names could put right who hears of all sightings (%)"
 )
-IN_A_TERMINAL: Final = 8
+IN_A_TERMINAL: Final = 7
 """Number of columns that a terminal has room for."""
 
 
@@ -145,22 +145,26 @@ def gaps(group: Sequence[Standing], name: str) -> list[tuple[str, float, str, fl
 
 
 def in_words(classes: Mapping[str, Sequence[Standing]], names: Container[str]) -> Iterator[str]:
-    """Yield how some contenders rank, and where they are furthest behind."""
+    """Yield how some contenders rank; without any, how the best of each class do."""
     for given, group in classes.items():
         for place, each in enumerate(group, start=1):
-            if each.contender not in names:
-                continue
-            taken = sum(share is not None for share in each.worlds.values())
-            yield (
-                f"{each.contender}: number {place} of {len(group)} that are given {given}; right in "
-                f"{percent(each.right)}. It takes {taken} of {len(each.worlds)} worlds."
-            )
-            if found := gaps(group, each.contender)[:3]:
-                behind = [
+            if each.contender in names or (not names and place == 1):
+                taken = sum(share is not None for share in each.worlds.values())
+                rank = f"is number {place} of {len(group)} that are given {given}"
+                worlds = f"It takes {taken} of {len(each.worlds)} worlds."
+                yield f"{each.contender} {rank}: right in {in_percent(each.right, OF_THE_RUNS)}. {worlds}"
+
+
+def behind(classes: Mapping[str, Sequence[Standing]], names: Container[str]) -> Iterator[str]:
+    """Yield in which worlds some contenders are furthest behind."""
+    for group in classes.values():
+        for each in group:
+            if each.contender in names and (found := gaps(group, each.contender)[:3]):
+                worlds = [
                     f"{world} ({100 * right:.0f} %, {best} {100 * theirs:.0f} %)"
                     for world, right, best, theirs in found
                 ]
-                yield f"{each.contender}: furthest behind in {', '.join(behind)}."
+                yield f"{each.contender} is furthest behind in {', '.join(worlds)}."
 
 
 def write_board(path: Path, card: Card, names: Collection[str], command: str) -> None:
@@ -184,7 +188,7 @@ def write_board(path: Path, card: Card, names: Collection[str], command: str) ->
         "board.html",
         command,
         card=card,
-        brief=list(in_words(classes, names)),
+        brief=[*in_words(classes, names), *behind(classes, names)],
         classes={f"Given {group[0].given}": _class_of(card, group, names) for group in foremost},
         caption=f"{CAPTION}. {COSTS}",
         worlds=[f"{world.name} ({world.group}): {world.about}." for world in card.worlds],

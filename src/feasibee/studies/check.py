@@ -11,7 +11,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.errors import FeasibeeError
 from feasibee.field.brain import compiled
 from feasibee.field.twins import live
 from feasibee.robot import firmware
@@ -21,8 +21,8 @@ from feasibee.scenario.plugins import manifest_of
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.sweep import Execution
 from feasibee.studies.comparison import Outcome, compare, contenders_of, origin
-from feasibee.sweeps.sweep import Execution
 
 TASKS: Final = (10, 16, 20, 21, 25, 40)
 """Numbers of tasks for the paper's 20 robots: six ratios, two of them on either side of ratio one."""

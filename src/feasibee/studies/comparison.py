@@ -5,34 +5,21 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from feasibee.errors import FeasibeeError
-from feasibee.figures.comparison import (
-    draw_against_bits,
-    draw_against_ratio,
-    draw_against_time,
-    draw_calibration,
-    draw_delay_against_bits,
-    draw_right_over_time,
-)
-from feasibee.figures.decisions import infeasible_share
-from feasibee.figures.style import looks, save_both
-from feasibee.files import write_table
-from feasibee.model.codes import DECISIONS, MODEL_VERSION, exact
-from feasibee.model.record import Record
+from feasibee.base.codes import DECISIONS, INFEASIBLE, MODEL_VERSION, exact
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.record import Record
 from feasibee.results.calibration import (
     OWN,
     SHARES,
-    Bin,
     Calibration,
     calibration,
     held_feasible,
@@ -52,6 +39,7 @@ from feasibee.results.measures import (
 from feasibee.results.statistics import (
     CONFIDENCE,
     Interval,
+    in_percent,
     mean_difference,
     mean_share,
     plain,
@@ -62,10 +50,11 @@ from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.tables import PRESETS
 from feasibee.simulation.ensemble import check_size
+from feasibee.simulation.plan import DesignPoint, Study
+from feasibee.simulation.schedule import run_work
+from feasibee.simulation.sequential import Finding, SequentialDesign
+from feasibee.simulation.sweep import Execution, Rounds
 from feasibee.studies.needs import strategy_change, suitable
-from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.schedule import run_work
-from feasibee.sweeps.sweep import Enough, Execution, Rounds
 
 TASKS = (10, 16, 18, 19, 20, 21, 22, 25, 40)
 """Numbers of tasks for 20 robots, most of them near ratio one, where strategies differ."""
@@ -79,7 +68,7 @@ FIRST_LOOK: Final = 20
 WHOLE: Final = 100
 """Number of a contender's first runs that go on to the last step. If its robots declare, others needn't."""
 CONTENDER = "contender"
-"""In a journal, the name of what a comparison varies."""
+"""In a folder of runs, the name of what a comparison varies."""
 
 
 @dataclass(frozen=True)
@@ -113,6 +102,8 @@ class Outcome:
     """The measures of its runs."""
     infeasible_at: NDArray[np.float64]
     """Share of the runs whose tasks are infeasible at each step, if the world changes; shape (steps + 1,)."""
+    test: Finding | None = None
+    """What the test found that chose the number of runs, if one did."""
 
     @property
     def runs(self) -> int:
@@ -146,7 +137,12 @@ class Outcome:
 
     @property
     def judged(self) -> Interval:
-        """Share that judges it: of runs right at the last step; in a world that changes, of steps."""
+        """Share that judges it: of runs right at the last step; in a world that changes, of steps.
+
+        If a test chose the number of runs, its interval holds for all tests together.
+        """
+        if self.test is not None:
+            return self.test.interval
         return self.accuracy if self.tracking is None else self.tracking.right_share
 
     @property
@@ -172,12 +168,51 @@ class Outcome:
         }
 
 
+@dataclass(frozen=True)
+class Comparison:
+    """What came of the runs of all contenders."""
+
+    outcomes: Sequence[Outcome]
+    runs: int
+    """Number of runs of each that was asked for."""
+    seed: int
+    stopped: str = ""
+    """Why the comparison ended early, if it did."""
+
+    @property
+    def missing(self) -> str:
+        """Which runs are missing, in words; empty if none."""
+        fewer = [each.runs for each in self.outcomes if each.runs < self.runs]
+        several = f"{len(fewer)} of {len(self.outcomes)} have"
+        return f"{several} {min(fewer):,} instead of {self.runs:,} runs" if fewer else ""
+
+    @property
+    def rows(self) -> list[dict[str, object]]:
+        """The rows of ``compare.csv``; differences are from the first contender."""
+        first = self.outcomes[0].contender
+        baseline = {each.tasks: each for each in self.outcomes if each.contender == first}
+        return [_row(each, baseline[each.tasks]) for each in self.outcomes]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the comparison as plain tables, for programs."""
+        own = [each for each in self.outcomes if each.said_by == OWN]
+        shares = [replace(each, said=each.held, said_by=SHARES) for each in own]
+        return {
+            "runs": self.outcomes[0].runs,
+            **origin(self.seed),
+            "outcomes": [each.to_dict() for each in self.outcomes],
+            "calibration": plain(calibrations(self.outcomes)),
+            "calibration_of_shares": plain(calibrations(shares)),
+            "stopped": self.stopped,
+        }
+
+
 def check_stays(scenario: Scenario, question: str) -> None:
     """Raise an error if the world of a scenario changes: then there is no single truth to be right about."""
     if scenario.dynamic:
         raise FeasibeeError(
             f"{question}: needs a world that stays, but the world of this scenario changes; leave out events "
-            "and rates, or use feasibee compare or feasibee assess"
+            "and rates, or use feasibee compare without constraints, or feasibee assess"
         )
 
 
@@ -270,7 +305,7 @@ def compare(
             rounds,
             runs,
             lambda number: studies_of(designs, number, seed, curves=curves),  # to read curves takes long
-            lambda number: leader(outcomes_of(rounds, designs, number, seed, curves=False)),
+            lambda number: so_far(outcomes_of(rounds, designs, number, seed, curves=False)),
         )
         return outcomes_of(rounds, designs, done, seed, curves=curves)
 
@@ -292,17 +327,16 @@ def looks_at(
     studies, answer : callable
         Give the studies of a number of runs, and the answer from them in words.
     """
-    done = number = 0
-    with suppress(Enough):
-        while number < runs:
-            number = min(runs, max(FIRST_LOOK, 2 * number))
-            rounds.place = f"{number:,} of {runs:,}"
-            for study in studies(number):
-                rounds.complete(study)
-            done = number
-            if done < runs:
-                rounds.so_far = answer(done)
-    return done
+
+    def see(looked: Mapping[str, None], number: int) -> dict[str, int]:
+        rounds.place = f"{number:,} of {runs:,}"
+        for study in studies(number):
+            rounds.complete(study)
+        if number < runs:
+            rounds.so_far = answer(number)
+        return dict.fromkeys(looked, number)
+
+    return SequentialDesign(runs, FIRST_LOOK, growth=2).run({"": None}, see).get("", 0)
 
 
 def design_points(
@@ -379,7 +413,7 @@ def outcome_of(contender: str, scenario: Scenario, first: Record, *later: Record
         said_by=OWN if scenario.gives_probability else SHARES,
         bits=whole.bits_sent / np.maximum(1, robot_steps(whole, scenario)),
         found=found,
-        infeasible_at=infeasible_share(record.truth) if scenario.dynamic else np.empty(0),
+        infeasible_at=(record.truth == INFEASIBLE).mean(axis=0) if scenario.dynamic else np.empty(0),
     )
 
 
@@ -396,18 +430,6 @@ def _right_at(record: Record, scenario: Scenario, feasible: bool) -> NDArray[np.
     needed = exact(scenario.decision.threshold)
     right: NDArray[np.int64] = (held * needed.denominator > counted * needed.numerator).sum(axis=0)
     return right
-
-
-def as_dict(outcomes: Sequence[Outcome], runs: int, seed: int) -> dict[str, Any]:
-    """Return a comparison as plain tables, for programs."""
-    shares = [replace(each, said=each.held, said_by=SHARES) for each in outcomes if each.said_by == OWN]
-    return {
-        "runs": runs,
-        **origin(seed),
-        "outcomes": [each.to_dict() for each in outcomes],
-        "calibration": plain(calibrations(outcomes)),
-        "calibration_of_shares": plain(calibrations(shares)),
-    }
 
 
 def origin(seed: int, scenario: Scenario | None = None) -> dict[str, Any]:
@@ -431,18 +453,6 @@ def by_contender(outcomes: Sequence[Outcome]) -> dict[str, list[Outcome]]:
     for outcome in outcomes:
         groups.setdefault(outcome.contender, []).append(outcome)
     return groups
-
-
-def leader(outcomes: Sequence[Outcome]) -> str:
-    """Return in words which contender is best so far: by the robots' own word, if all of them give one."""
-    measure = "right_share" if outcomes[0].tracking else "right_at_end"
-    if all(each.declared for each in outcomes):
-        measure = "declared_ok"
-    groups = by_contender(outcomes).items()
-    found = {name: together([each.found for each in group], measure) for name, group in groups}
-    best = max(found, key=lambda name: found[name].estimate)
-    runs = min(each.runs for each in outcomes)
-    return f"right most often so far: {best}, {percent(found[best])}, by {runs:,} runs of each"
 
 
 def overall(group: Sequence[Outcome]) -> Interval:
@@ -514,106 +524,47 @@ def percent(share: Interval) -> str:
     return f"{100 * share.estimate:.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"
 
 
-def points(difference: Interval) -> str:
-    """Return a difference of shares with its interval, in percentage points."""
-    middle, low, high = (100 * value for value in difference)
-    return f"{middle:+.1f} points ({low:+.1f} to {high:+.1f})"
+def answer(outcomes: Sequence[Outcome]) -> list[str]:
+    """Return which contender is right most often, which others may be, its step and its bits, in words."""
+    groups = by_contender(outcomes)
+    tracks = outcomes[0].tracking is not None
+    kind, measure = (" of the steps", "right_share") if tracks else (" of the runs", "right_at_end")
+    shares = {name: together([each.found for each in group], measure) for name, group in groups.items()}
+    best = max(shares, key=lambda name: shares[name].estimate)
+    group = groups.pop(best)
+    level = [name for name, each in groups.items() if overall_difference(group, each).low <= 0]
+    most = " most often:" if groups else ""
+    numbers = [each.tasks for each in group]
+    tasks = f"{numbers[0]}" if len(numbers) == 1 else f"{min(numbers)} to {max(numbers)}"
+    same = f" No difference is shown from {' and '.join(level)}." if level else ""
+    soon = _delay_in_words(group) if tracks else _half_in_words(group)
+    return [
+        f"{best} is right{most} in {in_percent(shares[best], kind)}, with {tasks} tasks.{same}",
+        f"{soon}; it sends {mean_bits(group):.3g} bits per robot-step.",
+    ]
 
 
-def write_comparison(folder: Path, outcomes: Sequence[Outcome]) -> None:
-    """Write ``compare.csv`` and its figures into a folder, as PNG and PDF.
-
-    In a world that changes, the figures are those of `tracking_figures`, for each number of tasks. In others,
-    they show accuracy by ratio, by step and by bits, calibration if both truths are among the numbers of
-    tasks, and declarations if robots declare.
-    """
-    if outcomes[0].tracking is None:
-        figures = _figures(by_contender(outcomes))
-    else:
-        figures = _figures_by_tasks(outcomes)
-    for name, drawn in figures.items():
-        save_both(drawn, folder / name)
-    write_table(folder / "compare.csv", rows_of(outcomes))
-    found = calibrations(outcomes)
-    if rows := [{"contender": name, **_bin_row(each)} for name in found for each in found[name].bins]:
-        write_table(folder / "calibration.csv", rows)
+def so_far(outcomes: Sequence[Outcome]) -> str:
+    """Return which contender is right most often by the runs that are there, in words."""
+    return f"after {outcomes[0].runs:,} runs of each: {answer(outcomes)[0]}"
 
 
-def rows_of(outcomes: Sequence[Outcome]) -> list[dict[str, object]]:
-    """Return the rows of ``compare.csv``; differences are from the first contender."""
-    baseline = {each.tasks: each for each in outcomes if each.contender == outcomes[0].contender}
-    return [_row(each, baseline[each.tasks]) for each in outcomes]
+def half_by(group: Sequence[Outcome]) -> float:
+    """Return the step by which half of the runs had decided, as median over numbers of tasks; inf: never."""
+    steps = sorted(each.found.times.median or math.inf for each in group)
+    return steps[len(steps) // 2]
 
 
-def _bin_row(each: Bin) -> dict[str, object]:
-    return {"said": round(each.said, 6), "runs": each.runs, **columns("feasible", each.feasible)}
+def _half_in_words(group: Sequence[Outcome]) -> str:
+    half = half_by(group)
+    return f"Half of its swarms had decided by step {half:g}" if math.isfinite(half) else "Most never decide"
 
 
-def _figures_by_tasks(outcomes: Sequence[Outcome]) -> dict[str, Figure]:
-    """Return the figures of a world that changes, for each number of tasks."""
-    numbers = list(dict.fromkeys(each.tasks for each in outcomes))
-    figures: dict[str, Figure] = {}
-    for number in numbers:
-        same = {each.contender: each for each in outcomes if each.tasks == number}
-        suffix = f"_{number}" if len(numbers) > 1 else ""
-        figures |= {f"compare_{name}{suffix}": drawn for name, drawn in tracking_figures(same).items()}
-    return figures
-
-
-def tracking_figures(same: Mapping[str, Outcome]) -> dict[str, Figure]:
-    """Return figures of contenders in one world that changes: right swarms by step and by bits, and delay."""
-    tracked = {name: each.tracking for name, each in same.items() if each.tracking is not None}
-    bits = {name: float(each.bits.mean()) for name, each in same.items()}
-    before = looks({name: each.right_share.estimate for name, each in tracked.items()})
-    some = next(iter(same.values()))
-    return {
-        "time": draw_right_over_time(
-            {name: each.right_at / each.runs for name, each in same.items()},
-            some.infeasible_at,
-            before=before,
-        ),
-        "bits": draw_against_bits(
-            {name: (bits[name], each.right_share) for name, each in tracked.items()},
-            "steps at which swarms are right (%)",
-            before=before,
-        ),
-        "delay": draw_delay_against_bits(
-            {name: (bits[name], each.detection_delay) for name, each in tracked.items()},
-            some.right_at.size - 1,
-            before=before,
-        ),
-    }
-
-
-def _figures(groups: Mapping[str, Sequence[Outcome]]) -> dict[str, Figure]:
-    """Return the figures of a world that doesn't change, with those of calibration and declarations."""
-    some = next(iter(groups.values()))
-    swarm = some[0].robots, [each.tasks for each in some]
-    accuracies = {name: [each.accuracy for each in group] for name, group in groups.items()}
-    shares = {name: np.array([each.right_at / each.runs for each in group]) for name, group in groups.items()}
-    totals = {name: (mean_bits(group), overall(group)) for name, group in groups.items()}
-    before = looks({name: share.estimate for name, (_, share) in totals.items()})
-    figures = {
-        "compare_ratio": draw_against_ratio(*swarm, accuracies, before=before),
-        "compare_time": draw_against_time(shares, before=before),
-        "compare_bits": draw_against_bits(
-            totals, "swarms that are right at the end,\nover all ratios (%)", before=before
-        ),
-    }
-    if found := calibrations([each for group in groups.values() for each in group]):
-        figures["calibration"] = draw_calibration(found, before=before)
-    declared = {
-        name: [each.declared for each in group if each.declared is not None] for name, group in groups.items()
-    }
-    if any(declared.values()):
-        figures["compare_declared"] = draw_against_ratio(
-            *swarm,
-            {name: [each.ok for each in group] or None for name, group in declared.items()},
-            "swarms that declared rightly (%)",
-            {name: [each.wrong for each in group] for name, group in declared.items()},
-            before=before,
-        )
-    return figures
+def _delay_in_words(group: Sequence[Outcome]) -> str:
+    delay = together([each.found for each in group], "detection_delay").estimate
+    if math.isnan(delay):
+        return "Most changes were never followed"
+    return f"It follows half of the changes within {delay:g} steps"
 
 
 def _row(each: Outcome, baseline: Outcome) -> dict[str, object]:

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
 
-from feasibee.errors import ScenarioError
+from feasibee.base.errors import ScenarioError
 from feasibee.scenario.messages import bare_bits, knowledge_bits
 from feasibee.scenario.plugins import registered
 from feasibee.scenario.scenario import Scenario
-from feasibee.simulation.flooding import flooding_in_words
 from feasibee.simulation.swarm import Swarm
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.certified import TESTED, untested
@@ -34,17 +33,7 @@ RARELY: Final = 1e-6
 def suitable(scenario: Scenario) -> tuple[dict[str, Scenario], dict[str, ScenarioError]]:
     """Return the scenario with each built-in strategy that it supports, and the problems with the others.
 
-    Parameters
-    ----------
-    scenario : Scenario
-        Its own strategy keeps its parameters.
-
-    Returns
-    -------
-    scenarios : dict of str to Scenario
-        By the name of the strategy.
-    problems : dict of str to ScenarioError
-        Such as that of a strategy that needs the number of robots.
+    Both are by the name of the strategy. The scenario's own one keeps its parameters.
     """
     scenarios, problems = {}, {}
     for name in STRATEGIES:
@@ -93,25 +82,28 @@ class Asked:
         senders = min(scenario.decision.inbox_size or others, others)
         return known + FLOAT_BITS * strategy.memory + senders * plain
 
-    @property
-    def sight(self) -> float:
-        """Range of sight, in units."""
-        return self.scenario.sensing.range
-
-    @property
-    def radio(self) -> float:
-        """Range of the radio, in units."""
-        return self.scenario.radio.range
-
     def to_dict(self) -> dict[str, Any]:
-        """Return all of this as a plain table, for programs."""
-        return {
-            name: getattr(self, name) for name in ("needs", "message_bits", "memory_bits", "sight", "radio")
-        }
+        """Return all of this, and the ranges of sight and radio in units, as a plain table, for programs."""
+        found = {name: getattr(self, name) for name in ("needs", "message_bits", "memory_bits")}
+        return {**found, "sight": self.scenario.sensing.range, "radio": self.scenario.radio.range}
 
     @cached_property
     def _longest_parts(self) -> tuple[int, int]:
-        return _longest_parts(self.scenario, self.seed)
+        """Lengths in bits of a message without its knowledge, and of the longest knowledge in one.
+
+        Knowledge is measured in one run, at 20 steps, of all robots.
+        """
+        scenario, strategy, setting = self.scenario, self.scenario.strategy, self.scenario.setting
+        plain, longest = bare_bits(scenario, setting.id_bits), 0
+        if not strategy.knowledge:
+            return plain, longest
+        swarm, memory, steps = Swarm(scenario, self.seed), [0.0] * strategy.memory, scenario.run.steps
+        for look in range(1, LOOKS + 1):
+            swarm.advance(steps * look // LOOKS - swarm.step)
+            me = Me(0, 0, 0, swarm.step, memory, setting)
+            lengths = (knowledge_bits(strategy, Words(row.tolist()), me) for row in swarm.knowledge)
+            longest = max(longest, *lengths)
+        return plain, longest
 
 
 def needs_of(scenario: Scenario) -> list[str]:
@@ -119,11 +111,9 @@ def needs_of(scenario: Scenario) -> list[str]:
     return [IN_WORDS[need] for need in scenario.manifest.needs(scenario.decision.parameters)]
 
 
-def waiting_in_words(scenario: Scenario) -> list[str]:
-    """Return for how long robots wait in a place; elsewhere a warning of quiet times that weren't tested."""
-    if scenario.place.exists:
-        return flooding_in_words(scenario)
-    if scenario.decision.parameters.get("quiet") != 0:
+def untested_in_words(scenario: Scenario) -> list[str]:
+    """Return a warning if robots compute quiet times that weren't tested in such a world."""
+    if scenario.place.exists or scenario.decision.parameters.get("quiet") != 0:
         return []
     outside = untested(scenario.robots.count, scenario.setting)
     if not outside:
@@ -155,24 +145,3 @@ def noisy_names_in_words(scenario: Scenario) -> list[str]:
             f"infeasible: raise sensing.gate, now {sensing.gated:.3g}, or choose a strategy without names."
         )
     return found
-
-
-def _longest_parts(scenario: Scenario, seed: int) -> tuple[int, int]:
-    """Return the lengths in bits of a message without its knowledge, and of the longest knowledge in one.
-
-    Knowledge is measured in one run, at 20 steps, of all robots.
-    """
-    strategy, setting = scenario.strategy, scenario.setting
-    plain = bare_bits(scenario, setting.id_bits)
-    if not strategy.knowledge:
-        return plain, 0
-    swarm = Swarm(scenario, seed)
-    memory = [0.0] * strategy.memory
-    steps = scenario.run.steps
-    longest = 0
-    for look in range(1, LOOKS + 1):
-        swarm.advance(steps * look // LOOKS - swarm.step)
-        me = Me(0, 0, 0, swarm.step, memory, setting)
-        lengths = (knowledge_bits(strategy, Words(row.tolist()), me) for row in swarm.knowledge)
-        longest = max(longest, *lengths)
-    return plain, longest

@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.base.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
+from feasibee.base.files import write_csv, write_table, write_text
+from feasibee.base.record import Record
 from feasibee.figures.arena import plot_arena
 from feasibee.figures.decisions import Panel, draw_opinion_panels, draw_panels, plot_decisions
 from feasibee.figures.style import figure, save_both
-from feasibee.files import write_csv, write_table, write_text
-from feasibee.model.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, MODEL_VERSION
-from feasibee.model.record import Record
 from feasibee.results.measures import columns
 from feasibee.results.statistics import (
     CONFIDENCE,
@@ -40,9 +40,9 @@ from feasibee.results.statistics import (
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
+from feasibee.simulation.plan import DesignPoint, Study
 from feasibee.simulation.swarm import Swarm
-from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.sweep import Execution, Rounds
+from feasibee.simulation.sweep import Execution, Rounds
 
 HOLDS, FAILS, CANNOT_TELL = "holds", "fails", "can't tell"
 RESAMPLES = 1000

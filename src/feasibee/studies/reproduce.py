@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from importlib.metadata import version
@@ -13,20 +12,18 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from feasibee.errors import FeasibeeError
-from feasibee.files import FIGURES
-from feasibee.model.codes import MODEL_VERSION
+from feasibee.base.codes import MODEL_VERSION
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.files import FIGURES
 from feasibee.results.dataset import open_results, recipe_of, scenario_of, to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.executors import threads
+from feasibee.simulation.store import Store, differences
+from feasibee.simulation.sweep import Execution
+from feasibee.simulation.table import Summary, summaries, varied
 from feasibee.studies.benchmark import Card, again
 from feasibee.studies.sweep_figure import View, view_in
-from feasibee.sweeps.content import name_of
-from feasibee.sweeps.executors import threads
-from feasibee.sweeps.journal import Journal
-from feasibee.sweeps.schema import Kind, difference, encode
-from feasibee.sweeps.sweep import Execution
-from feasibee.sweeps.table import Summary, summaries, varied
 
 NAMED = 10
 """Largest number of runs that a line names."""
@@ -114,7 +111,7 @@ def reproduce_card(
 ) -> Reproduction:
     """Simulate all runs of a card of the benchmark again; it has no figures."""
     if figures:
-        raise FeasibeeError(f"--figure {figures[0]}: a card has no figures; leave it out")
+        raise FeasibeeError(f"--again {figures[0]}: a card has no figures; leave it out")
     card = Card.read(path)
     execution = Execution(pool=threads(workers), progress=lambda each: progress(each.work_done / each.most))
     differences = again(card, trust, execution)
@@ -123,31 +120,28 @@ def reproduce_card(
     return Reproduction(sum(row.runs for row in card.rows), _versions(saved, now), differences, {})
 
 
-def reproduce_journal(
+def reproduce_folder(
     folder: Path, figures: Sequence[Path], trust: bool, workers: int | None, progress: Advance
 ) -> Reproduction:
-    """Simulate all runs of a journal again, and draw its figures again; by default those in its folder."""
-    views, differences, done = _views_in(folder, figures), [], 0
-    with Journal(folder) as journal:
-        points = journal.points
-        for number, point in enumerate(points, start=1):
-            saved = [
-                {row[0]: row for part in journal.chunks(kind, point.id) for row in part} for kind in Kind
+    """Simulate all runs of a folder again, and draw its figures again; by default those in it."""
+    views, store, differ, done = _views_in(folder, figures), Store(folder), [], 0
+    points = store.points
+    for number, point in enumerate(points, start=1):
+        scenario = point.scenario.with_trust() if trust else point.scenario
+        for saved in store.records(point.key):
+            runs, curves = Runs(saved.runs, point.seed, saved.first_run), saved.feasible_count.shape[1] > 0
+            again = simulate_record(scenario, runs, curves=curves, threads=workers)
+            differ += [
+                f"{point.name}, run {run}: {what} was {old}, is {new}"
+                for run, what, old, new in differences(saved, again)
             ]
-            scenario = point.scenario.with_trust() if trust else point.scenario
-            name, curves = name_of(point.id, json.dumps(point.values)), bool(saved[Kind.CURVES])
-            for part in journal.chunks(Kind.RUNS, point.id):
-                runs = Runs(len(part), point.seed, part[0][0])
-                again = encode(simulate_record(scenario, runs, curves=curves, threads=workers))
-                for kind, row in [(each, row) for each in Kind for row in again[each]]:
-                    old = saved[kind].get(row[0], row)  # earlier runs may lack curves
-                    if found := difference(kind, old, row):
-                        differences.append(f"{name}, run {row[0]}: {found[0]} was {found[1]}, is {found[2]}")
-                done += runs.count
-            progress(number / len(points))
-        now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
-        alike = _redrawn_alike(summaries(journal), folder, views) if views else {}
-        return Reproduction(done, _versions(journal.about, now), differences, alike)
+        done += store.count(point.key)
+        progress(number / len(points))
+    store.check()
+    saved_by = {"version": store.version, "model_version": MODEL_VERSION}
+    now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
+    alike = _redrawn_alike(summaries(store), folder, views) if views else {}
+    return Reproduction(done, _versions(saved_by, now), differ, alike)
 
 
 def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, View]:

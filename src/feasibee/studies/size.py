@@ -7,74 +7,27 @@ share the error rate of the whole answer (Bonferroni), so that it doesn't matter
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Final
 
-from feasibee.errors import FeasibeeError, ScenarioError
-from feasibee.figures.sizing import Panel
-from feasibee.figures.style import name_of_axis
+from feasibee.base.errors import FeasibeeError, ScenarioError
 from feasibee.results.measures import ended_right
-from feasibee.results.statistics import CONFIDENCE, Interval, confidence_sequence
+from feasibee.results.statistics import CONFIDENCE, Interval
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import outside, step_in_words, value_in_words
+from feasibee.simulation.plan import DesignPoint, Study
+from feasibee.simulation.schedule import run_work
+from feasibee.simulation.sequential import EARLY, IN_WORDS, Finding, SequentialDesign
+from feasibee.simulation.sweep import Enough, Execution, Rounds
 from feasibee.studies.comparison import check_stays, ending_early, origin, rounds_of
 from feasibee.studies.space import ladder, valid_values
-from feasibee.sweeps.plan import DesignPoint, Study
-from feasibee.sweeps.schedule import run_work
-from feasibee.sweeps.sweep import Enough, Execution, Rounds
 
-GROWTH: Final = 1.5
-"""Each look at a value comes after so many times the trials of the last look."""
-
-HOPELESS: Final = 4
-"""A test ends open after a quarter of its trials if it seems to need four times all of them."""
-
-MOST_TRIALS: Final = 100_000
-"""More trials than these are not suggested for an open test."""
-
-Answer = Literal["enough", "too few", "open"]
-"""Whether a rate is shown to reach the target, shown not to, or neither after the most trials."""
-IN_WORDS: Final = {"enough": "often enough", "too few": "too rarely", "open": "too close to tell"}
-
-
-class Finding(NamedTuple):
-    """A tested value."""
-
-    place: int
-    """Its place among the values, from 0."""
-    successes: int
-    trials: int
-    interval: Interval
-    """The rate, with an interval that holds for all tests of a search together."""
-    answer: Answer
-
-    def more_trials(self, target: float) -> int | None:
-        """Return about how many more trials an open test needs if the rate stays; None if too many.
-
-        An interval shrinks with the root of their number. It must end where the target is.
-        """
-        rate, low, high = self.interval
-        away = abs(rate - target)
-        half = rate - low if rate >= target else high - rate
-        if away * math.sqrt(MOST_TRIALS / self.trials) <= half:
-            return None
-        more = self.trials * (half / away) ** 2 - self.trials
-        return 100 * max(1, math.ceil(more / 100))
-
-    def seems_hopeless(self, rule: Rule) -> bool:
-        """Whether the rate is so close to the target that the trials that are left would hardly decide.
-
-        So those go where they do. A confidence sequence is valid wherever it ends.
-        """
-        if HOPELESS * self.trials < rule.most:
-            return False
-        more = self.more_trials(rule.target)
-        return more is None or self.trials + more > HOPELESS * rule.most
+if TYPE_CHECKING:
+    from feasibee.figures.sizing import Panel
 
 
 @dataclass(frozen=True)
@@ -88,8 +41,18 @@ class Rule:
     """Number of trials before the first look at a value, and the largest number."""
     confidence: float = CONFIDENCE
     """Probability that the whole answer is right, at least."""
-    resolution: float = 0.0
+    resolution: float = 0.08
     """A gap is not searched if it is at most this share of the distance from the first value."""
+    early: tuple[int, ...] = EARLY
+    """Numbers of trials of looks before the first one."""
+    band: bool = True
+    """Whether to search the blind band; the tests share the error rate with its tests in any case."""
+
+    def design(self, tests: int) -> SequentialDesign:
+        """Return the design of so many tests that share the error rate."""
+        return SequentialDesign(
+            self.most, self.first, tests=tests, confidence=self.confidence, early=self.early
+        )
 
 
 @dataclass(frozen=True)
@@ -135,14 +98,6 @@ def most_tests(places: int) -> int:
     return 3 * places.bit_length()
 
 
-def looks(first: int, most: int) -> list[int]:
-    """Return the numbers of trials after which a test looks at its result, from the first to the most."""
-    trials = [min(first, most)]
-    while trials[-1] < most:
-        trials.append(min(most, math.ceil(GROWTH * trials[-1])))
-    return trials
-
-
 def finding_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) -> Finding:
     """Test one value.
 
@@ -157,24 +112,15 @@ def finding_at(place: int, count: Callable[[int], int], rule: Rule, tests: int) 
     tests : int
         Largest number of tests that share the error rate.
     """
-    confidence = 1 - (1 - rule.confidence) / tests
-    found: Finding | None = None
-    for trials in looks(rule.first, rule.most):
-        try:
-            successes = count(trials)
-        except Enough:
-            if found is None:
-                raise
-            break
-        interval = confidence_sequence(successes, trials, confidence)
-        answer: Answer = "too few" if interval.high < rule.target else "open"
-        if interval.low >= rule.target:
-            answer = "enough"
-        found = Finding(place, successes, trials, interval, answer)
-        if answer != "open" or found.seems_hopeless(rule):
-            break
-    assert found is not None
-    return found
+    design = rule.design(tests)
+    found = design.run(
+        {place: count},
+        lambda _, trials: {place: design.tested(rule.target, count(trials), trials, place)},
+        lambda each: design.is_settled(rule.target, each),
+    )
+    if not found:
+        raise Enough
+    return found[place]
 
 
 def find_edge(
@@ -355,21 +301,19 @@ def edge_sentence(sizing: Sizing) -> str:
     """Return in words from which value of the field the swarm is right often enough."""
     edge, step = sizing.edge, sizing.scenario.run.steps
     first, last = edge.values[0], edge.values[edge.findings[-1].place]
-    of_robots = edge.path == ROBOTS
+    of_robots, strategy = edge.path == ROBOTS, sizing.scenario.decision.strategy
     when = step_in_words(sizing.scenario, step)
-    right = f"{100 * sizing.rule.target:g} % of the swarms are right at {when}"
-    start = f"With {sizing.scenario.decision.strategy}, "
+    right = f"{100 * sizing.rule.target:g} % of the runs are right at {when}, with {strategy}"
     if edge.refuted:
-        return f"{start}at least {right} {_fall(sizing)}"
+        return f"At least {right}, {_fall(sizing)}"
     if edge.enough is None:
         tried = f"from {first} to {last} robots" if of_robots else f"{edge.path} from {first} to {last}"
-        return f"{start}none of the values tried ({tried}) is shown to be enough, so that {right}."
+        return f"None of the values tried ({tried}) is shown to be enough, so that {right}."
     value = f"{edge.enough} robots" if of_robots else value_in_words(sizing.scenario, edge.path, edge.enough)
     least = edge.interval[0]
-    text = f"{start}at least {right} from {value} on."
-    if of_robots and edge.enough == first:
-        text += " Fewer robots could not do all tasks."
-    return text if least == edge.enough else f"{text} The least that is enough is {least} to {edge.enough}."
+    few = ", and fewer could not do all tasks" if of_robots and edge.enough == first else ""
+    at_least = "" if least == edge.enough else f" The least that is enough is {least} to {edge.enough}."
+    return f"Enough: {value}{few}. At least {right}.{at_least}"
 
 
 def _fall(sizing: Sizing) -> str:
@@ -388,30 +332,30 @@ def _fall(sizing: Sizing) -> str:
 
 def band_sentence(band: Band, robots: int, target: float) -> str:
     """Return the blind band of a number of robots in words."""
-    share = f"{100 * target:g} %"
     if band.empty:
         return f"Blind band: none. {robots} robots are right often enough for any number of tasks."
-    ends = f"from {band.first} to {band.last} tasks" if band.first < band.last else f"with {band.first} tasks"
-    text = f"Blind band of {robots} robots: {ends}, they are not shown to be right in {share} of the swarms."
+    ends = f"{band.first} to {band.last} tasks" if band.first < band.last else f"{band.first} tasks"
+    share = f"{100 * target:g} % of the runs"
+    text = f"Blind band: with {ends}, {robots} robots are not shown to be right in {share}"
     (_, late), (early, _) = band.firsts, band.lasts
     if late is not None and early is not None and late > early:
-        return f"{text} It may be empty."
-    return text + _uncertain("first", band.firsts) + _uncertain("last", band.lasts)
+        return f"{text}. It may be empty."
+    unsure = [_end("begins", *band.firsts, "or less"), _end("ends", *band.lasts, "or more")]
+    return f"{text}. It {' and '.join(filter(None, unsure))}." if any(unsure) else f"{text}."
 
 
-def _uncertain(which: str, ends: tuple[int | None, int | None]) -> str:
-    low, high = ends
-    if low == high:
+def _end(verb: str, low: int | None, high: int | None, beyond: str) -> str:
+    """Return where an end of a band lies, in words; empty if it is known, or if nothing is."""
+    known = [value for value in (low, high) if value is not None]
+    if low == high or not known:
         return ""
-    if low is None:
-        return f" Its {which} number of tasks is {high} or less." if which == "first" else ""
-    if high is None:
-        return f" Its {which} number of tasks is {low} or more."
-    return f" Its {which} number of tasks lies between {low} and {high}."
+    return f"{verb} at {known[0]} {beyond}" if len(known) == 1 else f"{verb} between {low} and {high}"
 
 
 def panels_of(sizing: Sizing) -> list[Panel]:
     """Return what the figure of a sizing shows: its field, and tasks with the blind band."""
+    from feasibee.figures.sizing import Panel
+    from feasibee.figures.style import name_of_axis
 
     def points(*edges: Edge) -> list[tuple[float, Interval]]:
         return sorted((value, each.interval) for edge in edges for value, each in edge.tested)
@@ -447,20 +391,17 @@ def size(
 ) -> Sizing:
     """Search the least value of a field from which a swarm is right often enough, and its blind band.
 
-    Right means right at the last step. The share of right swarms is assumed not to fall as the field grows,
-    nor with the distance of the number of tasks from the largest feasible one. If so, all intervals of
-    the answer hold together with the probability ``rule.confidence`` at least. Of a field other than the
-    number of robots, the largest value is tested, too. If the share has fallen there, no value is the least.
+    The share of swarms that are right at the last step is assumed not to fall as the field grows, nor with
+    the distance of the number of tasks from the largest feasible one.
 
     Parameters
     ----------
     scenario : Scenario
         The swarm and its tasks.
     over : str
-        Field to search, perhaps with a range: ``"radio.range=1:6"``. Of the number of robots, only values are
-        tried for which the tasks are feasible.
+        Field to search, perhaps with a range: ``"radio.range=1:6"``.
     rule : Rule, optional
-        Share of swarms that must be right, and numbers of runs; by default 0.95, 100 and 2,000.
+        Share of swarms that must be right, and numbers of runs; by default 0.95 and up to 2,000.
     seed : int
         64 bits.
     execution : Execution or Rounds, optional
@@ -468,12 +409,14 @@ def size(
     tell : callable, optional
         Called with a line of text after each tested value.
     reach : int
-        A search goes up to so many times the number of robots or tasks.
+        Largest multiple of the number of robots or tasks.
 
-    Raises
-    ------
-    FeasibeeError
-        If the field can't be searched.
+    Examples
+    --------
+    >>> import feasibee
+    >>> swarm = feasibee.Scenario(arena={"side": 8.0}, tasks={"count": 5}, decision={"strategy": "census"})
+    >>> feasibee.size(swarm).to_dict()["robots"]["interval"]
+    [5, 5]
     """
     rule = rule or Rule(0.95)
     check_stays(scenario, "size")
@@ -481,7 +424,8 @@ def size(
     path = over.partition("=")[0]
     field = _robots(scenario, over, reach) if path == ROBOTS else ladder(scenario, over)
     with rounds_of(execution, "searching sizes") as rounds:
-        edge, *ends = _search_all(rounds, scenario, rule, seed, [field, *_task_lists(scenario, reach)], tell)
+        lists = [field, *_task_lists(scenario, reach)]
+        edge, *ends = _search_all(rounds, scenario, rule, seed, lists, tell)
     return Sizing(scenario, rule, edge, Band(*ends) if len(ends) == 2 else None, seed, rounds.stopped)
 
 
@@ -522,7 +466,7 @@ def _search_all(
         longest = max(run_work(scenario.replace({path: values[-1]})) for path, values in lists)
         rounds.phases = {rounds.phase: tests * rule.most * longest}
     edges: list[Edge] = []
-    for path, values in lists:
+    for path, values in lists if rule.band else lists[:1]:
         look_last = path not in (ROBOTS, TASKS)
         try:
             edges.append(find_edge(path, values, partial(test, path, values), rule.resolution, look_last))

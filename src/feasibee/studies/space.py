@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, get_args
 
-from feasibee.errors import FeasibeeError, ScenarioError
+from feasibee.base.errors import FeasibeeError, ScenarioError
 from feasibee.scenario.paths import read_value
 from feasibee.scenario.scenario import Scenario
 
@@ -63,16 +63,20 @@ def dimension(scenario: Scenario, text: str) -> Dimension:
         return _checked(scenario, _read(scenario, path, given, now))
     if isinstance(now, bool):
         return Dimension(path, choices=(False, True))
-    if isinstance(now, int | float) and now > 0:
-        whole = isinstance(now, int)
-        low, high = now / FACTOR, now * FACTOR
-        return _checked(scenario, Dimension(path, max(1, low) if whole else low, high, whole))
     if isinstance(now, int | float):
-        raise FeasibeeError(f"{path} = {now}: has no default range; give one, such as {path}=0:0.5")
+        return _checked(scenario, _around(path, now, "0:0.5"))
     choices = tuple(each for each in get_args(kind) if isinstance(each, str))
     if not choices:
         raise FeasibeeError(f"{path}: name its values, such as {path}=a|b|c")
     return Dimension(path, choices=choices)
+
+
+def _around(path: str, now: float, such: str) -> Dimension:
+    """Return a number's default range; of 0, there is none."""
+    if now <= 0:
+        raise FeasibeeError(f"{path} = {now:g}: has no default range; give one, such as {path}={such}")
+    whole = isinstance(now, int)
+    return Dimension(path, max(1, now / FACTOR) if whole else now / FACTOR, now * FACTOR, whole)
 
 
 def _read(scenario: Scenario, path: str, given: str, now: Any) -> Dimension:
@@ -133,11 +137,8 @@ def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
         raise FeasibeeError(f"{text}: must be a range, such as {path}={now or 1:g}:{2 * now or 100:g}")
     if given:
         found = _checked(scenario, _read(scenario, path, given, now))
-    elif now <= 0:
-        such = "20:400" if path.startswith("decision.parameters.") else "0:0.5"
-        raise FeasibeeError(f"{path} = {now:g}: has no default range; give one, such as {path}={such}")
     else:
-        found = Dimension(path, now / FACTOR, now * FACTOR, isinstance(now, int))
+        found = _around(path, now, "20:400" if path.startswith("decision.parameters.") else "0:0.5")
     if found.whole:
         values: list[Any] = list(range(max(1, round(found.low)), round(found.high) + 1))
     else:

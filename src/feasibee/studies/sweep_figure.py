@@ -7,21 +7,22 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 
-from feasibee.errors import FeasibeeError
+from feasibee.base.codes import MODEL_VERSION
+from feasibee.base.errors import FeasibeeError
+from feasibee.base.outcomes import ACTS, CHANGES
 from feasibee.figures.sweep import Shown, draw_lines, draw_maps
-from feasibee.model.outcomes import ACTS, CHANGES
 from feasibee.results.measures import MEASURES
 from feasibee.scenario.comments import meaning_of
 from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import outside, symbol_of
-from feasibee.sweeps.table import (
+from feasibee.simulation.table import (
     Summary,
     by_value,
     leaves,
@@ -106,13 +107,13 @@ def _is_valid(view: View) -> bool:
     return fields and fits and view.show in MEASURES
 
 
-def text_of(view: View, points: Sequence[Summary], varying: Sequence[str], about: Mapping[str, str]) -> str:
+def text_of(view: View, points: Sequence[Summary], varying: Sequence[str], made_by: str) -> str:
     """Return the caption of a sweep's figure, its methods, and a line for each point.
 
-    ``varying`` are all fields that the sweep varies; ``about`` has versions.
+    ``varying`` are all fields that the sweep varies; ``made_by`` is the version of feasibee.
     """
     caption = _caption(view.axes, view.show, view.over(points, varying))
-    methods = _methods(points, varying, about)
+    methods = _methods(points, varying, made_by)
     lines = [
         f"{', '.join(f'{path} = {value_of(row, path)}' for path in varying) or 'the only point'}: "
         f"{found.runs:,} runs, seed {row.seed}, scenario {row.hash}"
@@ -133,17 +134,17 @@ def _caption(axes: Sequence[str], show: str, over: Sequence[str]) -> str:
     return "".join(f"{part}. " for part in parts).rstrip()
 
 
-def _methods(points: Sequence[Summary], varying: Sequence[str], about: Mapping[str, str]) -> str:
+def _methods(points: Sequence[Summary], varying: Sequence[str], made_by: str) -> str:
     runs, seeds = [found.runs for _, found in points], sorted({row.seed for row, _ in points})
     each = f"{min(runs):,}" if min(runs) == max(runs) else f"{min(runs):,} to {max(runs):,}"
     fixed = ", ".join(f"{path} = {value}" for path, value in _fixed(points, varying))
     return (
-        f"We simulated {sum(runs):,} runs with feasibee {about['version']} (model version "
-        f"{about['model_version']}): {each} runs of each of {len(points)} points, with seed "
+        f"We simulated {sum(runs):,} runs with feasibee {made_by} (model version "
+        f"{MODEL_VERSION}): {each} runs of each of {len(points)} points, with seed "
         f"{', '.join(map(str, seeds))}. Scenario, seed and number of a run determine all its results. Points "
         f"differ in {', '.join(varying) or 'nothing'}. All other fields of the scenario have the defaults of "
         f"feasibee{f', except {fixed}' if fixed else ''}. The figure was drawn with matplotlib "
-        f"{version('matplotlib')}. The command `feasibee reproduce` simulates the runs again."
+        f"{version('matplotlib')}. The command `feasibee run --again` simulates the runs again."
     )
 
 

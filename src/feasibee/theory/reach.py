@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final, NamedTuple
 
-from feasibee.errors import Problem, ScenarioError
+from feasibee.base.errors import Problem, ScenarioError
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import THEORY, unsupported
 from feasibee.theory.classes import Swarm

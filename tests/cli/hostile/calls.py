@@ -11,9 +11,9 @@ import numpy as np
 import xarray as xr
 
 import feasibee
+from feasibee.base.record import Record
 from feasibee.figures.animation import animate, draw_frame
 from feasibee.figures.decisions import plot_declare_steps
-from feasibee.model.record import Record
 from feasibee.results import statistics
 from feasibee.results.dataset import to_dataset
 from feasibee.scenario.feasibility import explain
@@ -58,63 +58,50 @@ def swarm() -> feasibee.Swarm:
     return feasibee.Swarm(SCENARIO)
 
 
+def wrong(each: Any, *fine: type) -> Any:
+    """Return a thing, or a number in place of one that is right, or that is nothing."""
+    return 5 if each is None or isinstance(each, fine) else each
+
+
 SCENARIOS: dict[str, Callable[[Any], Any]] = {
     "truth": feasibee.truth,
     "explain": explain,
-    "Swarm": lambda each: feasibee.Swarm(5 if each is None else each),
-    "simulate": lambda each: feasibee.simulate(5 if each is None else each),
-    "animate": lambda each: animate(5 if each is None else each, "a.gif"),
+    "Swarm": lambda each: feasibee.Swarm(wrong(each)),
+    "simulate": lambda each: feasibee.simulate(wrong(each)),
+    "animate": lambda each: animate(wrong(each), "a.gif"),
     "plot_arena": feasibee.plot_arena,
     "draw_frame": draw_frame,
     "plot_decision_steps": feasibee.plot_decision_steps,
     "plot_declare_steps": plot_declare_steps,
     "plot_opinions": feasibee.plot_opinions,
-    "plot_opinions, one of several": lambda each: feasibee.plot_opinions({"a": each}),
     "save_results": lambda each: feasibee.save_results(each, "a.nc"),
     "scenario_of": feasibee.scenario_of,
-    "axes": lambda each: feasibee.plot_opinions(RESULTS, 5 if each is None else each),
-    "axes of an arena": lambda each: feasibee.plot_arena(swarm(), 5 if each is None else each),
-    "axes of steps": lambda each: feasibee.plot_decision_steps(RESULTS, 5 if each is None else each),
-    "ratios": lambda each: feasibee.plot_decisions(
-        each if not isinstance(each, xr.DataArray) else None, {"feasible": [feasibee.wilson(1, 2)]}
-    ),
-    "rates": lambda each: feasibee.plot_decisions([1.0], each),
-    "intervals": lambda each: feasibee.plot_decisions([1.0], {"feasible": each}),
-    "replace": lambda each: feasibee.Scenario().replace([] if isinstance(each, xr.Dataset) else each),
-    "model_validate": lambda each: feasibee.Scenario.model_validate(
-        5 if isinstance(each, xr.Dataset) else each
-    ),
-    "from_tables": lambda each: feasibee.Scenario.from_tables(5 if isinstance(each, xr.Dataset) else each),
+    "axes": lambda each: feasibee.plot_opinions(RESULTS, wrong(each)),
+    "replace": lambda each: feasibee.Scenario().replace(wrong(each, xr.Dataset)),
+    "model_validate": lambda each: feasibee.Scenario.model_validate(wrong(each, xr.Dataset)),
+    "from_tables": lambda each: feasibee.Scenario.from_tables(wrong(each, xr.Dataset)),
     "from_toml": feasibee.Scenario.from_toml,
     "read": feasibee.Scenario.read,
     "open_results": feasibee.open_results,
-    "a section": lambda each: feasibee.Scenario(tasks=5 if isinstance(each, xr.Dataset) else each),
+    "a section": lambda each: feasibee.Scenario(tasks=wrong(each, xr.Dataset)),
     "points": lambda each: feasibee.Scenario(tasks={"points": each, "placement": "points"}),
     "a strategy": lambda each: feasibee.Scenario(decision={"strategy": each}),
-    "classes": lambda each: feasibee.Scenario(
-        robots={"classes": 5 if isinstance(each, xr.Dataset) else each}
-    ),
+    "classes": lambda each: feasibee.Scenario(robots={"classes": wrong(each, xr.Dataset)}),
     "a preset": lambda each: feasibee.Scenario(preset=each or 5),
     "a side": lambda each: feasibee.Scenario(arena={"side": "x" if isinstance(each, xr.DataArray) else each}),
     "curves": lambda each: feasibee.simulate(SCENARIO, curves=each),
     "backend": lambda each: feasibee.simulate(SCENARIO, backend=each),
-    "progress": lambda each: (
-        feasibee.simulate(SCENARIO, progress=5 if each in (None, type) else each)
-        if not isinstance(each, np.ndarray | xr.DataArray)
-        else feasibee.simulate(SCENARIO, progress=5)
-    ),
-    "span": lambda each: draw_frame(swarm(), span=5 if each is None else each),
-    "the steps of an animation": lambda each: animate(SCENARIO, "a.gif", steps=5 if each is None else each),
+    "progress": lambda each: feasibee.simulate(SCENARIO, progress=wrong(each, type)),
+    "span": lambda each: draw_frame(swarm(), span=wrong(each)),
+    "the steps of an animation": lambda each: animate(SCENARIO, "a.gif", steps=wrong(each)),
 }
 """What takes scenarios, swarms, results, tables and functions."""
 
 WHOLE: dict[str, Callable[[Any], Any]] = {
     "a seed": lambda each: feasibee.simulate(SCENARIO, seed=each),
     "runs": lambda each: feasibee.simulate(SCENARIO, runs=each),
-    "a first run": lambda each: feasibee.simulate(SCENARIO, first_run=each),
     "threads": lambda each: feasibee.simulate(SCENARIO, threads=0 if each is None else each),
     "the seed of a swarm": lambda each: feasibee.Swarm(SCENARIO, each),
-    "the run of a swarm": lambda each: feasibee.Swarm(SCENARIO, 0, each),
     "the room of a swarm": lambda each: feasibee.Swarm(SCENARIO, room=-1 if each is None else each),
     "steps to advance": lambda each: swarm().advance(each),
     "until": lambda each: feasibee.plot_opinions(RESULTS, until=0 if each is None else each),
@@ -122,14 +109,9 @@ WHOLE: dict[str, Callable[[Any], Any]] = {
     "frames a second": lambda each: animate(SCENARIO, "a.gif", fps=each),
     "a size": lambda each: animate(SCENARIO, "a.gif", size=each),
     "the size of a frame": lambda each: draw_frame(swarm(), size=each),
-    "the seed of an animation": lambda each: animate(SCENARIO, "a.gif", each),
-    "the run of an animation": lambda each: animate(SCENARIO, "a.gif", 0, each),
     "a count": lambda each: feasibee.Scenario(tasks={"count": each}),
-    "a count in a change": lambda each: feasibee.Scenario().replace({"tasks.count": each}),
     "successes": lambda each: feasibee.wilson(each, 10),
-    "trials": lambda each: feasibee.wilson(1, each),
     "successes so far": lambda each: statistics.confidence_sequence(each, 10),
-    "trials so far": lambda each: statistics.confidence_sequence(1, each),
     "robots": lambda each: statistics.opinion_quartiles([[1, 2]], each),
     "robots that send": lambda each: statistics.bits_per_robot_and_step([1], [1], each, 10, False),
     "steps to send": lambda each: statistics.bits_per_robot_and_step([1], [1], 10, each, False),

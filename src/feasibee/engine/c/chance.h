@@ -7,7 +7,7 @@
 #include "draws.h"
 #include "state.h"
 
-/* Purposes of draws: feasibee.model.purposes, after those of draws.h. */
+/* Purposes of draws: feasibee.base.purposes, after those of draws.h. */
 enum later_purpose {
     CENTRE_ROBOT = 5,
     CENTRE_TASK = 6,

@@ -62,14 +62,13 @@ static int64_t count_messages(const uint32_t *messages, uint32_t slots, uint32_t
 APART void read_values(const struct job *job, const struct crowd *s, uint32_t i, int64_t drawn,
                        struct inbox *inbox)
 {
-    const double scale = job->params->strategy.value_scale;
     const int64_t votes = inbox->feasible_votes + inbox->infeasible_votes;
     const bool in_line = votes <= LINE;
     const uint32_t *messages = in_line ? s->lines[i].messages : s->lines[i].table->messages;
     const uint32_t slots = in_line ? (uint32_t)votes : s->lines[i].table->slots;
     const uint32_t *values = in_line ? s->values + (size_t)LINE * i : messages + slots;
     uint32_t low = 0, high = s->count - 1, value = 0;
-    uint64_t total = 0;
+    int64_t total = 0;
     if (votes == 0)
         return;
     while (low < high) { /* the least sender up to which more than `drawn` messages have this opinion */
@@ -84,8 +83,8 @@ APART void read_values(const struct job *job, const struct crowd *s, uint32_t i,
             total += values[k];
             value = sender_of(messages[k]) == low ? values[k] : value;
         }
-    inbox->heard_value = value / scale;
-    inbox->mean_value = (double)total / scale / (double)votes;
+    inbox->heard_value = mean_share(job->params, value, 1);
+    inbox->mean_value = mean_share(job->params, total, votes);
 }
 
 ALWAYS struct inbox read_inbox(const struct job *job, const struct crowd *s, uint32_t i,

@@ -8,9 +8,9 @@
 
 enum opinion { NO_OPINION = -1, INFEASIBLE = 0, FEASIBLE = 1, UNDECIDED = -1 };
 
-#define CERTAIN 1048576.0 /* feasibee.model.codes */
+#define CERTAIN 1048576.0 /* feasibee.base.codes */
 
-/* Columns of the account of a run: feasibee.model.outcomes.ACCOUNT. */
+/* Columns of the account of a run: feasibee.base.outcomes.ACCOUNT. */
 enum column { BITS_SENT = 0, FEASIBLE_AT_END = 4, INFEASIBLE_AT_END = 5, LAST_STEP = 6, SAID_AT_END = 7 };
 
 /* What all runs of a call share. */
@@ -22,6 +22,13 @@ struct job {
     struct control *control;
     int64_t memory; /* floats that a robot keeps for its strategy */
 };
+
+/* Return the mean of messages' integer values as a share of the largest value, rounded once. */
+ALWAYS double mean_share(const struct params *params, int64_t total, int64_t messages)
+{
+    const double scale = params->strategy.value_scale * (double)messages;
+    return scale > 0.0 ? (double)total / scale : 0.0;
+}
 
 /* Return the quality of feasible from what a robot has seen (model.md 4.3). */
 ALWAYS double rated(const struct job *job, int64_t robots, int64_t tasks)

@@ -1,8 +1,7 @@
 /* What Python and the engine know of each other: the only description of these structs.
  *
- * Python reads this file (feasibee.engine.library), so it has declarations only. The numbers of a scenario have
- * their meaning in feasibee.engine.params, in whose order they stand. Lengths are in units of fixed point: see
- * state.h. */
+ * Python reads this file (feasibee.engine.library), so it has declarations only. params.h is written from
+ * feasibee.engine.params when the engine is compiled: the numbers of a scenario and a seed. */
 
 #ifndef ENGINE_H
 #define ENGINE_H
@@ -10,168 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-/* --- The numbers of a scenario and a seed --- */
-
-struct seed {
-    uint32_t low, high;
-};
-
-struct place {
-    bool exists;
-    int64_t bits, columns, rows, row_words, blur, blurred_columns, sight, radio;
-    int64_t near, arrived;
-};
-
-struct side {
-    double width, height;
-};
-
-struct arena {
-    bool walls, wraps;
-    int64_t width, height;
-    double unit;
-    struct place place;
-    struct side sides;
-};
-
-struct band {
-    uint32_t low, width;
-};
-
-struct placement {
-    int64_t how, clusters, spread, margin;
-};
-
-struct grid {
-    int64_t columns, rows, width, height, half_width, half_height;
-    uint64_t scale_x, scale_y;
-};
-
-struct robot {
-    int64_t count, at_start;
-    double arrival_rate, failure_time;
-    int64_t work, charge;
-    bool away_counts;
-    int64_t classes;
-    double reach;
-    int64_t radius;
-    bool avoid_collisions, deflects, knows_count;
-    uint64_t apart_limit, meet_limit;
-    struct band meet_band;
-    struct placement placement;
-    struct grid grid;
-};
-
-struct list {
-    int64_t bits;
-    uint32_t shift;
-    struct band band;
-};
-
-struct task {
-    int64_t count, at_start;
-    double arrival_rate, lifetime;
-    int64_t work;
-    struct placement placement;
-    struct grid grid;
-    struct list lists;
-    bool numbered;
-};
-
-struct walk {
-    double mean_run;
-};
-
-struct sensing {
-    uint64_t limit;
-    struct band band;
-    int64_t count_self;
-    bool unique, by_class, only_counts, counts_all;
-    uint64_t miss;
-    double false_robots, false_tasks;
-    uint64_t misname;
-    bool merges;
-    uint64_t merge_limit;
-    bool ahead, hides;
-    double view_cosine, view_sine;
-};
-
-struct radio {
-    uint64_t limit;
-    struct band band;
-    uint64_t loss;
-    int64_t id_bits, delay;
-    bool as_sight, random_ids;
-    int64_t message_bits;
-};
-
-struct knowledge {
-    bool enabled;
-    int64_t words, message_words, robot_ids, task_ids, task_classes;
-};
-
-struct strategy {
-    bool forgets, starts_neutral, declares, judges, gives_probability;
-    double value_scale;
-    struct knowledge knowledge;
-};
-
-struct declare {
-    bool enabled;
-    int64_t share, whole, rounds, heard;
-};
-
-struct quorum {
-    int64_t share, whole;
-};
-
-struct decision {
-    double exploration, gain;
-    int64_t dissemination_floor, quality_floor, listens_for;
-    bool every_message;
-    int64_t inbox_size;
-    bool inbox_is_set;
-    int64_t own_vote, random_ties;
-    bool first_sight;
-    struct declare declare;
-    struct quorum quorum;
-};
-
-struct fault {
-    int64_t stopped, byzantine, stubborn, stop_step, byzantine_says;
-    bool colluding, exactly;
-};
-
-struct run {
-    int64_t steps;
-    bool stop_at_decision, stop_at_declarations, stop_when_taken;
-};
-
-struct acting {
-    bool acts;
-    int64_t start;
-    bool by_word, by_rank, tags;
-    uint64_t reach;
-    int64_t ranks;
-    bool come_free;
-    int64_t list_bits, task_bits;
-};
-
-struct params {
-    struct seed seed;
-    struct arena arena;
-    struct robot robots;
-    struct task tasks;
-    struct walk walk;
-    struct sensing sensing;
-    struct radio radio;
-    struct strategy strategy;
-    struct decision decision;
-    struct fault faults;
-    struct run run;
-    struct acting acting;
-    bool truth, changes, truth_stays, together, in_sender_order;
-};
+#include "params.h"
 
 /* --- A strategy: feasibee.strategies.contract says what its functions are given and return --- */
 
@@ -256,7 +94,7 @@ void feasibee_bind(void (*fail)(int32_t what, int32_t line, double first, double
 
 /* --- Runs --- */
 
-/* Rows of the record of consecutive runs (feasibee.model.record). */
+/* Rows of the record of consecutive runs (feasibee.base.record). */
 struct outcome {
     int8_t *decision;
     int32_t *decision_step;

@@ -4,9 +4,9 @@
 
 #ifdef __wasm__
 
-static int32_t failed_line;
+static struct failure last_failure;
 
-int32_t feasibee_failed(void) { return failed_line; }
+const struct failure *feasibee_failed(void) { return &last_failure; }
 
 /* No jumps here: whoever embeds the module sees the trap. */
 int64_t attempt(int64_t (*work)(void *given), void *given, int64_t failed, struct failure *failure)
@@ -18,8 +18,7 @@ int64_t attempt(int64_t (*work)(void *given), void *given, int64_t failed, struc
 
 void feasibee_fail(int32_t what, int32_t line, double first, double second)
 {
-    (void)what, (void)first, (void)second;
-    failed_line = line;
+    last_failure = (struct failure){what, line, first, second};
     __builtin_trap();
 }
 

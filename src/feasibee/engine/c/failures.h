@@ -12,8 +12,8 @@
 int64_t attempt(int64_t (*work)(void *given), void *given, int64_t failed, struct failure *failure);
 
 #ifdef __wasm__
-/* Return the line at which a user's strategy failed, after the trap. */
-__attribute__((visibility("default"))) int32_t feasibee_failed(void);
+/* Return where and why a user's strategy failed, after the trap. */
+__attribute__((visibility("default"))) const struct failure *feasibee_failed(void);
 #endif
 
 #endif

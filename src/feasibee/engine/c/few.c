@@ -293,8 +293,6 @@ ALWAYS void end_exploration(const struct job *job, struct swarm *s, int i, uint3
 /* Read the value of the message drawn, which is the k-th of its opinion by sender, and the sum of all values. */
 APART void read_values(const struct job *job, const struct swarm *s, int i, int words, int64_t k, struct inbox *inbox)
 {
-    const double scale = job->params->strategy.value_scale;
-    const int64_t votes = inbox->feasible_votes + inbox->infeasible_votes;
     int64_t value = 0, total = 0;
     for (int w = 0; w < words; w++)
         for (uint32_t left = s->heard[w].e[i]; left; left &= left - 1) {
@@ -303,8 +301,8 @@ APART void read_values(const struct job *job, const struct swarm *s, int i, int 
             if ((s->heard_feasible[w].e[i] >> j & 1) == (inbox->heard_opinion == FEASIBLE) && k-- == 0)
                 value = held;
         }
-    inbox->heard_value = (double)value / scale;
-    inbox->mean_value = votes > 0 ? (double)total / scale / (double)votes : 0.0;
+    inbox->heard_value = mean_share(job->params, value, 1);
+    inbox->mean_value = mean_share(job->params, total, inbox->feasible_votes + inbox->infeasible_votes);
 }
 
 /* Return what a robot has heard, and empty its inbox (model.md 4.5, 4.6). */

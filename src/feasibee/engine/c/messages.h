@@ -323,11 +323,4 @@ static inline struct heard_votes read_inbox(const struct state *s, int64_t i, ui
     return read;
 }
 
-/* Return a message's integer value, or a sum of such values, as a share of the largest value. */
-ALWAYS double as_share(const struct state *s, int64_t value)
-{
-    const double scale = s->params->strategy.value_scale;
-    return scale > 0.0 ? (double)value / scale : 0.0;
-}
-
 #endif

@@ -29,6 +29,14 @@ enum shape { MEMORY, SKILL_SETS, ALL_CLASSES, TASK_CLASSES, IS_FAST, MOST_ROBOTS
 enum array { ROBOT_X, ROBOT_Y, FLAGS, AIMS, TASK_X, TASK_Y, TASK_NUMBERS, LOOKS, ALONG_X, ALONG_Y, KINDS, ARRAYS };
 enum number { ROBOTS, THERE_NOW, TASKS, COUNTED_NOW, FEASIBLE_NOW, INFEASIBLE_NOW, NEEDED, HELD, MISSING, NUMBERS };
 
+/* Numbers of a robot and of its world, likewise; what follows them says `feasibee_robot`. */
+enum robot_number {
+    FLAGS_NOW, LASTS, SAID, CLASS_NOW, QUALITY, VOTES_NOW, FEASIBLE_VOTES_NOW, HEARD_NOW, INBOX_SIZE, /* itself */
+    AIM, AIM_IS_THERE, AIM_HOLDER, AIM_AWAY, MARKS, TASKS_KNOWN, TASKS_FREE,                        /* if robots act */
+    ROBOT_COLUMNS, COLUMNS, MEMORY_KEPT, AT_START, KNOWS_COUNT, DECLARES_BY_VOTES, SEES_ONCE, RANDOM_IDS, ACTS_FROM,
+    ACTS_BY_WORD, TASKS_STAY, ROBOT_NUMBERS
+};
+
 #pragma GCC visibility push(default)
 
 /* Take the packets of a scenario and of a strategy, which stay in memory. */
@@ -37,10 +45,15 @@ void feasibee_open(const int64_t *all, const int64_t *one);
 /* Return room for the events of the next run, which the page writes. */
 int64_t *feasibee_events(int32_t count);
 
+/* Let robots of the next runs see, hear and walk so far: as squared distances and a step of fixed point, and in units. */
+void feasibee_patch(uint64_t sight_limit, uint64_t radio_limit, double reach, double sight, double radio, double speed);
+
 /* Begin a run with so many robots and tasks at the start; return whether there is memory for it.
  *
- * One that stops at its decision may be played by one call, and then nothing of it can be shown. */
-bool feasibee_begin(int32_t robots, int32_t tasks, uint32_t seed_low, uint32_t seed_high, uint32_t run, bool stops);
+ * One that stops at its decision, or keeps its curves, may be played by one call, and then nothing else of it can be
+ * shown. */
+bool feasibee_begin(int32_t robots, int32_t tasks, uint32_t seed_low, uint32_t seed_high, uint32_t run, bool stops,
+                    bool curves);
 
 /* Simulate up to a step; return it, or -1 without memory. */
 int32_t feasibee_to(int32_t step);
@@ -57,6 +70,14 @@ int32_t feasibee_decision(void);
 int32_t feasibee_missing(void);
 const int64_t *feasibee_account(void);
 
+/* Return how many robots were for feasible at each step of a run that keeps its curves. */
+const int32_t *feasibee_course(void);
+
+/* Return numbers of a robot at the present step: those of enum robot_number; what it has counted, by class of robots,
+ * then of tasks; what its strategy keeps; id, opinion and number of each message in its inbox. They stay until the next
+ * call. */
+const double *feasibee_robot(int32_t i);
+
 #pragma GCC visibility pop
 
 #define ACCOUNT_COLUMNS (sizeof(struct account) / sizeof(int64_t))
@@ -70,12 +91,17 @@ static struct tables tables;
 static struct state state;
 static struct room room;
 static int8_t decision;
-static int32_t decision_step, numbers[NUMBERS];
+static int32_t decision_step, numbers[NUMBERS], *course; /* NULL without curves */
 static int64_t account[ACCOUNT_COLUMNS], steps_done, run_number, missing_at_start;
 static const bool cancelled = false;
 static struct control control = {&steps_done, &cancelled, {0}};
 static uintptr_t before, before_fit, before_block;
 static bool is_fast;
+static struct {
+    bool is_set;
+    uint64_t sight_limit, radio_limit;
+    double reach, sight, radio, speed;
+} patch;
 static void *shown[ARRAYS];
 static int32_t *stands;
 static uint8_t *distances;
@@ -278,6 +304,33 @@ static void fit_setting(const struct rules *rules)
     knowledge->message_words = rules->message_words ? rules->message_words(&setting) : knowledge->words;
 }
 
+void feasibee_patch(uint64_t sight_limit, uint64_t radio_limit, double reach, double sight, double radio, double speed)
+{
+    patch.is_set = true;
+    patch.sight_limit = sight_limit;
+    patch.radio_limit = radio_limit;
+    patch.reach = reach;
+    patch.sight = sight;
+    patch.radio = radio;
+    patch.speed = speed;
+}
+
+/* Store what follows from how far robots see, hear and walk, in an open arena. */
+static void fit_ranges(void)
+{
+    if (!patch.is_set)
+        return;
+    params.sensing.limit = patch.sight_limit;
+    params.sensing.band = band_for(patch.sight_limit, 16);
+    params.radio.limit = patch.radio_limit;
+    params.radio.band = band_for(patch.radio_limit, 16);
+    params.radio.as_sight = patch.sight == patch.radio && !params.sensing.ahead;
+    params.robots.reach = patch.reach;
+    setting.sight = patch.sight;
+    setting.radio = patch.radio;
+    setting.speed = patch.speed;
+}
+
 static void fit_params(bool fast)
 {
     const uint64_t sight = params.sensing.limit, radio = params.radio.limit;
@@ -423,6 +476,7 @@ static void fit(int32_t robots, int32_t tasks, bool fast)
     setting.parameters = part_of(own, PARAMETERS);
     params.strategy.gives_probability = params.run.stop_at_declarations = params.run.stop_when_taken = false;
     count_numbers(robots, tasks);
+    fit_ranges();
     fit_setting(rules);
     fit_params(fast);
     fit_changes();
@@ -439,7 +493,6 @@ static void fit(int32_t robots, int32_t tasks, bool fast)
     const int64_t most = 1024 + params.robots.count / 16;
     room.slots = FIRST_SLOTS;
     room.tables = params.decision.inbox_is_set ? 0 : params.robots.count < most ? params.robots.count : most;
-    before_block = room_taken();
 }
 
 /* --- Runs --- */
@@ -471,14 +524,20 @@ static const struct outcome *outcome(void)
 {
     static struct outcome one = {.decision = &decision, .decision_step = &decision_step, .account = account, .runs = 1,
                                  .columns = ACCOUNT_COLUMNS};
+    one.curve_length = course ? params.run.steps + 1 : 0;
+    one.feasible_count = course;
+    one.infeasible_count = course + one.curve_length;
     return &one;
 }
 
-bool feasibee_begin(int32_t robots, int32_t tasks, uint32_t seed_low, uint32_t seed_high, uint32_t run, bool stops)
+bool feasibee_begin(int32_t robots, int32_t tasks, uint32_t seed_low, uint32_t seed_high, uint32_t run, bool stops,
+                    bool curves)
 {
     const bool may_be_fast = ((const int64_t *)part_of(own, SHAPE))[IS_FAST];
-    const bool fast = stops && event_count == 0 && robots <= FEW && may_be_fast;
+    const bool fast = (stops || curves) && event_count == 0 && robots <= FEW && may_be_fast;
     fit(robots, tasks, fast);
+    course = curves ? malloc(2 * (size_t)(params.run.steps + 1) * sizeof *course) : NULL;
+    before_block = room_taken();
     params.seed = (struct seed){seed_low, seed_high};
     params.run.stop_at_decision = stops;
     run_number = run;
@@ -510,7 +569,7 @@ int32_t feasibee_play_on(int32_t steps)
     const uintptr_t taken = room_taken();
     feasibee_play(&params, state.rules, &setting, state.memory_length, run_number, outcome(), &control);
     take_back(taken);
-    return decision == UNDECIDED ? (int32_t)params.run.steps : decision_step;
+    return (int32_t)account[LAST_STEP];
 }
 
 /* --- What is shown --- */
@@ -543,14 +602,20 @@ static uint16_t coarse(int32_t coordinate)
     return (uint16_t)kept_between((int64_t)((uint64_t)(uint32_t)coordinate << 16) / side, 0, UINT16_MAX);
 }
 
-static void show_robots(void)
+static uint16_t flags_of(int64_t i)
 {
     static const enum set kinds[] = {FOR_FEASIBLE, NEUTRAL, DISSEMINATING, DECLARED, WORKING, BYZANTINE, STUBBORN, THERE, STANDING};
+    uint16_t flags = 0;
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
+        flags |= (uint16_t)(has(state.sets[kinds[k]], i) << k);
+    return flags;
+}
+
+static void show_robots(void)
+{
     uint16_t *flags = shown[FLAGS], *x = shown[ROBOT_X], *y = shown[ROBOT_Y];
     for (int64_t i = 0; i < params.robots.count; i++) {
-        flags[i] = 0;
-        for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++)
-            flags[i] |= (uint16_t)(has(state.sets[kinds[k]], i) << k);
+        flags[i] = flags_of(i);
         x[i] = coarse(state.robots[X][i]);
         y[i] = coarse(state.robots[Y][i]);
     }
@@ -607,5 +672,99 @@ void *feasibee_array(int32_t which) { return shown[which]; }
 int32_t feasibee_decision(void) { return decision; }
 int32_t feasibee_missing(void) { return (int32_t)(is_fast ? missing_at_start : missing()); }
 const int64_t *feasibee_account(void) { return account; }
+const int32_t *feasibee_course(void) { return course; }
+
+/* --- A robot --- */
+
+/* Write what a robot knows of tasks, and to which one it goes. */
+static void tell_acting(double *found, int64_t i)
+{
+    const int64_t tasks = params.tasks.count, task = state.robots[TARGET][i];
+    for (int64_t k = 0; k < tasks; k++) {
+        const int32_t version = news_of(&state, i)[k];
+        found[TASKS_KNOWN] += is_known(version);
+        found[TASKS_FREE] += is_known(version) && (version - 1) % (params.acting.ranks + 1) == 0;
+        if (state.holders[k] == i)
+            found[has(state.sets[STANDING], i) ? AIM : MARKS] = (double)k;
+    }
+    if (!has(state.sets[BOUND], i))
+        return;
+    const struct course way = way_to(&state, i, task);
+    found[AIM] = (double)task;
+    found[AIM_IS_THERE] = has(state.tasks_there, task);
+    found[AIM_HOLDER] = state.holders[task];
+    found[AIM_AWAY] = __builtin_sqrt((double)square_of(way.x, way.y)) * params.arena.unit;
+}
+
+static double *write_message(double *at, int32_t sender, int64_t opinion, int32_t when)
+{
+    at[0] = sender;
+    at[1] = (double)opinion;
+    at[2] = when;
+    return at + 3;
+}
+
+/* Write the messages that a robot keeps one by one; return their end. */
+static double *write_inbox(double *at, int64_t i)
+{
+    if (params.decision.every_message)
+        return at;
+    for (int64_t j = 0; params.decision.inbox_is_set && j < params.robots.count; j++)
+        if (has_bit(state.links[HEARD][j / WORD * state.padded + i], j))
+            at = write_message(at, (int32_t)j, has_bit(state.links[HEARD_FEASIBLE][j / WORD * state.padded + i], j), 0);
+    if (params.decision.inbox_is_set)
+        return at;
+    const struct slots slots = slots_of(&state, i);
+    for (int64_t k = slots.first; k < slots.first + slots.count; k++) {
+        const int32_t label = state.inbox[SENDER][k];
+        if (label >= 0)
+            at = write_message(at, sender_in(label), feasible_in(label), state.inbox[WHEN] ? state.inbox[WHEN][k] : 0);
+    }
+    return at;
+}
+
+/* Let the strategy count what a robot knows, which no run reads before it is counted again. */
+static void count_known(int64_t i)
+{
+    if (!params.strategy.knowledge.enabled)
+        return;
+    state.pending_who[0] = (int32_t)i;
+    if (has(state.sets[JOINING], i)) /* at step 0 it knows nothing yet */
+        state.rules->update(&state, START, 1);
+    state.rules->update(&state, COUNT, 1);
+}
+
+const double *feasibee_robot(int32_t i)
+{
+    const int64_t classes = tables.classes, kept = state.memory_length;
+    const uintptr_t taken = room_taken();
+    const int64_t messages = params.robots.count + state.clock->table_slots; /* at most */
+    double *found = malloc((size_t)(ROBOT_NUMBERS + classes + kept + 3 * messages) * sizeof *found);
+    take_back(taken);
+    count_known(i);
+    const double head[ROBOT_NUMBERS] = {
+        [FLAGS_NOW] = flags_of(i), [LASTS] = state.robots[PHASE_LEFT][i], [CLASS_NOW] = state.class_of[i],
+        [QUALITY] = state.quality[i],
+        [SAID] = has(state.sets[SPEAKING], i) ? has(state.sets[SAYS_FEASIBLE], i) : NO_OPINION,
+        [VOTES_NOW] = (double)state.counts[VOTES][i], [FEASIBLE_VOTES_NOW] = (double)state.counts[FEASIBLE_VOTES][i],
+        [INBOX_SIZE] = (double)params.decision.inbox_size, [AIM] = -1, [MARKS] = -1,
+        [ROBOT_COLUMNS] = (double)params.robots.classes, [COLUMNS] = (double)classes, [MEMORY_KEPT] = (double)kept,
+        [AT_START] = (double)params.robots.at_start, [KNOWS_COUNT] = params.robots.knows_count,
+        [DECLARES_BY_VOTES] = params.decision.declare.enabled, [SEES_ONCE] = params.sensing.unique,
+        [RANDOM_IDS] = params.radio.random_ids, [ACTS_FROM] = (double)params.acting.start,
+        [ACTS_BY_WORD] = params.acting.by_word, [TASKS_STAY] = params.tasks.work == 0};
+    memcpy(found, head, sizeof head);
+    if (params.acting.acts)
+        tell_acting(found, i);
+    double *at = found + ROBOT_NUMBERS;
+    for (int64_t k = 0; k < classes; k++) {
+        const int64_t *counted = state.counts[k < params.robots.classes ? ROBOTS_SEEN : TASKS_SEEN];
+        *at++ = (double)(state.seen ? state.seen[i * classes + k] : counted[i]);
+    }
+    for (int64_t k = 0; k < kept; k++)
+        *at++ = state.memory[i * kept + k];
+    found[HEARD_NOW] = (double)(write_inbox(at, i) - at) / 3;
+    return found;
+}
 
 #endif

@@ -9,7 +9,7 @@
 
 #include "motion.h"
 
-#define MOST_WALLS 8 /* feasibee.model.codes */
+#define MOST_WALLS 8 /* feasibee.base.codes */
 #define QUARTERS 4   /* parts of a step whose ends must be in passable cells */
 
 enum sense { SIGHT, RADIO }; /* parts of the limits of a place */
@@ -109,28 +109,43 @@ ALWAYS int64_t distance(int64_t a, int64_t b) { return a < b ? b - a : a - b; }
 ALWAYS int64_t lesser(int64_t a, int64_t b) { return a < b ? a : b; }
 ALWAYS int64_t greater(int64_t a, int64_t b) { return a > b ? a : b; }
 
+/* Return how many borders of the shorter side a line has crossed right after some of the longer one. */
+ALWAYS int64_t crossed_aside(int64_t crossed, int64_t longer, int64_t shorter)
+{
+    return ((2 * crossed - 1) * shorter + longer) / (2 * longer);
+}
+
 /* Return in how many stretches the line between two positions' cells touches walls, at most `most`.
  *
- * The line joins the cells' centres. `ahead` says which border it meets first: at 0 both, at a corner. */
+ * The line joins the cells' centres; `x` and `y` count the borders that it has crossed. It leaps as far as no
+ * wall is around. Else `ahead` says which border comes next: at 0 both, at a corner. */
 ALWAYS int64_t walls_between(const struct state *s, int64_t ax, int64_t ay, int64_t bx, int64_t by, int64_t most)
 {
-    const int64_t bits = s->params->arena.place.bits, last_column = bx >> bits, last_row = by >> bits;
-    int64_t column = ax >> bits, row = ay >> bits;
-    const int64_t step_x = last_column >= column ? 1 : -1, step_y = last_row >= row ? 1 : -1;
-    const int64_t across = distance(column, last_column), along = distance(row, last_row);
-    bool inside = is_wall(s, column, row);
-    int64_t ahead = along - across, left = across + along, found = inside;
-    while (left > 0 && found < most) {
-        const bool over_x = ahead <= 0, over_y = ahead >= 0;
-        const bool corner =
-            over_x && over_y && (is_wall(s, column + step_x, row) || is_wall(s, column, row + step_y));
-        column += over_x ? step_x : 0;
-        row += over_y ? step_y : 0;
-        ahead += (over_x ? 2 * along : 0) - (over_y ? 2 * across : 0);
-        left -= over_x + over_y;
-        const bool now = is_wall(s, column, row);
-        found += !inside && (now || corner);
-        inside = now;
+    const int64_t bits = s->params->arena.place.bits, first_column = ax >> bits, first_row = ay >> bits;
+    const int64_t across = distance(first_column, bx >> bits), along = distance(first_row, by >> bits);
+    const int64_t step_x = bx >= ax ? 1 : -1, step_y = by >= ay ? 1 : -1;
+    bool inside = is_wall(s, first_column, first_row);
+    int64_t x = 0, y = 0, found = inside;
+    while (x + y < across + along && found < most) {
+        const int64_t column = first_column + step_x * x, row = first_row + step_y * y;
+        const int64_t leap = open_around(s, column, row) - 1;
+        if (leap > 1 && across >= along) {
+            x = lesser(x + leap, across);
+            y = crossed_aside(x, across, along);
+        } else if (leap > 1) {
+            y = lesser(y + leap, along);
+            x = crossed_aside(y, along, across);
+        } else {
+            const int64_t ahead = (2 * x + 1) * along - (2 * y + 1) * across;
+            const bool over_x = ahead <= 0, over_y = ahead >= 0;
+            const bool corner =
+                over_x && over_y && (is_wall(s, column + step_x, row) || is_wall(s, column, row + step_y));
+            const bool now = is_wall(s, column + (over_x ? step_x : 0), row + (over_y ? step_y : 0));
+            found += !inside && (now || corner);
+            inside = now;
+            x += over_x;
+            y += over_y;
+        }
     }
     return found;
 }

@@ -6,7 +6,7 @@
 #include "chance.h"
 #include "near.h"
 
-#define ATTEMPTS 256 /* random places that are tried before one with room is computed: feasibee.model.codes */
+#define ATTEMPTS 256 /* random places that are tried before one with room is computed: feasibee.base.codes */
 #define UNSORTED 512 /* robots that are placed before they are sorted into cells */
 
 enum placing { ANYWHERE_AT_RANDOM, IN_CLUSTERS, AT_POINTS }; /* how robots or tasks are placed (model.md 6.4) */

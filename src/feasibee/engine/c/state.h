@@ -122,7 +122,7 @@ struct clock {
     int64_t invented_robots, invented_tasks, vanished, left, changed, most;
 };
 
-/* What a record keeps of a run: feasibee.model.outcomes.ACCOUNT. */
+/* What a record keeps of a run: feasibee.base.outcomes.ACCOUNT. */
 struct account {
     int64_t bits_sent, declare_step, declared_feasible, declared_infeasible, feasible_at_end, infeasible_at_end;
     int64_t last_step, said_at_end, first_taken_step, all_taken_step, tasks_taken, distance_walked;

@@ -65,8 +65,8 @@ static inline void end_dissemination(struct state *s, struct part *part, const s
         .feasible_votes = heard.feasible,
         .infeasible_votes = heard.votes - heard.feasible,
         .heard_opinion = heard.opinion,
-        .heard_value = as_share(s, heard.value),
-        .mean_value = heard.votes > 0 ? as_share(s, heard.total) / (double)heard.votes : 0.0,
+        .heard_value = mean_share(s->params, heard.value, 1),
+        .mean_value = mean_share(s->params, heard.total, heard.votes),
         .chance = phase.chance,
     };
     struct mind mind = mind_in(job, s, i);

@@ -1,61 +1,47 @@
 // The arena on a canvas: ground and tasks on a layer of their own, robots as small pictures drawn once.
 
-import { Comings } from "./comings.js";
-import { Crowd, contextOf } from "./crowd.js";
-import { DISSEMINATING, NO_TASK, STANDING, THERE, WORKING } from "./frames.js";
-import { drawGround, imageOf, tracePolygons } from "./ground.js";
-import { LOOKS, drawSprite } from "./sprites.js";
+import { contextOf, make } from "./elements.js";
+import {
+  BYZANTINE,
+  DECLARED,
+  DISSEMINATING,
+  FEASIBLE,
+  NEUTRAL,
+  NO_TASK,
+  opinionOf,
+  shadeOf,
+  STANDING,
+  THERE,
+  WORKING,
+} from "./frames.js";
+import { drawGround, imageOf, outlineOf } from "./ground.js";
 
 const TURN = 65536; // units of a position along the longer side
-const DETAILED = 2000; // with more robots than this, no ticks, no flashes, no copies beyond the edge
-const FLASH = 700; // milliseconds
+const DETAILED = 500; // with more robots than this, no ticks
+const CROWD = 2000; // with more, squares: on a processor, 10,000 take 20 milliseconds, and pictures 140
 const LEAST = 4; // radius of few robots, in CSS pixels
+const LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | DECLARED | WORKING | BYZANTINE; // flags that a picture shows
 
-/** @import { Frame, Shown } from "./frames.js" */
+/** @import { Frame } from "./frames.js" */
 /** @import { Plan } from "./ground.js" */
+/** @import { History } from "./history.js" */
 /** @import { Shades } from "./theme.js" */
 
 /**
- * The world of a swarm, from the server.
- * @typedef {object} World
- * @property {[number, number]} size
- * @property {boolean} walls
- * @property {Plan | null} plan
- * @property {number} diameter
- * @property {number} sight
- * @property {number} view In degrees.
- * @property {number} radio
- * @property {number} robots At the start.
- * @property {number} numbers That robots may have.
- * @property {number} tasks At the start.
- * @property {boolean} truth At the start.
- * @property {boolean} changes Whether robots or tasks may come and go.
- * @property {number} last
- * @property {boolean} declares
- * @property {boolean} [acts] Whether robots go to tasks and do them.
- * @property {string[]} [robotClasses]
- * @property {number[]} [kinds] Class of each robot, by number.
+ * What stays as it is in a run, from scene.py; view: in degrees; changes: whether robots or tasks may come and go; acts:
+ * whether robots go to tasks and do them.
+ * @typedef {{size: [number, number], walls: boolean, plan: Plan | null, changes: boolean, acts: boolean}
+ *   & Record<"diameter" | "sight" | "view" | "radio", number>} World
  */
-
-/**
- * A run that has begun, from the server; see opened() in session.py.
- * @typedef {World & {
- *   generation: number, request: number | null, seed: string, run: string, fields: Record<string, string | number | boolean>,
- *   fixed: string, events: ({step: number} & Record<string, any>)[], toml: string, proof: string, threshold: number,
- *   drawn: [number, number][][], cell: number, lane: number, strategy: string, swarms: number, field?: {address: string, hz: number | null},
- * }} Opened
- */
-
-/**
- * What to draw: a frame, the next frame if any, and the time between them, 0 to 1; calm: without flashes.
- * @typedef {{now: Frame, next: Frame | null, between: number, calm: boolean}} View
- */
+/** @typedef {{clientX: number, clientY: number}} Pointer A position of the page. */
 
 export class Arena {
   /** @type {World} */
   world; // from open() on
+  /** @type {Frame | null} */
+  frame = null; // that is drawn
   /** @type {HTMLCanvasElement} */
-  ground; // from layout() on
+  ground; // from draw() on
 
   /**
    * @param {HTMLCanvasElement} canvas
@@ -67,21 +53,14 @@ export class Arena {
     this.context = contextOf(canvas, { alpha: false });
     this.colours = colours;
     this.redraw = redraw;
-    /** @type {Shown | null} */
-    this.tasks = null;
-    this.crowd = new Crowd();
-    this.comings = new Comings();
-    /** @type {Map<number, number>} */
-    this.flashes = new Map(); // start time, by robot
     /** @type {Map<number, HTMLCanvasElement>} */
     this.sprites = new Map();
-    /** @type {Frame | null} */
-    this.before = null;
     this.px = new Float32Array(0);
     this.py = new Float32Array(0);
-    /** @type {Uint16Array} */
-    this.flags = new Uint16Array(0); // of the frame that is drawn
+    this.robots = 1; // numbers that they may have
     this.width = this.height = this.longer = this.scale = this.unit = this.radius = this.ratio = 1;
+    this.magnified = 1; // times larger than its frame, which scrolls then
+    this.isLaid = false; // whether the canvas fits the world and its frame
     this.ranges = false; // of all robots
     this.pointed = this.chosen = -1;
     /** @type {ImageBitmap | null} */
@@ -91,17 +70,21 @@ export class Arena {
     this.drawn = 0;
   }
 
-  /** @param {World} world */
-  open(world) {
-    this.longer = Math.max(...world.size);
-    this.tasks = null;
+  /** @param {History} history */
+  open({ opened: { lengths }, settings: { sight, radio }, robots }) {
+    const { plan } = lengths;
+    if (plan?.image !== this.world?.plan?.image) void this.showPlan(plan);
+    this.world = { ...lengths, sight, radio };
+    this.robots = robots;
     this.pointed = -1;
-    this.flashes.clear();
-    this.comings = new Comings();
-    this.before = null;
-    if (world.plan?.image !== this.world?.plan?.image) this.showPlan(world.plan);
-    this.world = world;
-    this.layout();
+    this.frame = null;
+    this.isLaid = false;
+  }
+
+  /** @param {Shades} colours After the theme or the size of the frame has changed. */
+  restyle(colours) {
+    this.colours = colours;
+    this.isLaid = false;
   }
 
   /** @param {Plan | null} plan */
@@ -111,87 +94,86 @@ export class Arena {
     const image = await imageOf(plan);
     if (this.world.plan?.image !== plan.image) return; // another run has begun meanwhile
     this.plan = image;
-    this.paintGround();
+    this.isLaid = false;
     this.redraw();
-  }
-
-  /** @param {Shown} tasks */
-  setTasks(tasks) {
-    this.tasks = tasks;
-    this.paintGround();
-  }
-
-  /** @param {Shades} colours */
-  setColours(colours) {
-    this.colours = colours;
-    if (this.world) this.layout();
   }
 
   // Fit the canvas into its frame on the page.
   layout() {
-    const { clientWidth, clientHeight } = this.canvas.parentElement ?? this.canvas,
-      ratio = devicePixelRatio || 1;
-    const [width, height] = this.world.size;
-    const scale = Math.max(0.001, Math.min(clientWidth / width, clientHeight / height));
+    const { canvas, world, magnified } = this,
+      { clientWidth, clientHeight } = canvas.parentElement ?? canvas,
+      ratio = devicePixelRatio || 1,
+      [width, height] = world.size,
+      scale = Math.max(0.001, Math.min(clientWidth / width, clientHeight / height)) * magnified,
+      room = 0.13 * magnified * Math.sqrt((clientWidth * clientHeight) / Math.max(1, this.robots)),
+      least = Math.max(1.1, Math.min(LEAST, room)); // in a large hall, few robots are drawn larger than they are
+    this.ratio = ratio;
     this.scale = scale * ratio;
+    this.longer = Math.max(width, height);
+    this.unit = (this.longer / TURN) * this.scale; // pixels
+    this.radius = Math.max(least * ratio, (world.diameter / 2) * this.scale);
     this.width = Math.max(1, Math.round(width * this.scale));
     this.height = Math.max(1, Math.round(height * this.scale));
-    if (this.canvas.width !== this.width || this.canvas.height !== this.height) {
-      this.canvas.width = this.width;
-      this.canvas.height = this.height;
-    }
-    this.canvas.style.width = `${this.width / ratio}px`;
-    this.canvas.style.height = `${this.height / ratio}px`;
-    this.unit = (this.longer / TURN) * this.scale; // pixels
-    const room = 0.13 * Math.sqrt((clientWidth * clientHeight) / Math.max(1, this.world.numbers)),
-      least = Math.max(1.1, Math.min(LEAST, room)); // in a large hall, few robots are drawn larger than they are
-    this.radius = Math.max(least * ratio, (this.world.diameter / 2) * this.scale);
-    this.ratio = ratio;
-    this.sprites = new Map();
-    this.paintGround();
-  }
-
-  paintGround() {
-    const { width, height } = this;
-    const ground = (this.ground = document.createElement("canvas"));
-    ground.width = width;
-    ground.height = height;
-    const crowded = this.world.numbers > DETAILED;
-    const context = contextOf(ground, { alpha: false, willReadFrequently: crowded });
-    drawGround(context, this);
-    if (crowded) this.crowd.reset(ground);
+    if (canvas.width !== this.width || canvas.height !== this.height)
+      Object.assign(canvas, { width: this.width, height: this.height });
+    canvas.style.width = `${this.width / ratio}px`;
+    canvas.style.height = `${this.height / ratio}px`;
+    this.sprites.clear();
+    this.isLaid = true;
   }
 
   /**
-   * Draw between two frames; return whether a flash still moves.
-   * @param {View} view
-   * @param {number} time
+   * Show the arena larger than its frame, around the robot that is chosen or around the middle.
+   * @param {number} times
    */
-  draw({ now, next, between, calm }, time) {
-    const { context } = this;
-    this.place(now, next, between);
-    this.flags = now.flags;
-    if (now !== this.before) this.notice(now, calm ? Infinity : time);
-    const shadowed = (this.ranges ? [...this.flags.keys()] : [this.pointed, this.chosen]).filter((each) =>
-      this.has(each),
+  zoom(times) {
+    const { parentElement: frame } = this.canvas;
+    this.magnified = times;
+    this.isLaid = false;
+    if (!this.frame || !frame) return;
+    this.layout();
+    const { x, y } = this.frame,
+      [across, up] = this.has(this.chosen)
+        ? [(x[this.chosen] * this.unit) / this.width, (y[this.chosen] * this.unit) / this.height]
+        : [0.5, 0.5];
+    frame.scrollTo(
+      across * frame.scrollWidth - frame.clientWidth / 2,
+      (1 - up) * frame.scrollHeight - frame.clientHeight / 2,
     );
-    if (now.robots > DETAILED) {
-      this.crowd.draw(context, this.px, this.py, now.flags, LOOKS, (looks) => this.sprite(looks));
-      for (const each of shadowed) this.shadow(each, now.heading[each]);
-    } else {
-      context.drawImage(this.ground, 0, 0);
-      for (const each of shadowed) this.shadow(each, now.heading[each]);
-      this.aims(now);
-      this.flash(time);
-      this.robots(now);
-      if (this.radius > 2.5 * this.ratio) this.ticks(now);
+    this.isLaid = false; // the ground isn't painted yet
+  }
+
+  /** @param {Frame} now */
+  paintGround(now) {
+    const { width, height } = this;
+    this.ground = make("canvas", { width, height });
+    drawGround(contextOf(this.ground, { alpha: false }), this, now);
+  }
+
+  /**
+   * Draw between two frames.
+   * @param {Frame} now
+   * @param {Frame} next
+   * @param {number} between 0 to 1.
+   */
+  draw(now, next, between) {
+    const { context, frame } = this;
+    if (!this.isLaid || now.taskX !== frame?.taskX || now.taken !== frame.taken) {
+      if (!this.isLaid) this.layout();
+      this.paintGround(now);
     }
+    this.place(now, next, between);
+    this.frame = now;
+    context.drawImage(this.ground, 0, 0);
+    for (const each of this.ranges ? now.flags.keys() : [this.pointed, this.chosen])
+      if (this.has(each)) this.shadow(each, now.heading[each]);
+    this.aims(now);
+    if (now.robots > CROWD) this.squares(now);
+    else this.discs(now);
+    if (this.radius > 2.5 * this.ratio && now.robots <= DETAILED) this.ticks(now);
     if (this.has(this.chosen)) this.ring(this.chosen);
     if (this.sketch.length) this.outline();
-    context.strokeStyle = this.colours.ink;
-    this.comings.draw(context, this, time);
     this.canvas.dataset.drawn = String(++this.drawn); // for tests and benchmarks
-    return this.flashes.size > 0 || this.comings.rings.length > 0;
   }
 
   /**
@@ -199,37 +181,29 @@ export class Arena {
    * @param {number} robot
    */
   has(robot) {
-    return Boolean(this.flags[robot] & THERE);
+    return Boolean(this.frame && this.frame.flags[robot] & THERE);
   }
 
   /**
    * Compute the pixel of each robot; on a torus it moves the shortest way.
    * @param {Frame} now
-   * @param {Frame | null} next
+   * @param {Frame} next
    * @param {number} between
    */
   place(now, next, between) {
-    const count = now.robots;
-    if (this.px.length !== count) {
-      this.px = new Float32Array(count);
-      this.py = new Float32Array(count);
-    }
-    const { px, py, unit, width, height, world } = this;
+    const { unit, width, height, world } = this,
+      count = now.robots;
+    if (this.px.length !== count) [this.px, this.py] = [new Float32Array(count), new Float32Array(count)];
+    const { px, py } = this;
     for (let i = 0; i < count; i++) {
       px[i] = now.x[i] * unit;
       py[i] = height - now.y[i] * unit;
-    }
-    if (!next) return;
-    const wraps = !world.walls,
-      halfX = width / 2,
-      halfY = height / 2;
-    for (let i = 0; i < count; i++) {
-      if (!(now.flags[i] & next.flags[i] & THERE)) continue;
+      if (!between || !(now.flags[i] & next.flags[i] & THERE)) continue;
       let dx = (next.x[i] - now.x[i]) * unit,
         dy = (now.y[i] - next.y[i]) * unit;
-      if (wraps) {
-        dx -= dx > halfX ? width : dx < -halfX ? -width : 0;
-        dy -= dy > halfY ? height : dy < -halfY ? -height : 0;
+      if (!world.walls) {
+        dx -= width * Math.round(dx / width);
+        dy -= height * Math.round(dy / height);
       }
       const x = px[i] + between * dx,
         y = py[i] + between * dy;
@@ -238,54 +212,78 @@ export class Arena {
     }
   }
 
-  /**
-   * Start a flash for each robot that has begun to disseminate, and rings around what has come or gone.
-   * @param {Frame} now
-   * @param {number} time Infinity for no flashes: faster, they would only flicker.
-   */
-  notice(now, time) {
-    const old = this.before;
-    if (old && time < Infinity && now.step > old.step && now.robots <= DETAILED / 4) {
-      for (let i = 0; i < now.robots; i++)
-        if (now.flags[i] & ~old.flags[i] & DISSEMINATING) this.flashes.set(i, time);
-      if (this.world.changes) this.comings.notice(old, now, time);
+  /** @param {Frame} now */
+  discs({ flags, robots }) {
+    const { context, px, py, width, height, radius } = this,
+      reach = 1.7 * radius;
+    for (let i = 0; i < robots; i++) {
+      if (!this.has(i)) continue;
+      const sprite = this.sprite(flags[i] & LOOKS),
+        x = px[i] - sprite.width / 2,
+        y = py[i] - sprite.width / 2;
+      context.drawImage(sprite, x, y);
+      if (this.world.walls) continue;
+      const dx = px[i] < reach ? width : px[i] > width - reach ? -width : 0,
+        dy = py[i] < reach ? height : py[i] > height - reach ? -height : 0;
+      if (dx) context.drawImage(sprite, x + dx, y);
+      if (dy) context.drawImage(sprite, x, y + dy);
     }
-    const { taken, taskX: x, taskY: y } = now,
-      shown = this.tasks,
-      places = this.world.changes ? { x, y, numbers: now.taskNumbers } : shown,
-      isShown = shown && places && isSame(shown.x, places.x) && isSame(shown.y, places.y);
-    if (places && !(isShown && (!taken || (shown.taken && isSame(shown.taken, taken)))))
-      this.setTasks({ ...places, taken });
-    this.before = now;
   }
 
   /** @param {Frame} now */
-  robots(now) {
-    const { context, px, py, width, height, radius } = this,
-      { flags, robots } = now;
-    const reach = 1.7 * radius;
-    for (let i = 0; i < robots; i++) {
-      if (!this.has(i)) continue;
-      const sprite = this.sprite(flags[i] & LOOKS);
-      const half = sprite.width / 2,
-        x = px[i],
-        y = py[i];
-      context.drawImage(sprite, x - half, y - half);
-      if (this.world.walls) continue;
-      const dx = x < reach ? width : x > width - reach ? -width : 0;
-      const dy = y < reach ? height : y > height - reach ? -height : 0;
-      if (dx) context.drawImage(sprite, x + dx - half, y - half);
-      if (dy) context.drawImage(sprite, x - half, y + dy - half);
-    }
+  squares({ flags, robots }) {
+    const { context, px, py, radius, colours } = this;
+    /** @type {(opinion: number, colour: string, half: number) => void} */
+    const fill = (opinion, colour, half) => {
+      context.fillStyle = colour;
+      for (let i = 0; i < robots; i++)
+        if (this.has(i) && opinionOf(flags[i]) === opinion)
+          context.fillRect(px[i] - half, py[i] - half, 2 * half, 2 * half);
+    };
+    fill(-1, colours.undecided, 0.7 * radius);
+    fill(0, colours.infeasible, radius);
+    if (radius > 2) fill(0, colours.ground, 0.48 * radius);
+    fill(1, colours.feasible, radius);
   }
 
   /**
-   * Return the picture of robots with these flags, drawn once.
+   * Return the picture of robots with these flags, drawn once: the opinion as a disc, or a ring if infeasible; a ring around
+   * one that disseminates, a dark rim on one that has declared, a square around a Byzantine one, a cross on one that is stopped.
    * @param {number} flags
    */
   sprite(flags) {
-    let sprite = this.sprites.get(flags);
-    if (!sprite) this.sprites.set(flags, (sprite = drawSprite(flags, this.radius, this.colours)));
+    const { sprites, radius, colours } = this,
+      half = Math.ceil(1.75 * radius) + 1,
+      found = sprites.get(flags);
+    if (found) return found;
+    const sprite = make("canvas", { width: 2 * half, height: 2 * half }),
+      pen = contextOf(sprite),
+      opinion = opinionOf(flags);
+    /** @param {number} size */
+    const disc = (size) => {
+      const path = new Path2D();
+      path.arc(0, 0, size * radius, 0, 2 * Math.PI);
+      return path;
+    };
+    const wide = (/** @type {number} */ width) => (pen.lineWidth = Math.max(1, width * radius));
+    pen.translate(half, half);
+    pen.fillStyle = pen.strokeStyle = colours[shadeOf(flags)];
+    if (!(flags & WORKING)) pen.globalAlpha = 0.45;
+    pen.fill(disc(opinion < 0 ? 0.7 : 1));
+    pen.fillStyle = colours.ground;
+    if (opinion === 0 && radius > 2) pen.fill(disc(0.48));
+    wide(0.2);
+    if (flags & DISSEMINATING && radius > 2) pen.stroke(disc(1.5));
+    pen.strokeStyle = colours.ink;
+    wide(0.3);
+    if (flags & DECLARED) pen.stroke(disc(1));
+    pen.globalAlpha = 1;
+    wide(0.18);
+    if (flags & BYZANTINE) pen.strokeRect(-1.15 * radius, -1.15 * radius, 2.3 * radius, 2.3 * radius);
+    const arm = 0.75 * radius;
+    if (!(flags & WORKING))
+      pen.stroke(new Path2D(`M${-arm} ${-arm}L${arm} ${arm}M${arm} ${-arm}L${-arm} ${arm}`));
+    sprites.set(flags, sprite);
     return sprite;
   }
 
@@ -293,17 +291,16 @@ export class Arena {
    * Draw a line from each robot to the task to which it walks, and a thick one if it stands there.
    * @param {Frame} now
    */
-  aims({ aims, flags }) {
-    const { context, px, py, unit, width, height, world, tasks, ratio } = this;
-    if (!aims || !tasks) return;
+  aims({ aims, flags, taskX, taskY }) {
+    const { context, px, py, unit, width, height, world, ratio } = this;
     context.strokeStyle = this.colours.ink;
     for (const stands of [false, true]) {
       context.lineWidth = stands ? Math.max(2 * ratio, 0.35 * this.radius) : 0.7 * ratio;
       context.beginPath();
       for (let i = 0; i < aims.length; i++) {
         if (!this.has(i) || aims[i] === NO_TASK || Boolean(flags[i] & STANDING) !== stands) continue;
-        const x = tasks.x[aims[i]] * unit,
-          y = height - tasks.y[aims[i]] * unit,
+        const x = taskX[aims[i]] * unit,
+          y = height - taskY[aims[i]] * unit,
           across = world.walls ? 0 : width * Math.round((x - px[i]) / width),
           along = world.walls ? 0 : height * Math.round((y - py[i]) / height);
         context.moveTo(px[i], py[i]);
@@ -323,7 +320,7 @@ export class Arena {
     context.lineWidth = Math.max(this.ratio, 0.16 * radius);
     context.beginPath();
     for (let i = 0; i < now.robots; i++) {
-      if (!(now.flags[i] & WORKING) || (now.aims?.[i] ?? NO_TASK) !== NO_TASK) continue;
+      if (!(now.flags[i] & WORKING) || (now.aims[i] ?? NO_TASK) !== NO_TASK) continue;
       const angle = (now.heading[i] * Math.PI) / 128,
         x = Math.cos(angle),
         y = -Math.sin(angle);
@@ -331,25 +328,6 @@ export class Arena {
       context.lineTo(px[i] + 1.28 * radius * x, py[i] + 1.28 * radius * y);
     }
     context.stroke();
-  }
-
-  /** @param {number} time */
-  flash(time) {
-    const { context } = this,
-      reach = this.world.radio * this.scale;
-    context.strokeStyle = this.colours.ink;
-    context.lineWidth = this.ratio;
-    for (const [i, begun] of this.flashes) {
-      const age = (time - begun) / FLASH;
-      if (age >= 1 || !this.has(i)) {
-        this.flashes.delete(i);
-        continue;
-      }
-      context.globalAlpha = 0.35 * (1 - age);
-      this.circles(this.px[i], this.py[i], this.radius + (reach - this.radius) * Math.sqrt(Math.max(0, age)));
-      context.stroke();
-    }
-    context.globalAlpha = 1;
   }
 
   /**
@@ -386,29 +364,16 @@ export class Arena {
 
   // Draw the wall that is being drawn or erased, with its corners.
   outline() {
-    const { context, sketch, scale, height, ratio } = this;
+    const { context, sketch, scale, height, ratio } = this,
+      path = outlineOf([sketch], scale, height);
     context.strokeStyle = context.fillStyle = this.colours.infeasible;
     context.lineWidth = 2 * ratio;
-    context.beginPath();
-    tracePolygons(context, [sketch], scale, height);
     context.globalAlpha = 0.3;
-    context.fill();
+    context.fill(path);
     context.globalAlpha = 1;
-    context.stroke();
+    context.stroke(path);
     for (const [x, y] of sketch)
       context.fillRect(x * scale - 3 * ratio, height - y * scale - 3 * ratio, 6 * ratio, 6 * ratio);
-  }
-
-  /**
-   * Return the place in units at a position of the page.
-   * @param {number} clientX
-   * @param {number} clientY
-   * @returns {[number, number]}
-   */
-  unitsAt(clientX, clientY) {
-    const box = this.canvas.getBoundingClientRect(),
-      [width, height] = this.world.size;
-    return [((clientX - box.left) / box.width) * width, (1 - (clientY - box.top) / box.height) * height];
   }
 
   /**
@@ -434,81 +399,52 @@ export class Arena {
   }
 
   /**
-   * Return the robot at a position of the page; -1 if none is near.
-   * @param {number} clientX
-   * @param {number} clientY
+   * Return a position of the page in pixels of the canvas.
+   * @param {Pointer} pointer
+   * @returns {[number, number]}
    */
-  at(clientX, clientY) {
-    if (!this.world) return -1;
-    return this.nearestRobot(clientX, clientY)[1];
+  pixelAt({ clientX, clientY }) {
+    const { left, top } = this.canvas.getBoundingClientRect();
+    return [(clientX - left) * this.ratio, (clientY - top) * this.ratio];
+  }
+
+  /**
+   * Return a position of the page in units.
+   * @param {Pointer} pointer
+   * @returns {[number, number]}
+   */
+  unitsAt(pointer) {
+    const [x, y] = this.pixelAt(pointer);
+    return [x / this.scale, (this.height - y) / this.scale];
+  }
+
+  /**
+   * Return the robot at a position of the page; -1 if none is near.
+   * @param {Pointer} pointer
+   */
+  at(pointer) {
+    return this.thingAt(pointer, false)?.number ?? -1;
   }
 
   /**
    * Return the robot or task at a position of the page, whichever is nearer; null if none is near.
-   * @param {number} clientX
-   * @param {number} clientY
-   * @returns {{kind: "robot" | "task", number: number} | null}
+   * @param {Pointer} pointer
    */
-  thingAt(clientX, clientY) {
-    const { x = [], y = [], numbers } = this.tasks ?? {},
-      [far, robot] = this.nearestRobot(clientX, clientY),
-      [near, task] = this.nearest(
-        clientX,
-        clientY,
-        Float32Array.from(x, (each) => each * this.unit),
-        Float32Array.from(y, (each) => this.height - each * this.unit),
-      );
-    if (task >= 0 && near < far) return { kind: "task", number: numbers?.length ? numbers[task] : task };
-    return robot < 0 ? null : { kind: "robot", number: robot };
+  thingAt(pointer, withTasks = true) {
+    if (!this.frame) return null;
+    const { px, py, unit, height } = this,
+      { taskX, taskY, taskNumbers } = this.frame,
+      [x, y] = this.pixelAt(pointer);
+    let nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2,
+      found = /** @type {{kind: "robot" | "task", number: number} | null} */ (null);
+    /** @type {(kind: "robot" | "task", number: number, left: number, top: number) => void} */
+    const look = (kind, number, left, top) => {
+      const squared = (left - x) ** 2 + (top - y) ** 2;
+      if (squared < nearest) [nearest, found] = [squared, { kind, number }];
+    };
+    for (let i = 0; i < px.length; i++) if (this.has(i)) look("robot", i, px[i], py[i]);
+    for (let k = 0; withTasks && k < taskX.length; k++)
+      look("task", taskNumbers[k], taskX[k] * unit, height - taskY[k] * unit);
+    return found;
   }
-
-  /**
-   * @param {number} clientX
-   * @param {number} clientY
-   */
-  nearestRobot(clientX, clientY) {
-    return this.nearest(clientX, clientY, this.px, this.py, (i) => this.has(i));
-  }
-
-  /**
-   * Return the square of the distance of the pixel nearest to a position of the page, and which it is; -1 if none is near.
-   * @param {number} clientX
-   * @param {number} clientY
-   * @param {Float32Array} px
-   * @param {Float32Array} py
-   */
-  nearest(clientX, clientY, px, py, isThere = (/** @type {number} */ _) => true) {
-    const box = this.canvas.getBoundingClientRect(),
-      x = (clientX - box.left) * this.ratio,
-      y = (clientY - box.top) * this.ratio;
-    let found = -1,
-      nearest = Math.max(1.8 * this.radius, 10 * this.ratio) ** 2;
-    for (let i = 0; i < px.length; i++) {
-      const squared = (px[i] - x) ** 2 + (py[i] - y) ** 2;
-      if (squared < nearest && isThere(i)) [nearest, found] = [squared, i];
-    }
-    return [nearest, found];
-  }
-
-  /**
-   * Let the pointer show what a robot senses.
-   * @param {HTMLElement} frame
-   * @param {() => void} redraw
-   */
-  followPointer(frame, redraw) {
-    for (const type of /** @type {const} */ (["pointermove", "pointerdown", "pointerleave"]))
-      frame.addEventListener(type, ({ clientX, clientY }) => {
-        const robot = type === "pointerleave" ? -1 : this.at(clientX, clientY);
-        if (robot !== this.pointed) redraw();
-        this.pointed = robot;
-      });
-  }
-}
-
-/**
- * @param {Uint16Array | Uint8Array} one
- * @param {Uint16Array | Uint8Array} other
- */
-function isSame(one, other) {
-  return one.length === other.length && one.every((each, k) => each === other[k]);
 }

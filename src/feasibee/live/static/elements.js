@@ -1,4 +1,4 @@
-// Access to the elements of index.html, and how numbers are written in them.
+// Access to the elements of the page, and how texts and numbers are written in them.
 
 /**
  * Return an element of the page by its id.
@@ -17,6 +17,43 @@ export function make(tag, properties, ...children) {
   const element = document.createElement(tag);
   Object.assign(element, properties).append(...children);
   return element;
+}
+
+/**
+ * Write a text where it isn't yet, or hide its place if it is empty: screen readers read each change.
+ * @param {HTMLElement} place
+ * @param {string} text
+ */
+export function write(place, text) {
+  if (place.textContent !== text) place.textContent = text;
+  place.hidden = !text;
+}
+
+/**
+ * Fill the list in an element with terms and their texts.
+ * @param {HTMLElement} place
+ * @param {[string, string][]} rows
+ */
+export function list(place, rows) {
+  const items = rows.map(([term, text]) => make("div", {}, make("dt", {}, term), make("dd", {}, text)));
+  place.querySelector("dl")?.replaceChildren(...items);
+}
+
+/**
+ * Return a text as markup that shows it.
+ * @param {string} text
+ */
+export const escaped = (text) => text.replace(/[&<]/g, (each) => `&#${each.charCodeAt(0)};`);
+
+/**
+ * Return the 2D context of a canvas.
+ * @param {HTMLCanvasElement} canvas
+ * @param {CanvasRenderingContext2DSettings} [settings]
+ */
+export function contextOf(canvas, settings) {
+  const context = canvas.getContext("2d", settings);
+  if (!context) throw new Error("this browser gives no canvas to draw on");
+  return context;
 }
 
 /**

@@ -1,51 +1,61 @@
-// The binary messages of the server, from messages.py, and the bits of a robot's flags.
+// The bits of a robot's flags, and a step as the arena draws it.
 
-export const PROTOCOL = 6;
-export const FEASIBLE = 1,
-  NEUTRAL = 2,
-  DISSEMINATING = 4,
-  DECLARED = 8,
-  WORKING = 16,
-  BYZANTINE = 32,
-  STUBBORN = 64,
-  THERE = 128,
-  STANDING = 256;
+import { OPINIONS } from "./words.js";
+
+export const FEASIBLE = 1;
+export const NEUTRAL = 2;
+export const DISSEMINATING = 4;
+export const DECLARED = 8;
+export const WORKING = 16;
+export const BYZANTINE = 32;
+export const STUBBORN = 64;
+export const THERE = 128;
+export const STANDING = 256;
 export const NO_TASK = 65535; // as aim of a robot
-const ARRAYS = { i4: Int32Array, u2: Uint16Array, u1: Uint8Array };
 
-/** @typedef {{x: Uint16Array, y: Uint16Array}} Places In 65,536ths of the arena's longer side. */
 /**
- * Tasks; their numbers, if they come and go; and if robots act, 0 for a free one, 1 taken, 2 done.
- * @typedef {Places & {numbers?: Uint16Array, taken?: Uint8Array}} Shown
+ * Tasks, and classes of robots, from a step on; taken, if robots act: 0 for a free task, 1 taken, 2 done.
+ * @typedef {{step: number, taskX: Uint16Array, taskY: Uint16Array, taskNumbers: Uint16Array, taken?: Uint16Array,
+ *   kinds: number[]}} There
  */
-/** @typedef {{aims?: Uint16Array, taken?: Uint8Array}} Acting The task of each robot, as its place among those shown. */
-/** @typedef {Places & {type: "tasks", generation: number}} Tasks Positions of the tasks at the start. */
-/** @typedef {"feasible" | "infeasible" | "counted" | "disseminating" | "working" | "there" | "standing"} Count Robots at this step. */
-/** @typedef {"declaredFeasible" | "declaredInfeasible"} Declared Counted robots only. */
-/** @typedef {"tasks" | "truth" | "decision"} Now At this step; decision: 1, 0, or -1 for none. */
-/** @typedef {"firstDecision" | "decisionStep" | "allTakenStep"} Decided The first decision, and that they did it; or -1. */
-/** @typedef {"bits" | "robotSteps"} Total Bits sent, and robots summed over the steps, so far. */
-/** @typedef {"feasibleCounts" | "infeasibleCounts" | "countedCounts"} Curve Counts of the steps from `first` on. */
 /**
- * One step of a swarm, and of that beside it; robots: number of numbers that robots may have; lane: 0, or 1 for the
- * second swarm; jump: number of the page's last jump.
- * @typedef {Places & Acting & {type: "frame", beside?: Frame} & Record<"flags" | "taskX" | "taskY" | "taskNumbers", Uint16Array>
- *   & Record<"heading" | "truths", Uint8Array> & Record<Curve, Int32Array>
- *   & Record<"generation" | "lane" | "jump" | "robots" | "step" | "first", number>
- *   & Record<Count | Declared | Now | Decided | Total, number>} Frame
+ * A step of a swarm: places in 65,536ths of the arena's longer side; robots: number of numbers that robots may have; aims:
+ * the task of each robot, as its place among those shown; decision: 1, 0, or -1.
+ * @typedef {There & import("./history.js").Columns & Record<import("./history.js").Count | "robots", number>} Frame
  */
 
 /**
- * @param {ArrayBuffer} buffer
- * @returns {Frame | Tasks}
+ * Return a robot's opinion: 1 for feasible, 0 for infeasible, -1 for none.
+ * @param {number} flags
  */
-export function decode(buffer) {
-  let at = 4 + new DataView(buffer).getUint32(0, true);
-  const message = JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, 4, at - 4)));
-  if (message.protocol !== PROTOCOL) throw new Error("the server has another version; reload the page");
-  for (const [name, kind, length] of message.arrays) {
-    message[name] = new ARRAYS[/** @type {keyof typeof ARRAYS} */ (kind)](buffer, at, length);
-    at += message[name].byteLength;
-  }
-  return message;
+export const opinionOf = (flags) => (flags & NEUTRAL ? -1 : flags & FEASIBLE);
+
+/**
+ * Return the shade in which a robot's opinion is drawn.
+ * @param {number} flags
+ */
+export const shadeOf = (flags) =>
+  /** @type {const} */ (["undecided", "infeasible", "feasible"])[1 + opinionOf(flags)];
+
+/**
+ * Return in words what is seen of a robot.
+ * @param {Frame} frame
+ * @param {number} robot
+ * @param {string} [name] Of its class.
+ */
+export function lookOf(frame, robot, name) {
+  const flags = frame.flags[robot],
+    aim = frame.aims[robot] ?? NO_TASK,
+    opinion = opinionOf(flags);
+  const words = [
+    opinion < 0 ? "no opinion" : OPINIONS[opinion],
+    !(flags & WORKING) ? "stopped" : flags & DISSEMINATING ? "broadcasting" : "exploring",
+    name && `class ${name}`,
+    flags & BYZANTINE && "Byzantine",
+    flags & STUBBORN && "stubborn",
+    flags & DECLARED && "has declared",
+    aim !== NO_TASK && `${flags & STANDING ? "stands at" : "walks to"} task ${frame.taskNumbers[aim]}`,
+    (!(flags & WORKING) || flags & BYZANTINE) && "not counted",
+  ];
+  return words.filter(Boolean).join(", ");
 }

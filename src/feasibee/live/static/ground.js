@@ -1,7 +1,7 @@
 // The ground of an arena: grid, tasks and walls, drawn once until something of it changes.
 
 /** @import { Arena } from "./arena.js" */
-/** @import { Shown } from "./frames.js" */
+/** @import { Frame } from "./frames.js" */
 
 /**
  * A floor plan from scene.py: an image in base64, whose opacity says how dark each cell is; sizes in units.
@@ -24,16 +24,16 @@ export function imageOf({ image }) {
 /**
  * @param {CanvasRenderingContext2D} context
  * @param {Arena} arena
+ * @param {Frame} now Whose tasks are drawn.
  */
-export function drawGround(context, arena) {
-  const { width, height, longer, colours, scale, ratio, tasks, world } = arena;
+export function drawGround(context, arena, now) {
+  const { width, height, longer, colours, scale, ratio, world } = arena;
   context.fillStyle = colours.ground;
   context.fillRect(0, 0, width, height);
   context.strokeStyle = colours.line;
   context.lineWidth = ratio;
   context.beginPath();
-  const gap =
-    10 ** Math.ceil(Math.log10(longer / 15)) / (longer / 10 ** Math.floor(Math.log10(longer)) < 3 ? 2 : 1);
+  const gap = gapOf(longer);
   for (let at = gap; at * scale < Math.max(width, height) - 1; at += gap) {
     const x = Math.round(at * scale) + 0.5,
       y = Math.round(height - at * scale) + 0.5;
@@ -44,12 +44,21 @@ export function drawGround(context, arena) {
   }
   context.stroke();
   if (world.plan) drawPlan(context, arena, world.plan);
-  if (tasks) drawTasks(context, arena, tasks);
+  drawTasks(context, arena, now);
   if (world.walls) {
     context.strokeStyle = colours.ink;
     context.lineWidth = 6 * ratio; // half of it is outside
     context.strokeRect(0, 0, width, height);
   }
+}
+
+/**
+ * Return the spacing of the grid: 1, 2 or 5 times a power of ten, so that the longer side has 8 to 20 cells.
+ * @param {number} side
+ */
+export function gapOf(side) {
+  const power = 10 ** Math.floor(Math.log10(side / 8));
+  return power * ([5, 2].find((each) => each * power <= side / 8) ?? 1);
 }
 
 /**
@@ -62,12 +71,11 @@ function drawPlan(context, { plan: image, height, colours, scale, ratio }, { siz
   context.fillStyle = context.strokeStyle = colours.zone;
   context.lineWidth = 1.5 * ratio;
   for (const { polygons } of zones) {
-    context.beginPath();
-    tracePolygons(context, polygons, scale, height);
+    const path = outlineOf(polygons, scale, height);
     context.globalAlpha = 0.12;
-    context.fill();
+    context.fill(path);
     context.globalAlpha = 1;
-    context.stroke();
+    context.stroke(path);
   }
   context.fillStyle = colours.ink;
   context.font = `${12 * ratio}px system-ui, sans-serif`;
@@ -88,29 +96,24 @@ function drawPlan(context, { plan: image, height, colours, scale, ratio }, { siz
 }
 
 /**
- * Add polygons in units to the path.
- * @param {CanvasRenderingContext2D} context
+ * Return the outline of polygons in units, in pixels.
  * @param {[number, number][][]} polygons
  * @param {number} scale
  * @param {number} height
  */
-export function tracePolygons(context, polygons, scale, height) {
-  for (const polygon of polygons) {
-    for (const [k, [x, y]] of polygon.entries())
-      if (k) context.lineTo(x * scale, height - y * scale);
-      else context.moveTo(x * scale, height - y * scale);
-    context.closePath();
-  }
+export function outlineOf(polygons, scale, height) {
+  const corners = polygons.map((each) => each.map(([x, y]) => `${x * scale} ${height - y * scale}`));
+  return new Path2D(corners.map((each) => `M${each.join("L")}Z`).join(""));
 }
 
 /**
  * Draw the tasks; if robots act, those that are done, then those that are taken, and on top, hollow, free ones.
  * @param {CanvasRenderingContext2D} context
  * @param {Arena} arena
- * @param {Shown} tasks
+ * @param {Frame} now
  */
-function drawTasks(context, { ratio, scale, unit, width, height, colours }, { x, y, taken }) {
-  const few = 0.1 * Math.sqrt((width * height) / Math.max(1, x.length)), // in a large hall, few tasks are drawn larger
+function drawTasks(context, { ratio, scale, unit, width, height, colours }, { taskX, taskY, taken }) {
+  const few = 0.1 * Math.sqrt((width * height) / Math.max(1, taskX.length)), // in a large hall, few tasks are drawn larger
     least = Math.max(1.5 * ratio, Math.min(4.5 * ratio, few)),
     size = Math.max(least, Math.min(0.42 * scale, 9 * ratio)),
     small = size < 4 * ratio,
@@ -119,10 +122,10 @@ function drawTasks(context, { ratio, scale, unit, width, height, colours }, { x,
     context.fillStyle = fills[which];
     if (small) context.globalAlpha = 0.5; // many tasks would hide the robots
     context.beginPath();
-    for (let i = 0; i < x.length; i++) {
+    for (let i = 0; i < taskX.length; i++) {
       if (taken && taken[i] !== which) continue;
-      const left = x[i] * unit,
-        top = height - y[i] * unit;
+      const left = taskX[i] * unit,
+        top = height - taskY[i] * unit;
       context.moveTo(left, top - size);
       context.lineTo(left + 0.92 * size, top + 0.66 * size);
       context.lineTo(left - 0.92 * size, top + 0.66 * size);

@@ -1,123 +1,86 @@
 // Add tasks and robots at points, move them and take them away, with the pointer: each is an event of the scenario.
 
-/** @import { Arena } from "./arena.js" */
+import { announce } from "./elements.js";
+
+/** @import { Place, Tool, Tools } from "./tools.js" */
 /** @import { Change } from "./touching.js" */
-/** @import { Point, Tool } from "./tools.js" */
 
-/** @typedef {{kind: "robot" | "task", number: number, from: Point}} Thing */
+/** @typedef {"robot" | "task"} Kind */
 
-export class Hands {
-  /**
-   * @param {(change: Change, told: string) => void} happen Let an event happen.
-   * @param {(sketch: Point[]) => void} sketch
-   * @param {(text: string) => void} say
-   */
-  constructor(happen, sketch, say) {
-    this.say = say;
-    this.happen = happen;
-    this.sketch = sketch;
-    /** @type {Thing | null} */
-    this.held = null;
-    const drop = () => this.drop();
-    /** @type {Record<string, Tool>} */
-    this.tools = {
-      task: {
-        label: "Add tasks",
-        help: "Click where a task is to appear.",
-        end: (...at) => this.add("task", ...at),
-        drop,
+/**
+ * Return the tools that change what is there.
+ * @param {Tools} tools
+ * @param {(change: Change, told: string) => void} happen Let an event happen.
+ * @returns {Record<string, Tool>}
+ */
+export function handTools(tools, happen) {
+  /** @type {(kind: Kind) => Tool} */
+  const adding = (kind) => ({
+    label: `Add ${kind}s`,
+    help: `Click where a ${kind} is to ${kind === "task" ? "appear" : "join"}.`,
+    end: (place) => happen({ [`${kind}s`]: 1, at: pointAt(place, kind) }, `one more ${kind}`),
+  });
+  return {
+    task: adding("task"),
+    robot: adding("robot"),
+    move: moving(tools, happen),
+    remove: {
+      label: "Remove",
+      help: "Click a robot or a task to take it away.",
+      end: (place) => {
+        const { kind, number } = thingAt(place) ?? {};
+        if (kind) happen({ [kind]: number }, `${kind} ${number} is gone`);
       },
-      robot: {
-        label: "Add robots",
-        help: "Click where a robot is to join.",
-        end: (...at) => this.add("robot", ...at),
-        drop,
-      },
-      move: {
-        label: "Move",
-        help: "Drag a robot or a task to another place.",
-        begin: (event, arena) => (this.held = this.thingAt(event, arena)),
-        move: (event, arena) => this.carry(event, arena),
-        end: (event, arena) => this.put(event, arena),
-        drop,
-      },
-      remove: {
-        label: "Remove",
-        help: "Click a robot or a task to take it away.",
-        end: (...at) => this.take(this.thingAt(...at)),
-        drop,
-      },
-    };
-  }
+    },
+  };
+}
 
-  // Let go of what is held; return whether anything was.
-  drop() {
-    const { held } = this;
-    this.held = null;
-    this.sketch([]);
-    return Boolean(held);
-  }
+/** @type {(tools: Tools, happen: (change: Change, told: string) => void) => Tool} */
+function moving(tools, happen) {
+  /** @type {{kind: Kind, number: number, from: [number, number]} | null} */
+  let held = null;
+  return {
+    label: "Move",
+    help: "Drag a robot or a task to another place.",
+    begin: (place) => {
+      const thing = thingAt(place);
+      held = thing && { ...thing, from: place.arena.unitsAt(place) };
+    },
+    move: (place) => held && tools.sketch([held.from, pointAt(place, held.kind)]),
+    end: (place) => {
+      if (!held) return;
+      const { kind, number } = held;
+      tools.drop();
+      happen({ [kind]: number, at: pointAt(place, kind) }, `${kind} ${number} is elsewhere`);
+    },
+    drop: () => {
+      const had = held !== null;
+      held = null;
+      return had;
+    },
+  };
+}
 
-  /**
-   * Return the robot or task nearest to the pointer, if any is near.
-   * @param {PointerEvent} event
-   * @param {Arena} arena
-   * @returns {Thing | null}
-   */
-  thingAt({ clientX, clientY }, arena) {
-    const found = arena.thingAt(clientX, clientY);
-    if (!found) this.say("There is no robot or task.");
-    return found && { ...found, from: arena.unitsAt(clientX, clientY) };
-  }
+/** @param {Place} place Of the robot or task that is returned, if any is near. */
+function thingAt(place) {
+  const found = place.arena.thingAt(place);
+  if (!found) announce("There is no robot or task.");
+  return found;
+}
 
-  /**
-   * Return the place of the pointer, within what the scenario allows.
-   * @param {PointerEvent} event
-   * @param {Arena} arena
-   * @param {"robot" | "task"} kind
-   * @returns {Point}
-   */
-  placeAt({ clientX, clientY }, arena, kind) {
-    const { size, walls, diameter } = arena.world,
-      margin = walls && kind === "robot" ? diameter / 2 : 0,
-      edge = walls ? margin : arena.longer / 1e4; // on a torus, the far edge is the near one
-    const [x, y] = arena
-      .unitsAt(clientX, clientY)
+/**
+ * Return the point of a place, within what the scenario allows.
+ * @param {Place} place
+ * @param {Kind} kind
+ * @returns {[number, number]}
+ */
+function pointAt(place, kind) {
+  const { arena } = place,
+    { size, walls, diameter } = arena.world,
+    margin = walls && kind === "robot" ? diameter / 2 : 0,
+    edge = walls ? margin : arena.longer / 1e4, // on a torus, the far edge is the near one
+    [x, y] = arena
+      .unitsAt(place)
       .map((each, k) => Math.max(margin, Math.min(size[k] - edge, Number(each.toPrecision(4)))));
-    return [x, y];
-  }
-
-  /**
-   * @param {"robot" | "task"} kind
-   * @param {PointerEvent} event
-   * @param {Arena} arena
-   */
-  add(kind, event, arena) {
-    this.happen({ [`${kind}s`]: 1, at: this.placeAt(event, arena, kind) }, `one more ${kind}`);
-  }
-
-  /**
-   * @param {PointerEvent} event
-   * @param {Arena} arena
-   */
-  carry(event, arena) {
-    if (this.held) this.sketch([this.held.from, this.placeAt(event, arena, this.held.kind)]);
-  }
-
-  /**
-   * @param {PointerEvent} event
-   * @param {Arena} arena
-   */
-  put(event, arena) {
-    const { held } = this;
-    this.drop();
-    if (!held) return;
-    const { kind, number } = held;
-    this.happen({ [kind]: number, at: this.placeAt(event, arena, kind) }, `${kind} ${number} is elsewhere`);
-  }
-
-  /** @param {Pick<Thing, "kind" | "number"> | null} thing */
-  take(thing) {
-    if (thing) this.happen({ [thing.kind]: thing.number }, `${thing.kind} ${thing.number} is gone`);
-  }
+  return [x, y];
 }

@@ -1,205 +1,191 @@
-// One of the swarms side by side: its arena, its plot, its caption, and what lies ahead in its run.
+// A swarm of the page: its arena, its run, a hundred more of its kind, and what a robot of it knows.
 
 import { Arena } from "./arena.js";
-import { drawCurve, sayPrediction, truthsOf } from "./curve.js";
-import { $, formatted } from "./elements.js";
+import { RUNS } from "./engine.js";
+import { formatted } from "./elements.js";
+import { lookOf, STANDING } from "./frames.js";
+import { History } from "./history.js";
+import { reasonsOf, sentenceOf } from "./reasons.js";
 import { coloursOf } from "./theme.js";
-import { showTooltip } from "./tooltip.js";
 import { doneAmong, OPINIONS } from "./words.js";
 
-/** @import { Opened, View } from "./arena.js" */
-/** @import { Prediction } from "./curve.js" */
+/** @import { Engine } from "./engine.js" */
 /** @import { Frame } from "./frames.js" */
-/** @import { Outlook } from "./seekbar.js" */
+/** @import { Outcome } from "./swarms.js" */
+/** @import { Opened, Settings } from "./world.js" */
 
-const AGAIN = 500; // milliseconds between two questions about one robot
-
-/** @typedef {{robot: number, text: string}} Why Why a robot holds its opinion, from the server. */
+/** @typedef {{key: number, opened: Opened, settings: Settings, lasts?: number}} Asked Which scenario, its numbers, and for how many steps. */
+/** @typedef {{robot: number, step: number, reasons: [string, string][], sentence: string}} Words */
 
 export class Lane {
+  /** @type {History | null} */
+  history = null; // that is shown
+  /** @type {History | null} */
+  coming = null; // that is simulated, and not shown yet
+  /** @type {Asked | null} */
+  asked = null;
+  /** @type {Outcome[]} */
+  outcomes = []; // of runs 0, 1, 2, ... of this kind
+  kind = ""; // all that these have in common
+  /** @type {((frame: Frame, robot: number) => [string, string][]) | null} */
+  tell = null; // what is known of a robot, if no engine tells it
+  /** @type {Map<string, Words>} */
+  words = new Map(); // of the inspected robot, and of the one that is pointed at
+
   /**
-   * @param {number} number 0 on the left, 1 on the right.
-   * @param {() => void} redraw
-   * @param {(robot: number) => boolean} ask Ask why a robot holds its opinion; returns whether it was possible.
+   * @param {string} name
+   * @param {Engine} engine
+   * @param {HTMLElement} canvas In a frame, perhaps with a tooltip.
+   * @param {{redraw: () => void, came: () => void, counted: () => void}} hear What to do when something to draw is another
+   *   one, when steps came, and when more swarms did.
    */
-  constructor(number, redraw, ask) {
-    this.ask = ask;
-    const id = (/** @type {string} */ name) => $(number ? `${name}-${number}` : name);
-    this.number = number;
-    this.frame = id("frame");
-    this.tip = id("tip");
-    this.caption = id("caption");
-    this.title = id("plot-title");
-    this.canvas = /** @type {HTMLCanvasElement} */ (id("arena"));
-    this.shades = coloursOf();
-    this.arena = new Arena(this.canvas, this.shades, redraw);
-    this.plotCanvas = /** @type {HTMLCanvasElement} */ (id("plot"));
-    this.course = begun(0, false);
-    this.plotted = -1; // step of the curve
-    /** @type {Opened | null} */
-    this.world = null;
-    this.theory = id("theory");
-    if (number) this.theory.append(...$("theory").cloneNode(true).childNodes); // the same words and lines
-    /** @type {Prediction | null} */
-    this.prediction = null;
-    this.outlook = nothing(null);
-    this.there = { robots: 0, tasks: 0 }; // in the last frame
-    /** @type {Why | null} */
-    this.why = null; // of the robot that is pointed at
-    this.asked = { robot: -1, step: -1, time: 0 }; // why
+  constructor(name, engine, canvas, hear) {
+    this.name = name;
+    this.engine = engine;
+    this.hear = hear;
+    this.canvas = /** @type {HTMLCanvasElement} */ (canvas);
+    this.frame = /** @type {HTMLElement} */ (canvas.parentElement);
+    this.tip = /** @type {HTMLElement | null} */ (this.frame.querySelector(".tip"));
+    this.caption = canvas.closest(".lane")?.querySelector(".caption");
+    this.arena = new Arena(this.canvas, coloursOf(), hear.redraw);
   }
 
-  /** @param {Opened} world */
-  open(world) {
-    this.world = world;
-    this.title.textContent = `${this.number ? "Right" : "Left"}: ${world.strategy}`;
-    this.arena.open(world);
-    this.course = begun(world.last, world.changes);
-    this.outlook = nothing(null);
-    this.foretell(null);
-    this.why = null;
-    this.asked = { robot: -1, step: -1, time: 0 };
-    this.there = { robots: world.robots, tasks: world.tasks };
+  get strategy() {
+    const { settings, opened } = /** @type {Asked} */ (this.asked);
+    return opened.strategies[settings.strategy];
+  }
+
+  get isCounted() {
+    return this.outcomes.length === RUNS;
   }
 
   /**
-   * Mark another robot, and look for its changes; -1 for none.
-   * @param {number} robot
+   * Simulate a run.
+   * @param {Asked} asked
    */
-  follow(robot) {
-    this.arena.chosen = robot;
-    const { world, decision, declaration, allTaken } = this.outlook;
-    this.outlook = { ...nothing(robot < 0 ? null : robot), world, decision, declaration, allTaken };
+  begin(asked) {
+    const { key, settings, opened, lasts = Infinity } = asked,
+      coming = (this.coming = new History(settings, opened, Math.min(lasts, opened.run.steps)));
+    this.asked = asked;
+    this.engine.ask(`run ${this.name}`, "run", { key, settings, lasts }, ({ steps, problem = "" }) => {
+      if (steps) coming.add(steps);
+      else Object.assign(coming, { problem, done: true });
+      this.hear.came();
+    });
+  }
+
+  // Simulate a hundred swarms of the run's kind, unless they are known.
+  count() {
+    const { key, settings } = /** @type {Asked} */ (this.asked),
+      kind = JSON.stringify([key, { ...settings, run: 0 }]);
+    if (kind === this.kind) return;
+    this.kind = kind;
+    this.outcomes = [];
+    this.engine.ask(
+      `many ${this.name}`,
+      "many",
+      { key, settings, from: 0, to: RUNS },
+      ({ outcomes = [] }) => {
+        this.outcomes.push(...outcomes);
+        this.hear.counted();
+      },
+    );
   }
 
   /**
-   * Add what the server has found; return whether it is of the robot that is followed.
-   * @param {Partial<Outlook> & {first: number, seen: number}} found Only a problem, if nothing can be found.
+   * Whether a step of the coming run is known, or can't be.
+   * @param {number} step
    */
-  foresee(found) {
-    const { robot, changes, world } = this.outlook;
-    if (found.robot !== robot || found.first !== changes.length || found.seen !== world.length) return false;
-    const more = {
-      changes: [...changes, ...(found.changes ?? [])],
-      world: [...world, ...(found.world ?? [])],
-    };
-    this.outlook = { ...this.outlook, ...found, ...more };
+  isReady(step) {
+    return !this.coming || this.coming.known >= step || this.coming.done;
+  }
+
+  // Show the run that was coming; return whether there is one.
+  show() {
+    if (!this.coming || this.coming.known < 0) return false;
+    this.history = this.coming;
+    this.coming = null;
+    this.words.clear();
+    this.frame.style.aspectRatio = this.history.opened.lengths.size.join(" / ");
+    this.arena.open(this.history);
     return true;
   }
 
-  /** @param {Prediction | null} prediction */
-  foretell(prediction) {
-    this.prediction = prediction;
-    this.plotted = -1;
-    sayPrediction(this.theory, prediction, this.number ? null : $("tasks-marks"));
-  }
-
-  // Steps at which the inspected robot changes; without a robot, those at which the truth does.
-  get changes() {
-    const { robot, changes, world } = this.outlook;
-    return robot === null ? truthsOf(world).map(([step]) => step) : changes.map(([step]) => step);
-  }
-
-  repaint() {
-    this.shades = coloursOf();
-    this.arena.setColours(this.shades);
-    this.plotted = -1;
-  }
-
   /**
-   * Keep the counts that a frame brings: those of all steps that the server has not sent before.
+   * Ask what a robot knows at a step, unless that is known.
+   * @param {"inspect" | "point"} why
+   * @param {number} robot
    * @param {Frame} frame
    */
-  keep({ first, feasibleCounts, infeasibleCounts, countedCounts, truths }) {
-    const { course } = this;
-    for (const [k, truth] of truths.entries()) {
-      course.feasible[first + k] = feasibleCounts[k];
-      course.infeasible[first + k] = infeasibleCounts[k];
-      course.counted[first + k] = countedCounts[k];
-      if (course.truths) course.truths[first + k] = truth;
-    }
-  }
-
-  /** @param {Frame} frame */
-  plot({ step, decisionStep }) {
-    this.plotted = step;
-    this.course.decisionStep = decisionStep;
-    const { plotCanvas, course, world, shades, prediction } = this;
-    drawCurve(plotCanvas, course, step, world?.threshold ?? 1, shades, prediction);
-  }
-
-  /**
-   * Draw; return whether something still moves.
-   * @param {View} view
-   * @param {number} time
-   */
-  draw(view, time) {
-    if (!this.world) return false;
-    const moves = this.arena.draw(view, time);
-    const { pointed } = this.arena;
-    showTooltip(this.arena, this.tip, view.now, this.why?.robot === pointed ? this.why.text : "");
-    if (this.arena.has(pointed)) this.wonder(pointed, view.now.step, time);
-    const { feasible, infeasible } = view.now;
-    const { standing, tasks, taken } = view.now,
-      all = standing + doneAmong(taken),
-      done = !taken ? "" : `; ${formatted(all)} of ${formatted(tasks)} tasks taken`,
-      text = `${formatted(feasible)} feasible, ${formatted(infeasible)} infeasible; ${decided(view.now, this.world)}${done}`;
-    const [name, said] = /** @type {HTMLCollectionOf<HTMLElement>} */ (this.caption.children);
-    if (said.textContent !== text) said.textContent = text;
-    if (name.textContent !== this.world.strategy) name.textContent = this.world.strategy;
-    return moves;
+  wonder(why, robot, frame) {
+    const { asked, history, words, tell } = this,
+      { step } = frame,
+      known = words.get(why);
+    if (!asked || !history || (known?.robot === robot && known.step === step)) return;
+    const before = known?.robot === robot ? known : { reasons: [], sentence: "" };
+    words.set(why, { ...before, robot, step, ...(tell && { reasons: tell(frame, robot) }) });
+    if (tell) return;
+    const { key, opened, settings } = asked;
+    this.engine.ask(`${why} ${this.name}`, "inspect", { key, settings, robot, step }, ({ state }) => {
+      const moment = history.moment(robot, step),
+        given = /** @type {const} */ ([state, opened, settings.strategy, moment]);
+      words.set(why, { robot, step, reasons: reasonsOf(...given), sentence: sentenceOf(...given) });
+      this.hear.redraw();
+    });
   }
 
   /**
-   * Ask why a robot holds its opinion, if that isn't known of this step.
-   * @param {number} robot
+   * Draw a step, and the way to the next one.
    * @param {number} step
-   * @param {number} time
+   * @param {number} between
    */
-  wonder(robot, step, time) {
-    const { asked } = this;
-    if (asked.robot === robot && (asked.step === step || time - asked.time < AGAIN)) return;
-    if (this.ask(robot)) this.asked = { robot, step, time };
+  draw(step, between) {
+    const { arena, tip, caption, strategy } = this,
+      history = /** @type {History} */ (this.history),
+      now = history.frame(step),
+      text = `${strategy.name}: ${inWords(now)}`;
+    arena.draw(now, between ? history.frame(step + 1) : now, between);
+    if (caption && caption.textContent !== text) caption.textContent = text;
+    if (tip) this.point(now, tip);
+  }
+
+  /**
+   * Say beside the robot that is pointed at what is seen of it, and as soon as it is known, why it holds its opinion.
+   * @param {Frame} now
+   * @param {HTMLElement} tip
+   */
+  point(now, tip) {
+    const { arena, canvas, frame, words } = this,
+      { pointed, ratio } = arena,
+      { robotClasses } = /** @type {Asked} */ (this.asked).opened.lengths;
+    tip.hidden = !arena.has(pointed);
+    if (tip.hidden) return;
+    this.wonder("point", pointed, now);
+    const { sentence = "" } = words.get("point") ?? {},
+      seen = lookOf(now, pointed, robotClasses[now.kinds[pointed] ?? 0]),
+      text = `Robot ${pointed}: ${seen}${sentence && `\n${sentence}`}`,
+      [x, y] = [arena.px[pointed] / ratio, arena.py[pointed] / ratio]; // in CSS pixels
+    if (tip.textContent !== text) tip.textContent = text;
+    const left = Math.max(0, Math.min(canvas.offsetLeft + x + 14, frame.clientWidth - tip.offsetWidth)),
+      top = canvas.offsetTop + y + (y > 60 ? -14 - tip.offsetHeight : 18);
+    tip.style.transform = `translate(${left}px, ${top}px)`;
   }
 
   /** @param {string} now What the clock does, in words. */
   describe(now) {
-    const { world, there } = this;
-    const label =
-      world && `The arena: ${there.robots} robots and ${there.tasks} tasks, ${world.strategy}, ${now}`;
-    const text = `${label || "The arena"}. Arrow keys go from robot to robot.`;
-    if (this.canvas.getAttribute("aria-label") !== text) this.canvas.setAttribute("aria-label", text);
+    const { there, tasks } = /** @type {Frame} */ (this.arena.frame),
+      text = `The arena: ${there} robots and ${tasks} tasks, ${this.strategy.name}, ${now}. Arrow keys go from robot to robot.`;
+    if (this.canvas.ariaLabel !== text) this.canvas.ariaLabel = text;
   }
 }
 
 /**
- * Return what is known of a run before its first step.
- * @param {number} last
- * @param {boolean} changes
- */
-function begun(last, changes) {
-  /** @type {number[][]} */
-  const [feasible, infeasible, counted, truths] = [[], [], [], []];
-  return { last, feasible, infeasible, counted, truths: changes ? truths : undefined, decisionStep: -1 };
-}
-
-/**
- * Return the outlook before anything is found.
- * @param {number | null} robot
- * @returns {Outlook}
- */
-function nothing(robot) {
-  return { robot, changes: [], world: [], decision: -1, declaration: -1, allTaken: -1, done: false };
-}
-
-/**
- * Return in words what a swarm has decided: first, or in a world that changes, at this step.
+ * Return in words what a swarm holds at a step.
  * @param {Frame} frame
- * @param {Opened} world
  */
-function decided({ decision, firstDecision, decisionStep, truth }, { changes }) {
-  const opinion = changes ? decision : firstDecision;
-  if (opinion < 0) return "undecided";
-  const when = changes ? "" : ` at step ${formatted(decisionStep)}`;
-  return `${OPINIONS[opinion]}${when}: ${opinion === truth ? "right" : "wrong"}`;
+function inWords({ feasible, infeasible, decision, tasks, taken, flags }) {
+  const held = decision < 0 ? "undecided" : `decided ${OPINIONS[decision]}`,
+    count = taken && flags.filter((each) => each & STANDING).length + doneAmong(taken),
+    done = taken ? `; ${formatted(count ?? 0)} of ${formatted(tasks)} tasks taken` : "";
+  return `${formatted(feasible)} feasible, ${formatted(infeasible)} infeasible; ${held}${done}`;
 }

@@ -1,35 +1,29 @@
 // The lesson: figures that wait for the reader's prediction, and then show what comes of it.
 
-import { Arena } from "./arena.js";
+import { Clock } from "./clock.js";
+import { Engine, RUNS } from "./engine.js";
 import { $, formatted, make } from "./elements.js";
-import { Player } from "./player.js";
-import { Recording } from "./recording.js";
-import { drawRuns, RUNS, Swarms } from "./swarms.js";
+import { Lane } from "./lane.js";
+import { sentencesOf, showRuns } from "./swarms.js";
 import { TERMS } from "./terms.js";
 import { coloursOf, startTheme } from "./theme.js";
-import { decisionOf, questionOf, shareOf } from "./words.js";
-import { worldsOf } from "./world.js";
+import { answerOf, questionOf, shareOf } from "./words.js";
 
 /** @import { Frame } from "./frames.js" */
-/** @import { Given } from "./world.js" */
+/** @import { History } from "./history.js" */
+/** @import { Opened } from "./world.js" */
 
 /**
  * A figure, from lesson.py: it asks for a decision, for tasks in sight of robot 0, or for the number of right swarms. Each
- * choice has the highest number for which it is right. With "free" it asks for nothing: its strategies are the ranges of sight 1 to SIGHTS, first without names of tasks.
- * @typedef {Given & {
+ * choice has the highest number for which it is right. With "free" it asks for nothing, and its second strategy has names of tasks.
+ * @typedef {Opened & {
  *   question: string, choices: [string, number][], asks: "decision" | "sight" | "share" | "free", lasts: number,
  *   right: number,
  * }} Asked
  */
 
-const SPEED = 20; // steps per second
-const SIGHTS = 6;
-const DRAG = 8; // pixels that a pointer moves for a step of a number
-let figures = 0;
-
 class Figure {
-  /** @type {Recording | null} */
-  recording = null; // from start() on, if it simulates
+  key = 0; // of its scenario in the worker
   /** @type {string | null} */
   predicted = null;
   changed = false; // whether the reader has set numbers
@@ -37,85 +31,94 @@ class Figure {
   /**
    * @param {HTMLElement} place
    * @param {Asked} asked
+   * @param {Engine} engine
    */
-  constructor(place, asked) {
+  constructor(place, asked, engine) {
+    const find = (/** @type {string} */ selector) => /** @type {any} */ (place.querySelector(selector)),
+      own = find("form"), // of a figure that asks for nothing
+      template = /** @type {HTMLTemplateElement} */ ($("figure"));
+    find(".figure").append(template.content.cloneNode(true));
+    if (own) find(".figure form").replaceWith(own);
     this.asked = asked;
-    this.shades = coloursOf();
-    this.canvas = make("canvas", { role: "img", ariaLabel: "Arena at step 0" });
-    this.runs = make("canvas", { className: "runs", role: "img", hidden: true });
-    this.play = make("button", { type: "button", hidden: true, textContent: "Pause" });
-    this.again = make("button", { type: "button", hidden: true, textContent: "Restart" });
-    this.now = make("p", { className: "muted now" });
-    this.result = make("p", { className: "result", role: "status", tabIndex: -1 });
-    this.knobs = /** @type {HTMLInputElement[]} */ ([...place.querySelectorAll("input[name]")]);
+    this.engine = engine;
+    this.canvas = find("canvas");
+    this.form = find(".figure form");
+    this.runs = find(".runs");
+    this.play = find(".play");
+    this.again = find(".again");
+    this.now = find(".now");
+    this.result = find(".result");
+    this.knobs = /** @type {HTMLInputElement[]} */ ([
+      ...place.querySelectorAll("input[name]:not([name=prediction])"),
+    ]);
+    this.after = /** @type {NodeListOf<HTMLElement>} */ (place.querySelectorAll(".after"));
+    for (const each of this.after) each.hidden = true;
     for (const each of this.knobs) each.addEventListener("input", () => this.change());
-    this.form = asked.asks === "free" ? this.freeFormOf(place) : this.formOf(asked);
-    this.after = place.querySelectorAll(".after");
-    for (const each of this.after) /** @type {HTMLElement} */ (each).hidden = true;
-    const stage = make("div", { className: "stage" }, this.canvas),
-      told = make("div", { className: "told" }, this.form, this.result, this.runs),
-      row = make("div", { className: "row" }, this.now, this.again, this.play);
-    place.querySelector(".figure")?.append(make("div", {}, stage, row), told);
-    this.arena = new Arena(this.canvas, this.shades, () => this.player.wake());
-    this.player = new Player(
-      this.canvas,
-      (steps) => this.player.add(this.frameAt(this.player.latest.step + steps)),
-      (view, time, rests) => {
-        this.show(view.now, rests);
-        return this.arena.draw(view, time);
-      },
+    if (!own) this.fill(find("fieldset"));
+    this.lane = new Lane(place.id, engine, this.canvas, {
+      redraw: () => this.clock.wake(),
+      came: () => this.came(),
+      counted: () => this.showShare(),
+    });
+    this.clock = new Clock((step, _, rests) => {
+      this.show(this.history.frame(step), rests);
+      this.lane.draw(step, this.clock.between);
+    });
+    this.listen(find("button.primary"), find("fieldset"));
+  }
+
+  get history() {
+    return /** @type {History} */ (this.lane.history);
+  }
+
+  /** @param {HTMLFieldSetElement} fields Gets the question, and its choices in place of the slider if it has some. */
+  fill(fields) {
+    const { question, choices, asks } = this.asked,
+      [legend, label] = fields.children,
+      slider = /** @type {HTMLInputElement} */ (label.querySelector("input")),
+      output = /** @type {HTMLElement} */ (label.querySelector("output"));
+    legend.textContent = slider.ariaLabel = question;
+    slider.addEventListener("input", () => (output.textContent = slider.value));
+    if (asks === "share") return;
+    const radios = choices.map(([value]) =>
+      make(
+        "label",
+        {},
+        make("input", { type: "radio", name: slider.name, value, required: true }),
+        ` ${value}`,
+      ),
     );
-    this.player.speed = SPEED;
-    this.play.addEventListener("click", () => {
-      if (this.player.ended) this.restart();
-      this.player.play(!this.player.playing);
-    });
-    this.again.addEventListener("click", () => this.restart());
+    label.replaceWith(...radios);
   }
 
-  /** @param {Asked} asked */
-  formOf({ question, choices, asks }) {
-    const name = `prediction-${++figures}`,
-      button = make("button", { className: "primary", textContent: "Predict, then look" }),
-      fields = make("fieldset", {}, make("legend", { textContent: question }));
-    if (asks === "share") {
-      const value = make("output", { ariaHidden: "true", textContent: "50" }),
-        slider = make("input", { type: "range", name, min: "0", max: String(RUNS), value: "50" });
-      slider.ariaLabel = question;
-      slider.addEventListener("input", () => (value.textContent = slider.value));
-      fields.append(make("label", { className: "row" }, slider, make("span", {}, value, ` of ${RUNS}`)));
-    } else
-      for (const [value] of choices)
-        fields.append(
-          make("label", {}, make("input", { type: "radio", name, value, required: true }), ` ${value}`),
-        );
-    const form = make("form", {}, fields, button);
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      this.predict(String(new FormData(form).get(name)));
-      fields.disabled = true;
-      button.remove();
-    });
-    return form;
-  }
-
-  /** @param {HTMLElement} place */
-  freeFormOf(place) {
-    const form = /** @type {HTMLFormElement} */ (place.querySelector("form")),
-      button = /** @type {HTMLButtonElement} */ (form.querySelector("button"));
-    form.addEventListener("submit", (event) => {
+  /**
+   * @param {HTMLButtonElement} button
+   * @param {HTMLFieldSetElement | null} fields
+   */
+  listen(button, fields) {
+    const { form, play, again, clock } = this;
+    form.addEventListener("submit", (/** @type {Event} */ event) => {
+      const value = new FormData(form).get("prediction");
       event.preventDefault();
       button.remove();
+      if (fields) {
+        fields.disabled = true;
+        return this.predict(String(value));
+      }
       this.change();
-      this.play.focus();
+      play.focus();
     });
-    return form;
+    play.addEventListener("click", () => {
+      if (clock.ended) clock.goTo(0);
+      clock.play(!clock.playing);
+    });
+    again.addEventListener("click", () => clock.goTo(0));
   }
 
   // Simulate with the numbers that the reader has set, in the text or among the sliders.
   change() {
-    const { asked, knobs, world, form } = this;
-    if (!world || knobs.some((each) => !each.checkValidity())) return;
+    const { asked, knobs, form, lane } = this;
+    if (!this.history || knobs.some((each) => !each.checkValidity())) return;
     /** @type {Record<string, number>} */
     const set = {};
     for (const each of knobs) {
@@ -123,57 +126,51 @@ class Figure {
       if (each.nextElementSibling instanceof HTMLOutputElement)
         each.nextElementSibling.textContent = each.value;
     }
-    const { sight, names, ...numbers } = set,
-      strategy = sight ? SIGHTS * names + sight - 1 : asked.settings.strategy;
-    asked.settings = { ...asked.settings, ...numbers, strategy };
+    const heard = set.sight ? { radio: set.sight } : {}; // robots hear as far as they see
+    asked.settings = { ...asked.settings, ...set, ...heard };
     if (form.querySelector("button")) return; // it waits for that
     this.changed = true;
     this.play.hidden = this.again.hidden = this.runs.hidden = false;
-    this.recording = new Recording(world, asked.settings);
-    this.recording.openIn(this.arena);
-    this.restart();
-    this.swarms?.begin(asked.settings);
+    this.begin();
+    lane.count();
     this.showShare();
   }
 
-  // Make the worlds, and show the first step.
+  // Show the first step.
   async start() {
-    const { asked, arena } = this;
-    const [world, other] = await worldsOf(asked, 2);
-    this.world = world;
-    this.recording = new Recording(world, asked.settings);
-    this.swarms = new Swarms(other, () => this.showShare());
-    this.recording.openIn(arena);
-    if (asked.asks === "sight") arena.chosen = 0;
-    this.restart();
-    new ResizeObserver(() => this.repaint()).observe(/** @type {HTMLElement} */ (this.canvas.parentElement));
+    const { asked, lane, canvas } = this;
+    this.key = await this.engine.open(asked);
+    if (asked.asks === "sight") lane.arena.chosen = 0;
+    this.begin();
+    await new Promise((resolve) => (this.isThere = resolve));
+    new ResizeObserver(() => this.repaint()).observe(canvas.parentElement);
   }
 
-  restart() {
-    const { player } = this,
-      playing = player.playing;
-    player.clear();
-    player.add(this.frameAt(0));
-    player.play(playing);
+  begin() {
+    const { asked, key, lane } = this;
+    lane.begin({ key, opened: asked, settings: asked.settings, lasts: asked.lasts });
   }
 
-  /** @param {number} step */
-  frameAt(step) {
-    const recording = /** @type {Recording} */ (this.recording),
-      frame = recording.frame(Math.min(step, this.asked.lasts));
-    this.player.last = Math.min(recording.last, this.asked.lasts);
-    return frame;
+  // Steps of a run came: show it as soon as its first ones do.
+  came() {
+    const { lane, clock } = this;
+    if (lane.show()) {
+      clock.open(this.history, 0);
+      if (this.changed) this.showShare();
+    }
+    clock.wake();
+    this.isThere?.(true);
   }
 
   /** @param {string} value */
   predict(value) {
     this.predicted = value;
     this.play.hidden = this.again.hidden = false;
-    (this.recording ? this.play : this.result).focus();
-    if (this.recording) this.player.play(true);
+    (this.history ? this.play : this.result).focus();
+    if (this.history) this.clock.play(true);
     if (this.asked.asks !== "share") return;
     this.runs.hidden = false;
-    this.swarms?.begin(this.asked.settings);
+    this.lane.count();
     this.showShare();
   }
 
@@ -182,30 +179,24 @@ class Figure {
    * @param {boolean} rests
    */
   show(frame, rests) {
-    const { asked, recording, player } = this,
+    const { asked, history, clock } = this,
       { step, feasible, infeasible } = frame;
-    if (!recording) return;
-    this.play.textContent = player.playing ? "Pause" : player.ended ? "Play again" : "Play";
+    this.play.textContent = clock.playing ? "Pause" : clock.ended ? "Play again" : "Play";
     this.now.textContent = `Step ${formatted(step)}: ${feasible} feasible, ${infeasible} infeasible`;
     if (!rests) return;
     this.canvas.ariaLabel = `Arena. ${this.now.textContent}`;
-    if (this.predicted === null || !player.ended || asked.asks === "share") return;
-    if (asked.asks === "decision") this.tell(recording.decision, decisionOf(recording, frame).text);
-    else {
-      const seen = this.seen(recording);
-      this.tell(seen, `It had ${seen} of the ${recording.taskX.length} tasks in sight.`);
-    }
+    if (this.predicted === null || !clock.ended || asked.asks === "share") return;
+    if (asked.asks === "decision") return this.tell(history.decision, answerOf(history, frame).text);
+    const seen = this.seen();
+    this.tell(seen, `It had ${seen} of the ${frame.tasks} tasks in sight.`);
   }
 
-  /**
-   * The number of tasks that robot 0 has had in sight.
-   * @param {Recording} recording
-   */
-  seen({ steps, taskX, taskY }) {
-    const { lengths, lasts } = this.asked,
-      { size, sight, walls } = lengths,
-      unit = 65536 / Math.max(...size),
-      shown = steps.slice(0, lasts + 1);
+  // The number of tasks that robot 0 has had in sight.
+  seen() {
+    const { size, sight, walls } = this.asked.lengths,
+      steps = Array.from({ length: this.asked.lasts + 1 }, (_, step) => this.history.frame(step)),
+      { taskX, taskY } = steps[0],
+      unit = 65536 / Math.max(...size);
     /** @type {(from: number, to: number, side: number) => number} */
     const way = (from, to, side) => {
       const apart = Math.abs(from - to) / unit;
@@ -213,7 +204,7 @@ class Figure {
     };
     /** @param {number} k */
     const isSeen = (k) =>
-      shown.some(
+      steps.some(
         ({ x, y }) => Math.hypot(way(x[0], taskX[k], size[0]), way(y[0], taskY[k], size[1])) <= sight,
       );
     return [...taskX.keys()].filter(isSeen).length;
@@ -226,55 +217,36 @@ class Figure {
   tell(outcome, text) {
     const [is] =
       this.asked.choices.toSorted(([, a], [, b]) => a - b).find(([, most]) => outcome <= most) ?? [];
-    this.result.textContent = `${text} You predicted: ${this.predicted}${is === this.predicted ? ", and so it came" : ""}.`;
-    this.reveal();
+    this.reveal(
+      `${text} You predicted: ${this.predicted}${is === this.predicted ? ", and so it came" : ""}.`,
+    );
   }
 
   showShare() {
-    const { asked, swarms, recording } = this,
-      outcomes = swarms?.outcomes ?? [],
+    const { asked, lane, history } = this,
+      { outcomes } = lane,
       right = outcomes.filter((each) => each.decision === asked.right).length;
-    drawRuns(this.runs, { outcomes }, -1, this.shades);
+    showRuns(this.runs, outcomes);
     this.runs.ariaLabel = `A mark for the decision of each of ${outcomes.length} swarms`;
-    if (outcomes.length < RUNS) return;
-    if (this.changed && swarms && recording) {
-      const { question, answer } = questionOf(asked.settings, recording.missing[0]);
-      this.result.textContent = [question, `${answer}.`, ...swarms.sentences()].join(" ");
-    } else
-      this.result.textContent = `${right} of ${RUNS} swarms decided rightly: a share of ${shareOf(right, RUNS)}. You predicted ${this.predicted}.`;
-    this.reveal();
+    if (!lane.isCounted) return;
+    const { question, answer } = questionOf(asked.settings, history.missing[0]);
+    this.reveal(
+      this.changed
+        ? [question, `${answer}.`, ...sentencesOf(outcomes)].join(" ")
+        : `${right} of ${RUNS} swarms decided rightly: a share of ${shareOf(right, RUNS)}. You predicted ${this.predicted}.`,
+    );
   }
 
-  reveal() {
-    for (const each of this.after) /** @type {HTMLElement} */ (each).hidden = false;
+  /** @param {string} result */
+  reveal(result) {
+    this.result.textContent = result;
+    for (const each of this.after) each.hidden = false;
   }
 
   repaint() {
-    this.shades = coloursOf();
-    this.arena.setColours(this.shades);
-    if (!this.runs.hidden) this.showShare();
-    this.player.wake();
+    this.lane.arena.restyle(coloursOf());
+    this.clock.wake();
   }
-}
-
-/**
- * Let a pointer drag a number to the right and to the left.
- * @param {HTMLInputElement} input
- */
-function letDrag(input) {
-  let from = 0,
-    value = 0;
-  input.addEventListener("pointerdown", ({ pointerId, clientX }) => {
-    input.setPointerCapture(pointerId);
-    [from, value] = [clientX, input.valueAsNumber];
-  });
-  input.addEventListener("pointermove", ({ pointerId, clientX }) => {
-    const moved = value + Math.round((clientX - from) / DRAG),
-      to = Math.min(Number(input.max), Math.max(Number(input.min), moved));
-    if (!input.hasPointerCapture(pointerId) || to === input.valueAsNumber) return;
-    input.valueAsNumber = to;
-    input.dispatchEvent(new Event("input"));
-  });
 }
 
 /**
@@ -293,13 +265,11 @@ function explain(word, k) {
 
 document.querySelectorAll("dfn").forEach(explain);
 for (const name of ["undecided", "declared", "liar", "free", "taken"]) $(`legend-${name}`).hidden = false;
-/** @type {NodeListOf<HTMLInputElement>} */ (document.querySelectorAll(".number")).forEach(letDrag);
 
 /** @type {{wasm: string, figures: Record<string, Asked>}} */
-const given = JSON.parse($("given").textContent ?? "");
-const shown = Object.entries(given.figures).map(
-  ([id, asked]) => new Figure($(id), { ...asked, wasm: given.wasm }),
-);
+const given = JSON.parse($("given").textContent ?? ""),
+  engine = new Engine(given.wasm, 1),
+  shown = Object.entries(given.figures).map(([id, asked]) => new Figure($(id), asked, engine));
 await Promise.all(shown.map((figure) => figure.start()));
 document.body.dataset.ready = "true"; // for tests
 startTheme(() => shown.forEach((figure) => figure.repaint()));

@@ -1,147 +1,118 @@
-// The numbers beside the arena: step, decision, counts, and the plot of opinions.
+// What the page says beside the arena: the question, the answer of this run and of a hundred, and counts of the step.
 
-import { $, announce, duration, formatted } from "./elements.js";
-import { NEUTRAL } from "./frames.js";
-import { doneAmong, doneOf, OPINIONS, questionOf } from "./words.js";
+import { $, announce, duration, formatted, list, write } from "./elements.js";
+import { BYZANTINE, DECLARED, DISSEMINATING, opinionOf, STANDING, THERE, WORKING } from "./frames.js";
+import { sentencesOf } from "./swarms.js";
+import { answerOf, doneAmong, doneOf, progressOf, questionOf } from "./words.js";
 
-/** @import { Opened } from "./arena.js" */
 /** @import { Frame } from "./frames.js" */
+/** @import { History } from "./history.js" */
 /** @import { Lane } from "./lane.js" */
 
-const PLOT_PAUSE = 66; // milliseconds between two drawings of the plot
+let said = ""; // of the decision
 
-export class Readings {
-  /** @param {Lane[]} lanes */
-  constructor(lanes) {
-    this.lanes = lanes;
-    this.changes = false;
-    this.step = -1; // shown
-    this.seconds = 0; // per step, if the scenario says it
-    /** @type {string | null} */
-    this.decision = null; // shown
-    this.plotted = 0; // when
-    this.last = 0; // step
-    this.done = ""; // shown
-  }
+/**
+ * Show what is known of the runs, and of the present step.
+ * @param {Lane[]} lanes That are shown.
+ * @param {Frame[]} frames Of each.
+ */
+export function showReadings(lanes, frames) {
+  const [{ history, asked }] = lanes,
+    [frame] = frames;
+  if (!history || !asked) return;
+  const { step, feasible, infeasible, counted } = frame,
+    none = counted - feasible - infeasible,
+    { seconds } = asked.opened;
+  showQuestion(lanes[0], frame);
+  write($("now-held"), lanes.length > 1 || history.changes ? "" : progressOf(history, frame));
+  for (const [k, id] of ["decision", "decision-second"].entries())
+    showDecision($(id), lanes[k], frames[k], lanes.length > 1);
+  for (const [id, count] of Object.entries({ now: step, last: history.last, feasible, infeasible, none }))
+    write($(id), formatted(count));
+  write($("time"), seconds ? `, ${duration(step * seconds)}` : "");
+  $("none-row").hidden = !none;
+  const shares = `At step ${step}, ${feasible} hold feasible and ${infeasible} infeasible.`;
+  $("plot").ariaLabel = `Share of robots with each opinion over ${step} steps. ${shares}`;
+  if (/** @type {HTMLDetailsElement} */ ($("counts")).open) list($("counts"), countsOf(history, frame));
+}
 
-  /**
-   * Show what is known of a run before its first frame.
-   * @param {Opened} world
-   */
-  open(world) {
-    const { fields } = world;
-    this.changes = world.changes;
-    this.seconds = Number(fields["units.seconds"] ?? 0);
-    this.step = -1;
-    this.decision = null;
-    $("toml").textContent = world.toml;
-    $("last").textContent = formatted(world.last);
-    this.last = world.last;
-    $("question").textContent = questionOf(world).question;
-    $("done").hidden = $("legend-free").hidden = $("legend-taken").hidden = !world.acts;
-    $("legend-done").hidden = !fields["tasks.work"];
-    $("legend-task").hidden = Boolean(world.acts);
-    $("truth").textContent = `${world.truth ? "feasible" : "infeasible"} (${world.proof})`;
-    $("legend-truth").hidden = !world.changes;
-    $("stopped-row").hidden = !fields["faults.stopped"];
-    $("declared-row").hidden = $("legend-declared").hidden = !world.declares;
-    $("legend-stopped").hidden = !fields["faults.stopped"];
-    $("legend-liar").hidden = !fields["faults.byzantine"];
-  }
+/**
+ * @param {Lane} lane
+ * @param {Frame} frame
+ */
+function showQuestion({ history, asked }, { there, tasks, taken, step, allTaken, flags }) {
+  if (!history || !asked) return;
+  const { question, answer } = questionOf({ robots: there, tasks }, history.missing[step]),
+    { proof } = asked.opened,
+    isFirst = !history.changes && JSON.stringify(asked.settings) === JSON.stringify(asked.opened.settings);
+  write($("question"), question);
+  write($("truth"), `Truth: ${answer}${isFirst && proof ? ` (${proof})` : ""}`);
+  if (!taken) return write($("done"), "");
+  const standing = flags.filter((each) => each & STANDING).length,
+    now = { robots: there, tasks, standing, done: doneAmong(taken), allTakenStep: allTaken, step },
+    done = doneOf(now, history.last);
+  write($("done"), `${done.question} ${done.answer}`);
+}
 
-  /**
-   * Show a frame; the plot follows at once when time stands still, and every `PLOT_PAUSE` otherwise.
-   * @param {Frame} frame
-   * @param {number} time
-   * @param {boolean} playing
-   */
-  show(frame, time, playing) {
-    if (frame.step !== this.step) {
-      this.showCounts(frame);
-      this.showDecision(frame);
-      this.showDone(frame);
-      this.step = frame.step;
-      this.plotted = Math.min(this.plotted, time - PLOT_PAUSE + 1);
-    }
-    if (this.isPlotted(frame) || (time - this.plotted < PLOT_PAUSE && playing)) return;
-    for (const [lane, shown] of [frame, frame.beside].entries()) if (shown) this.lanes[lane].plot(shown);
-    this.plotted = time;
-  }
+/**
+ * Say what a swarm decides: as soon as it is simulated, before time has come there.
+ * @param {HTMLElement} place
+ * @param {Lane | undefined} lane
+ * @param {Frame | undefined} frame
+ * @param {boolean} isOneOfTwo
+ */
+function showDecision(place, lane, frame, isOneOfTwo) {
+  if (!lane?.history || !frame) return write(place, "");
+  const { right, text } = answerOf(lane.history, frame),
+    whole = lane.history.problem || text,
+    verdict = right === null ? "" : right ? "right" : "wrong";
+  write(place, isOneOfTwo ? `${lane.strategy.name}: ${whole}` : whole);
+  place.dataset.verdict = verdict;
+  if (place.id !== "decision") return;
+  $("verdict").dataset.verdict = verdict;
+  if (verdict && said !== whole) announce((said = whole));
+}
 
-  /** @param {Frame} frame */
-  isPlotted(frame) {
-    return this.lanes[0].plotted === frame.step;
-  }
+/**
+ * Return the numbers of a step that aren't on the first screen.
+ * @param {History} history
+ * @param {Frame} frame
+ */
+function countsOf({ numbers }, { step, flags, there, tasks, bits, counted }) {
+  const having = (/** @type {number} */ bits) =>
+      flags.filter((each) => each & THERE && (each & bits) === bits),
+    working = having(WORKING).length,
+    sending = having(DISSEMINATING).length,
+    declared = having(DECLARED | WORKING).filter((each) => !(each & BYZANTINE)),
+    yes = declared.filter((each) => opinionOf(each) > 0).length,
+    steps = numbers.there.slice(1, step + 1).reduce((sum, each) => sum + each, 0); // of all robots
+  /** @type {[string, string][]} */
+  const rows = [
+    ["robots, tasks", `${formatted(there)}, ${formatted(tasks)}`],
+    ["exploring", formatted(working - sending)],
+    ["broadcasting", formatted(sending)],
+    ["stopped", working < there ? formatted(there - working) : ""],
+    [
+      "have declared",
+      declared.length
+        ? `${formatted(yes)} feasible, ${formatted(declared.length - yes)} infeasible, of ${formatted(counted)}`
+        : "",
+    ],
+    ["bits sent per robot and step", ((steps && bits / steps) || 0).toPrecision(3).replace(/\.?0+$/, "")],
+  ];
+  return rows.filter(([, text]) => text);
+}
 
-  /** @param {Frame} frame */
-  showCounts(frame) {
-    const undecided = frame.counted - frame.feasible - frame.infeasible;
-    const values = {
-      feasible: frame.feasible,
-      infeasible: frame.infeasible,
-      undecided,
-      exploring: frame.working - frame.disseminating,
-      disseminating: frame.disseminating,
-      now: frame.step,
-      stopped: frame.there - frame.working,
-    };
-    for (const [id, value] of Object.entries(values)) $(id).textContent = formatted(value);
-    $("time").textContent = this.seconds ? `, ${duration(frame.step * this.seconds)}` : "";
-    const declared = [frame.declaredFeasible, frame.declaredInfeasible].map(formatted);
-    $("declared").textContent =
-      `${declared[0]} feasible, ${declared[1]} infeasible, of ${formatted(frame.counted)}`;
-    const bits = frame.robotSteps ? frame.bits / frame.robotSteps : 0;
-    $("bits").textContent = bits.toPrecision(3).replace(/\.?0+$/, "");
-    $("undecided-row").hidden = $("legend-undecided").hidden =
-      !undecided && !frame.flags.some((flags) => flags & NEUTRAL);
-    const whole = Math.max(1, frame.counted);
-    const bars = /** @type {HTMLCollectionOf<HTMLElement>} */ ($("bar").children);
-    for (const [place, count] of [frame.feasible, undecided, frame.infeasible].entries())
-      bars[place].style.width = `${(100 * count) / whole}%`;
+/**
+ * Say what a hundred swarms of each kind decide.
+ * @param {Lane[]} lanes
+ */
+export function showMany(lanes) {
+  const sentences = lanes.map(({ outcomes }) => sentencesOf(outcomes));
+  for (const [k, id] of ["many", "many-second"].entries()) {
+    const [first = ""] = sentences[k] ?? [];
+    write($(id), lanes[k] && lanes.length > 1 ? `${lanes[k].strategy.name}: ${first}` : first);
   }
-
-  /**
-   * Show whether robots that act did it.
-   * @param {Frame} frame
-   */
-  showDone({ there, tasks, taken, standing, allTakenStep, step }) {
-    if (!taken) return;
-    const now = { robots: there, tasks, standing, done: doneAmong(taken), allTakenStep, step },
-      { question, answer } = doneOf(now, this.last);
-    $("question").textContent = question;
-    if (this.done.startsWith("Not yet") && !answer.startsWith("Not yet")) announce(answer);
-    $("done").textContent = this.done = answer;
-  }
-
-  /**
-   * Show the swarm's first decision, or in a world that changes, what it holds and what is true at this step.
-   * @param {Frame} frame
-   */
-  showDecision({ step, decision, firstDecision, decisionStep, truth, there, tasks }) {
-    const { changes } = this,
-      opinion = changes ? decision : firstDecision,
-      [held, first, now, isTrue] = [opinion, firstDecision, decision, truth].map((each) => OPINIONS[each]),
-      isHeld = opinion >= 0,
-      word = opinion === truth ? "right" : "wrong",
-      at = formatted(decisionStep),
-      key = changes ? `${decision} ${isTrue}` : `${firstDecision} ${decision}`,
-      was = this.decision;
-    if (changes) {
-      $("question").textContent = questionOf({ robots: there, tasks }).question;
-      $("truth").textContent = `${isTrue} (${formatted(there)} robots, ${formatted(tasks)} tasks)`;
-    }
-    if (key === was) return;
-    this.decision = key;
-    $("decision").textContent = changes || !isHeld ? held : `${first}, since step ${at}`;
-    if (!changes && isHeld && now !== first)
-      $("decision").textContent = `first ${first}, at step ${at}; now ${now}`;
-    $("verdict").dataset.verdict = isHeld ? word : "";
-    $("judgement").textContent = isHeld
-      ? `The swarm's decision is ${word}${changes ? " at this step" : ""}.`
-      : "";
-    if (changes && was && !was.endsWith(` ${isTrue}`))
-      announce(`From step ${step} on, the tasks are ${isTrue}`);
-    if (!changes && isHeld && was?.startsWith("-1"))
-      announce(`The swarm has decided at step ${decisionStep}: ${first}. That is ${word}.`);
-  }
+  write($("sentences"), sentences[0].join(" "));
+  $("swarms").ariaBusy = String(lanes.some((each) => !each.isCounted));
 }

@@ -1,5 +1,7 @@
 // What is seen in an arena, in a sentence each: the same on the live page, in the page of one file and in notebooks.
 
+import { make } from "./elements.js";
+
 /** @type {[string, string][]} */
 export const TERMS = [
   ["Exploring", "A robot without a ring. It counts the robots and tasks that it sees."],
@@ -26,9 +28,5 @@ export const TERMS = [
  * @param {HTMLElement} list A dl.
  */
 export function explainTerms(list) {
-  for (const [term, text] of TERMS) {
-    const row = list.appendChild(document.createElement("div"));
-    row.appendChild(document.createElement("dt")).textContent = term;
-    row.appendChild(document.createElement("dd")).textContent = text;
-  }
+  list.append(...TERMS.map(([term, text]) => make("div", {}, make("dt", {}, term), make("dd", {}, text))));
 }

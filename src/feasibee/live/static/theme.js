@@ -26,10 +26,7 @@ export function coloursOf(element = document.body) {
 }
 
 /** @param {string} theme */
-function setTheme(theme) {
-  if (theme === "auto") delete document.documentElement.dataset.theme;
-  else document.documentElement.dataset.theme = theme;
-}
+const setTheme = (theme) => (document.documentElement.dataset.theme = theme);
 
 /**
  * Use the theme that this browser keeps, and let the button choose the next. In a frame of another page, such as

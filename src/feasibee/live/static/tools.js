@@ -5,58 +5,56 @@ import { make } from "./elements.js";
 /** @import { Arena } from "./arena.js" */
 
 /** @typedef {[number, number]} Point In units. */
-/** @typedef {(event: PointerEvent, arena: Arena) => void} Act */
+/** @typedef {import("./arena.js").Pointer & {arena: Arena}} Place Where the pointer is. */
+/** @typedef {(place: Place) => void} Act */
 /**
  * What the pointer does while it is pressed; drop forgets what is half done, and returns whether anything was.
- * @typedef {{label: string, help: string, begin?: Act, move?: Act, end: Act, drop: () => boolean}} Tool
+ * @typedef {{label: string, help: string, begin?: Act, move?: Act, end: Act, drop?: () => boolean}} Tool
  */
-
-/**
- * Return what shows in all arenas a line or polygon that is being drawn; none at all takes it away.
- * @param {{arena: Arena}[]} lanes
- * @param {() => void} redraw
- * @returns {(sketch: Point[]) => void}
- */
-export function sketching(lanes, redraw) {
-  return (sketch) => {
-    for (const { arena } of lanes) arena.sketch = sketch;
-    redraw();
-  };
-}
 
 export class Tools {
+  used = ""; // name of the tool in use
+  /** @type {Record<string, Tool>} */
+  tools = {};
+  /** @type {Map<string, HTMLElement>} */
+  buttons = new Map(); // by name
+
   /**
    * @param {HTMLElement} group Gets a button for each tool, and the help of that in use.
    * @param {{frame: HTMLElement, arena: Arena}[]} lanes
-   * @param {Record<string, Tool>} tools By name.
+   * @param {() => void} redraw
    */
-  constructor(group, lanes, tools) {
-    this.tools = tools;
+  constructor(group, lanes, redraw) {
+    this.group = group;
     this.lanes = lanes;
-    this.used = "";
-    this.help = make("p", { className: "muted", role: "status" });
-    /** @type {Map<string, HTMLElement>} */
-    this.buttons = new Map();
-    for (const [name, { label }] of Object.entries(tools)) {
+    this.redraw = redraw;
+    this.help = group.appendChild(make("p", { className: "muted", role: "status" }));
+    for (const each of lanes) this.listen(each);
+  }
+
+  /** @param {Record<string, Tool>} tools More of them, by name. */
+  add(tools) {
+    Object.assign(this.tools, tools);
+    for (const [name, { label: textContent }] of Object.entries(tools)) {
       const button = make("button", {
         type: "button",
         className: "quiet",
-        textContent: label,
+        textContent,
         ariaPressed: "false",
       });
       button.addEventListener("click", () => this.use(this.used === name ? "" : name));
       this.buttons.set(name, button);
+      this.help.before(button);
     }
-    group.append(...this.buttons.values(), this.help);
-    for (const { frame, arena } of lanes) this.listen(frame, arena);
   }
 
   /**
-   * Offer only some of the tools.
-   * @param {(name: string) => boolean} isOffered
+   * Offer tools, or don't.
+   * @param {string[]} names
+   * @param {boolean} isOffered
    */
-  offer(isOffered) {
-    for (const [name, button] of this.buttons) button.hidden = !isOffered(name);
+  offer(names, isOffered) {
+    for (const name of names) /** @type {HTMLElement} */ (this.buttons.get(name)).hidden = !isOffered;
     if (this.buttons.get(this.used)?.hidden) this.use("");
   }
 
@@ -67,36 +65,47 @@ export class Tools {
 
   /** @param {string} name Of the tool to use from now on; empty for none. */
   use(name) {
-    this.tool?.drop();
+    this.drop();
     this.used = name;
     for (const [each, button] of this.buttons) button.ariaPressed = String(each === name);
     this.help.textContent = this.tool?.help ?? "";
     for (const { frame } of this.lanes) frame.dataset.tool = name;
   }
 
+  // Drop what is half done; return whether anything was.
+  drop() {
+    this.sketch([]);
+    return Boolean(this.tool?.drop?.());
+  }
+
   // Drop what is half done; without it, put the tool away. Return whether there was either.
   leave() {
     const { tool } = this;
-    if (tool && !tool.drop()) this.use("");
+    if (tool && !this.drop()) this.use("");
     return Boolean(tool);
   }
 
   /**
-   * @param {HTMLElement} frame
-   * @param {Arena} arena
+   * Show in all arenas a line or polygon that is being drawn.
+   * @param {Point[]} points None takes it away.
    */
-  listen(frame, arena) {
-    /** @type {Record<string, (tool: Tool, event: PointerEvent) => void>} */
+  sketch(points) {
+    for (const { arena } of this.lanes) arena.sketch = points;
+    this.redraw();
+  }
+
+  /** @param {{frame: HTMLElement, arena: Arena}} lane */
+  listen({ frame, arena }) {
+    /** @type {Record<string, (tool: Tool, place: Place, pointer: number) => void>} */
     const handlers = {
-      pointerdown: (tool, event) => {
-        frame.setPointerCapture(event.pointerId); // a drag may end outside
+      pointerdown: (tool, place, pointer) => {
+        frame.setPointerCapture(pointer); // a drag may end outside
         this.buttons.get(this.used)?.blur(); // so that space plays, and doesn't press it
-        frame.focus(); // where it can have the focus
-        tool.begin?.(event, arena);
+        tool.begin?.(place);
       },
-      pointermove: (tool, event) => tool.move?.(event, arena),
-      pointerup: (tool, event) => tool.end(event, arena),
-      pointercancel: (tool) => tool.drop(),
+      pointermove: (tool, place) => tool.move?.(place),
+      pointerup: (tool, place) => tool.end(place),
+      pointercancel: () => this.drop(),
       mousedown: () => {}, // would select text
       click: () => {},
     };
@@ -104,10 +113,11 @@ export class Tools {
       frame.addEventListener(
         type,
         (event) => {
-          if (!this.tool || !arena.world) return;
+          if (!this.tool || !arena.frame) return;
+          const { clientX, clientY, pointerId } = /** @type {PointerEvent} */ (event);
           event.preventDefault();
           event.stopImmediatePropagation();
-          act(this.tool, /** @type {PointerEvent} */ (event));
+          act(this.tool, { arena, clientX, clientY }, pointerId);
         },
         { capture: true },
       );

@@ -1,39 +1,19 @@
-// Robots and tasks that come and go during a run: as events of its scenario, which can be copied.
+// Robots and tasks that hands put, move and remove during a run: as events of its scenario, which can be copied.
 
-import { $, unfold } from "./elements.js";
+import { unfold } from "./elements.js";
 
-/** @import { Given, Settings } from "./world.js" */
+/** @import { Opened, Settings } from "./world.js" */
 
-/** @type {Record<string, "robots" | "tasks">} */
-export const EVENTS = { "robots.count": "robots", "tasks.count": "tasks" }; // what an event can change, by its field
+const PLACE = "\\d{1,7}(\\.\\d{1,9})?",
+  CHANCE = `,"(sensing":\\{"miss|radio":\\{"loss)":${PLACE}\\}`,
+  CHANGE = `,"((robots|tasks)":-?|(robot|task)":)\\d{1,5}|,"at":\\[${PLACE},${PLACE}\\]|${CHANCE}`,
+  IN_ADDRESS = new RegExp(`^\\[(\\{"step":\\d{1,5}(${CHANGE})*\\}(,(?!\\])|(?=\\])))*\\]$`);
 
 /**
  * How many come at a step, or go; or where; or which one goes or is put there. A scenario's may also change its errors.
  * @typedef {{robots?: number, tasks?: number, robot?: number, task?: number, at?: [number, number]}} Change
  * @typedef {{step: number, sensing?: {miss?: number}, radio?: {loss?: number}} & Change} Event
  */
-
-/**
- * Return the events of a run with a number of robots or tasks from the next step on, and that step. What was changed at
- * the present step, while time stands still, is amended.
- * @param {Event[]} events
- * @param {{step: number, there: number, tasks: number}} now
- * @param {"robots" | "tasks"} name
- * @param {number} count
- * @param {boolean} playing
- * @returns {{step: number, events: Event[]}}
- */
-export function touched(events, now, name, count, playing) {
-  const all = events.map((each) => ({ ...each })),
-    counts = all.filter((each) => !["at", "task", "robot"].some((key) => key in each)),
-    last = playing ? undefined : counts.find((each) => each.step === now.step && each[name]),
-    step = last ? now.step : now.step + 1,
-    next = last ?? counts.find((each) => each.step === step) ?? { step };
-  next[name] = (next[name] ?? 0) + count - (name === "robots" ? now.there : now.tasks);
-  const isIdle = Object.entries(next).every(([key, value]) => key === "step" || !value),
-    kept = [...all.filter((each) => each !== next), ...(isIdle ? [] : [next])];
-  return { step, events: kept.sort((one, other) => one.step - other.step) };
-}
 
 /**
  * Return the events of a run with one more at the next step, and that step; while time stands still, at the present one
@@ -51,65 +31,81 @@ export function handled(events, now, change, playing) {
 }
 
 /**
+ * Whether a page can simulate events from a start on: there are enough to go, and not too many that come.
+ * @param {Pick<Settings, "events" | "robots" | "tasks">} start
+ * @param {{robots: number, tasks: number}} most
+ */
+export function canHappen({ events, ...start }, most) {
+  return /** @type {const} */ (["robots", "tasks"]).every((name) => {
+    let [there, all] = [start[name], start[name]];
+    const named = name === "robots" ? "robot" : "task";
+    return events.every(({ step, at, [named]: which, [name]: more = 0 }) => {
+      there += more - Number(which !== undefined && !at);
+      all += Math.max(0, more);
+      return step >= 0 && there >= Number(name === "robots") && all <= most[name];
+    });
+  });
+}
+
+/**
+ * Return the events that an address keeps, in their order; null if they are none, or can't be.
+ * @param {string} text
+ * @param {{robots: number, tasks: number}} start
+ * @param {{robots: number, tasks: number}} most
+ */
+export function eventsIn(text, start, most) {
+  if (!IN_ADDRESS.test(text)) return null;
+  const events = /** @type {Event[]} */ (JSON.parse(text)).sort((one, other) => one.step - other.step);
+  return canHappen({ ...start, events }, most) ? events : null;
+}
+
+/**
  * Return the scenario of settings as TOML: that of the page, with these values.
- * @param {Given} given
+ * @param {Opened} opened
  * @param {Settings} settings
  */
-export function scenarioOf({ toml, strategies, settings: first }, { robots, tasks, strategy, events }) {
-  const { name, knows } = strategies[strategy],
+export function scenarioOf({ toml, strategies, settings: first, patches }, settings) {
+  const { robots, tasks, strategy, events, sight, radio, speed } = settings,
+    { name, knows } = strategies[strategy],
     rows = events.map((each) => `    ${inToml(each)},\n`);
-  let text = toml.replace(/^events = \[\n[^]*?\n\]\n+/, "");
-  text = withValue(withValue(text, "robots", "count", robots), "tasks", "count", tasks);
+  let text = toml
+    .replace(/^events = \[\n[^]*?\n\]\n+/, "")
+    .replace(/^\[(\[events\]|events\.\w+)\]\n([^[\n].*\n|\n)*/gm, ""); // as Python writes long ones
+  /** @param {string} section @param {string} key @param {any} value */
+  const set = (section, key, value) => {
+    const found = new RegExp(`(^\\[${section}\\]\\n(?:(?!\\[).*\\n)*?${key} = ).*`, "m");
+    text = text.replace(found, (_, before) => `${before}${inToml(value)}`);
+  };
+  set("robots", "count", robots);
+  set("tasks", "count", tasks);
+  if (patches) {
+    set("sensing", "range", sight);
+    set("radio", "range", radio);
+    set("robots", "speed", speed);
+  }
   if (strategy !== first.strategy) {
-    text = withValue(text, "robots", "know_count", knows);
-    text = withValue(text, "decision", "strategy", JSON.stringify(name));
+    set("robots", "know_count", knows);
+    set("decision", "strategy", name);
     text = text.replace(/^\[decision\.parameters\]\n(.+\n)*\n/m, ""); // they have the new one's defaults
   }
   return rows.length ? `events = [\n${rows.join("")}]\n\n${text}` : text;
 }
 
 /**
- * Return a value as TOML has it.
+ * Return a value as TOML has it, in one line.
  * @param {any} value
  * @returns {string}
  */
-function inToml(value) {
-  if (Array.isArray(value) || typeof value !== "object") return JSON.stringify(value);
+export function inToml(value) {
+  if (Array.isArray(value)) return `[${value.map(inToml).join(", ")}]`;
+  if (typeof value !== "object") return JSON.stringify(value);
   return `{ ${Object.entries(value)
     .map(([name, each]) => `${name} = ${inToml(each)}`)
     .join(", ")} }`;
 }
 
 /**
- * Return a scenario with another value of a field that it has.
- * @param {string} toml
- * @param {string} section
- * @param {string} key
- * @param {number | boolean | string} value
- */
-function withValue(toml, section, key, value) {
-  const found = new RegExp(`(^\\[${section}\\]\\n(?:(?!\\[).*\\n)*?${key} = ).*`, "m");
-  return toml.replace(found, (_, before) => `${before}${value}`);
-}
-
-/**
- * @param {string} fixed Why events can't change the world; empty if they can.
- * @param {string} [counted] Why the numbers at the start can't be changed; likewise.
- */
-export function sayTouching(fixed, counted = "") {
-  const start = counted && `${counted}. `;
-  $("touching").textContent = fixed
-    ? `${start}Each change starts this run again. ${fixed}.`
-    : `${start}During a run, the sliders of robots and tasks change the world from the next step on.`;
-}
-
-/** @param {string} id Of a button that copies the scenario that the page shows. */
-export function listenToCopy(id) {
-  $(id).addEventListener("click", () => copy($(id), $("toml")));
-}
-
-/**
- * Copy a scenario that is shown.
+ * Copy a scenario that is shown, or select it where the browser gives the page no clipboard.
  * @param {HTMLElement} button It says what has been done.
  * @param {HTMLElement} shown
  */
@@ -120,7 +116,7 @@ export async function copy(button, shown) {
     button.textContent = "Copied";
   } catch {
     unfold(shown);
-    getSelection()?.selectAllChildren(shown); // a page by http from another machine has no clipboard
+    getSelection()?.selectAllChildren(shown); // in a frame, or by http from another machine
     button.textContent = "Selected: press Ctrl-C";
   }
   setTimeout(() => (button.textContent = text), 2000);

@@ -1,160 +1,105 @@
 // Draw and erase walls with the pointer; they become the polygons of place.walls.
 
 import { announce } from "./elements.js";
-import { tracePolygons } from "./ground.js";
+import { outlineOf } from "./ground.js";
 
-/** @import { Arena, Opened } from "./arena.js" */
-/** @import { Point, Tool } from "./tools.js" */
+/** @import { Place, Point, Tool, Tools } from "./tools.js" */
+/** @import { Opened } from "./world.js" */
 
 const DRAG = 6; // pixels: less is a click
-const NEAR = 10; // pixels from its first corner, or from a wall's edge
+const NEAR = 10; // pixels from a wall's edge
 const LONGEST = 12_000; // characters that fit into a message with other changes
 
-export class Walls {
-  /**
-   * @param {(walls: Point[][]) => void} change
-   * @param {(sketch: Point[]) => void} sketch
-   */
-  constructor(change, sketch) {
-    this.change = change;
-    this.sketch = sketch;
-    /** @type {Point[][]} */
-    this.walls = []; // of the run that is shown
-    /** @type {Point[]} */
-    this.corners = [];
-    /** @type {Point | null} */
-    this.start = null; // of a drag
-    this.cell = 0.1;
-    const drop = () => this.drop();
-    /** @type {Record<string, Tool>} */
-    this.tools = {
-      draw: {
-        label: "Draw walls",
-        help: "Drag for a rectangle. Or click the corners of a polygon, and its first corner again. Esc drops it.",
-        begin: (event, arena) => (this.start = this.pointAt(event, arena)),
-        move: (event, arena) => this.preview(event, arena),
-        end: (event, arena) => this.add(event, arena),
-        drop,
+/**
+ * Return the tools that draw and erase walls.
+ * @param {Tools} tools
+ * @param {() => Opened} opened
+ * @param {(walls: Point[][]) => void} change
+ * @returns {Record<string, Tool>}
+ */
+export function wallTools(tools, opened, change) {
+  /** @type {Point | null} */
+  let start = null; // corner of the wall that is being drawn
+  const set = (/** @type {Point[][]} */ walls) => {
+    tools.drop();
+    if (JSON.stringify(walls).length <= LONGEST) return change(walls);
+    announce("There are too many walls for this page: write them into the scenario's file.");
+  };
+  return {
+    draw: {
+      label: "Draw walls",
+      help: "Drag for a rectangle.",
+      begin: (place) => (start = cornerAt(place, opened())),
+      move: (place) => start && tools.sketch(rectangle(start, place, opened())),
+      end: (place) => {
+        const wall = start ? rectangle(start, place, opened()) : [];
+        if (wall.length) set([...opened().drawn, wall]);
+        else tools.drop();
       },
-      erase: {
-        label: "Erase walls",
-        help: "Click a wall to erase it. Walls of a map stay.",
-        move: (event, arena) => this.sketch(this.walls[this.wallAt(event, arena)] ?? []),
-        end: (event, arena) => this.erase(event, arena),
-        drop,
+      drop: () => {
+        const had = start !== null;
+        start = null;
+        return had;
       },
-    };
-  }
+    },
+    erase: {
+      label: "Erase walls",
+      help: "Click a wall to erase it. Walls of a map stay.",
+      move: (place) => tools.sketch(opened().drawn[wallAt(place, opened())] ?? []),
+      end: (place) => {
+        const found = wallAt(place, opened());
+        if (found < 0) announce("There is no wall to erase.");
+        else set(opened().drawn.toSpliced(found, 1));
+      },
+    },
+  };
+}
 
-  /** @param {Opened} world */
-  open({ drawn, cell }) {
-    this.walls = drawn;
-    this.cell = cell;
-    this.drop();
-  }
+/**
+ * Return the corner of cells that is nearest to a place, within the arena.
+ * @param {Place} place
+ * @param {Opened} opened
+ * @returns {Point}
+ */
+function cornerAt(place, { cell, lengths: { size } }) {
+  const [x, y] = place.arena
+    .unitsAt(place)
+    .map((each, k) => Math.max(0, Math.min(size[k], Math.round(each / cell) * cell)));
+  return [Number(x.toPrecision(9)), Number(y.toPrecision(9))];
+}
 
-  // Drop what is half drawn; return whether anything was.
-  drop() {
-    const some = this.corners.length > 0;
-    this.corners = [];
-    this.start = null;
-    this.sketch([]);
-    return some;
-  }
+/**
+ * Return a rectangle from a corner to a place, at least a cell wide; no points if the pointer was hardly moved.
+ * @param {Point} start
+ * @param {Place} place
+ * @param {Opened} opened
+ * @returns {Point[]}
+ */
+function rectangle([x, y], place, opened) {
+  const { cell } = opened,
+    { scale, ratio } = place.arena,
+    [endX, endY] = cornerAt(place, opened),
+    [right, top] = [endX === x ? x + cell : endX, endY === y ? y + cell : endY];
+  if (Math.hypot(endX - x, endY - y) * scale < DRAG * ratio) return [];
+  return [
+    [x, y],
+    [right, y],
+    [right, top],
+    [x, top],
+  ];
+}
 
-  /**
-   * Return the corner of cells that is nearest to the pointer, within the arena.
-   * @param {MouseEvent} event
-   * @param {Arena} arena
-   * @returns {Point}
-   */
-  pointAt(event, arena) {
-    const { size } = arena.world,
-      place = arena.unitsAt(event.clientX, event.clientY),
-      [x, y] = place.map((each, k) =>
-        Number(Math.max(0, Math.min(size[k], Math.round(each / this.cell) * this.cell)).toPrecision(9)),
-      );
-    return [x, y];
-  }
-
-  /**
-   * Return a rectangle from the start of the drag, at least a cell wide; null if the pointer was hardly moved.
-   * @param {Point} end
-   * @param {Arena} arena
-   * @returns {Point[] | null}
-   */
-  rectangle([endX, endY], { scale, ratio }) {
-    if (!this.start || this.corners.length) return null;
-    const [x, y] = this.start;
-    if (Math.hypot(endX - x, endY - y) * scale < DRAG * ratio) return null;
-    const right = endX === x ? x + this.cell : endX,
-      top = endY === y ? y + this.cell : endY;
-    return [
-      [x, y],
-      [right, y],
-      [right, top],
-      [x, top],
-    ];
-  }
-
-  /**
-   * @param {MouseEvent} event
-   * @param {Arena} arena
-   */
-  preview(event, arena) {
-    const at = this.pointAt(event, arena);
-    this.sketch(this.rectangle(at, arena) ?? (this.corners.length ? [...this.corners, at] : []));
-  }
-
-  /**
-   * Add a rectangle or a corner; the first corner again ends a polygon.
-   * @param {MouseEvent} event
-   * @param {Arena} arena
-   */
-  add(event, arena) {
-    const at = this.pointAt(event, arena),
-      rectangle = this.rectangle(at, arena),
-      { corners } = this;
-    this.start = null;
-    if (rectangle) return this.set([...this.walls, rectangle]);
-    const [first] = corners,
-      closes = first && Math.hypot(at[0] - first[0], at[1] - first[1]) * arena.scale < NEAR * arena.ratio;
-    if (closes && corners.length > 2) return this.set([...this.walls, corners]);
-    if (!closes) corners.push(at);
-    this.sketch([...corners, at]);
-  }
-
-  /**
-   * @param {MouseEvent} event
-   * @param {Arena} arena
-   */
-  erase(event, arena) {
-    const found = this.wallAt(event, arena);
-    if (found < 0) return announce("There is no wall to erase.");
-    this.set(this.walls.filter((_, k) => k !== found));
-  }
-
-  /**
-   * Return the number of the wall at the pointer, or near to it; -1 for none.
-   * @param {MouseEvent} event
-   * @param {Arena} arena
-   */
-  wallAt(event, { context, scale, height, ratio, canvas }) {
-    const box = canvas.getBoundingClientRect(),
-      place = /** @type {const} */ ([(event.clientX - box.left) * ratio, (event.clientY - box.top) * ratio]);
-    context.lineWidth = 2 * NEAR * ratio;
-    return this.walls.findLastIndex((each) => {
-      context.beginPath();
-      tracePolygons(context, [each], scale, height);
-      return context.isPointInPath(...place) || context.isPointInStroke(...place);
-    });
-  }
-
-  /** @param {Point[][]} walls */
-  set(walls) {
-    this.drop();
-    if (JSON.stringify(walls).length > LONGEST)
-      return announce("There are too many walls for this page: write them into the scenario's file.");
-    this.change(walls);
-  }
+/**
+ * Return the number of the wall at a place, or near to it; -1 for none.
+ * @param {Place} place
+ * @param {Opened} opened
+ */
+function wallAt(place, { drawn }) {
+  const { context, scale, height, ratio } = place.arena,
+    pixel = place.arena.pixelAt(place);
+  context.lineWidth = 2 * NEAR * ratio;
+  return drawn.findLastIndex((/** @type {Point[]} */ each) => {
+    const path = outlineOf([each], scale, height);
+    return context.isPointInPath(path, ...pixel) || context.isPointInStroke(path, ...pixel);
+  });
 }

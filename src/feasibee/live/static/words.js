@@ -1,6 +1,6 @@
 // What the page says in words.
 
-/** @import { Settings } from "./world.js" */
+import { formatted } from "./elements.js";
 
 /** @type {Record<number, string>} */
 export const OPINIONS = { 1: "feasible", 0: "infeasible", [-1]: "undecided" };
@@ -11,26 +11,26 @@ const NORMAL_QUANTILE = 1.959963984540054; // of 0.975: 95 % intervals
  * @param {string} word
  */
 export function counted(count, word) {
-  return `${count.toLocaleString("en")} ${word}${count === 1 ? "" : "s"}`;
+  return `${formatted(count)} ${word}${count === 1 ? "" : "s"}`;
 }
 
 /**
  * The question and the truth.
- * @param {Pick<Settings, "robots" | "tasks">} settings
+ * @param {{robots: number, tasks: number}} settings
  * @param {number} [missing] Number of robots that are missing, in all pieces of a place together.
  */
 export function questionOf({ robots, tasks }, missing = 0) {
   const spare = robots - tasks,
     where = missing + spare > 0 ? " where they are needed" : "";
   const answer = missing
-    ? `No: ${counted(missing, missing === 1 ? "robot is" : "robot")}${missing === 1 ? "" : " are"} missing${where}`
+    ? `No: ${counted(missing, "robot")} ${missing === 1 ? "is" : "are"} missing${where}`
     : `Yes: ${spare ? `${counted(spare, "robot")} to spare` : "just enough"}`;
   return { question: `Can ${counted(robots, "robot")} do ${counted(tasks, "task")}?`, answer };
 }
 
 /**
  * The number of tasks that are done.
- * @param {Uint8Array} [taken]
+ * @param {Uint16Array} [taken]
  */
 export function doneAmong(taken) {
   return taken?.filter((each) => each === 2).length ?? 0;
@@ -43,40 +43,45 @@ export function doneAmong(taken) {
  */
 export function doneOf({ robots, tasks, standing, done, allTakenStep, step }, last) {
   const all = standing + done === tasks,
-    more = done ? ` and have done ${done.toLocaleString("en")}` : "",
+    more = done ? ` and have done ${formatted(done)}` : "",
     ended = all || allTakenStep >= 0 || step >= last,
     word = all ? "Yes" : ended ? "No" : "Not yet",
-    since = ended && allTakenStep >= 0 ? `, from step ${allTakenStep.toLocaleString("en")} on` : "",
+    since = ended && allTakenStep >= 0 ? `, from step ${formatted(allTakenStep)} on` : "",
     most = !all && allTakenStep >= 0 ? ", as many as they can" : "";
   return {
     question: `Did ${counted(robots, "robot")} do ${counted(tasks, "task")}?`,
-    answer: `${word}: robots stand at ${standing.toLocaleString("en")} of ${counted(tasks, "task")}${more}${most}${since}.`,
+    answer: `${word}: robots stand at ${formatted(standing)} of ${counted(tasks, "task")}${more}${most}${since}.`,
   };
 }
 
 /**
- * The swarm's decision and whether it is right; in a world that changes, that of this step.
- * @param {{decision: number, decisionStep: number, last: number, missing: number[], needed: number[], changes: boolean}} recording
- * @param {{step: number, feasible: number, infeasible: number, decision: number}} frame
+ * The swarm's decision and whether it is right, as soon as its run is simulated; in a world that changes, what it holds at
+ * the step that is shown.
+ * @param {{decision: number, decisionStep: number, last: number, missing: ArrayLike<number>, changes: boolean, done: boolean}} history
+ * @param {{step: number, decision: number}} frame
  */
-export function decisionOf({ decision, decisionStep, last, missing, needed, changes }, frame) {
+export function answerOf({ decision, decisionStep, last, missing, changes, done }, frame) {
   const [held, at] = changes ? [frame.decision, frame.step] : [decision, decisionStep];
-  if (held >= 0 && at <= frame.step) {
-    const right = held === Number(missing[at] === 0),
-      what = changes ? "holds" : "decided",
-      when = changes ? "at this step" : `at step ${at.toLocaleString("en")}`;
-    return {
-      right,
-      text: `The swarm ${what} ${OPINIONS[held]} ${when}. That is ${right ? "right" : "wrong"}.`,
-    };
+  if (held < 0) {
+    const none = changes ? "holds no decision at this step" : `doesn't decide by step ${formatted(last)}`;
+    return { right: null, text: changes || done ? `The swarm ${none}.` : "Simulating." };
   }
-  const most = Math.max(frame.feasible, frame.infeasible),
-    ended =
-      frame.step >= last ? `The run ended at step ${last.toLocaleString("en")} without a decision.` : "";
-  return {
-    right: null,
-    text: ended || `Not decided yet: ${most} of the ${needed[frame.step]} robots needed agree.`,
-  };
+  const right = held === Number(missing[at] === 0),
+    what = changes
+      ? `holds ${OPINIONS[held]} at this step`
+      : `decides ${OPINIONS[held]} at step ${formatted(at)}`;
+  return { right, text: `The swarm ${what}. That is ${right ? "right" : "wrong"}.` };
+}
+
+/**
+ * How near the swarm is to its decision at a step.
+ * @param {{decision: number, decisionStep: number, needed: ArrayLike<number>}} history
+ * @param {{step: number, feasible: number, infeasible: number}} frame
+ */
+export function progressOf({ decision, decisionStep, needed }, { step, feasible, infeasible }) {
+  if (decision >= 0 && decisionStep <= step) return "At this step it has decided.";
+  const most = Math.max(feasible, infeasible);
+  return `At this step: ${most} agree, of the ${needed[step]} robots that it takes.`;
 }
 
 /**
@@ -95,10 +100,11 @@ export function wilson(successes, trials) {
 }
 
 /**
+ * A share of swarms with its interval, as people say it: 85 % (77 to 91).
  * @param {number} successes
  * @param {number} trials
  */
 export function shareOf(successes, trials) {
-  const [rate, low, high] = wilson(successes, trials).map((each) => each.toFixed(2));
-  return `${rate} (${low} to ${high})`;
+  const [rate, low, high] = wilson(successes, trials).map((each) => Math.round(100 * each));
+  return `${rate} % (${low} to ${high})`;
 }

@@ -1,1 +1,0 @@
-"""Run studies: plans, journals, workers, and tables of the results."""
