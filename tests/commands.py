@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import os
 import subprocess
 import sys
 
@@ -26,6 +27,10 @@ def output_of(*arguments):
 def json_of(*arguments):
     """Return what a command prints for programs."""
     return json.loads(output_of(*arguments, "--json"))
+
+
+WITHOUT_BYTECODE = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
+"""For processes whose files may not grow: Python would keep compiled modules cut off, for all who import them next."""
 
 
 def python(*words, **options):

@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
-from commands import invoke, refused_in_a_line
+from commands import WITHOUT_BYTECODE, invoke, refused_in_a_line
 
 from feasibee.base.errors import FeasibeeError
 from feasibee.field.logs import LineLog
@@ -181,6 +181,7 @@ def test_a_full_disk_ends_a_field_with_one_line(tmp_path, size, told):
     ended = subprocess.run(
         [sys.executable, "-c", FULL, str(size), *options.split()],
         cwd=tmp_path,
+        env=WITHOUT_BYTECODE,
         capture_output=True,
         text=True,
         timeout=240,

@@ -13,6 +13,7 @@ import sys
 from collections import Counter
 from concurrent.futures import Executor, Future
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from threading import Timer
 from types import SimpleNamespace
@@ -21,7 +22,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from commands import json_of, output_of, python, refused_in_a_line
+from commands import WITHOUT_BYTECODE, json_of, output_of, python, refused_in_a_line
 from stores import PLACES, counts, rows_in
 
 from feasibee import FeasibeeError, Scenario, wilson
@@ -517,8 +518,9 @@ def test_a_full_disk_is_told_and_the_sweep_goes_on(whole, tmp_path):
     """No file may grow beyond some kilobytes here: those of 24 runs fit, and of 2,000 don't."""
     code = f"import resource\nresource.setrlimit(resource.RLIMIT_FSIZE, (5_000, 5_000))\n{CHUNKED}"
     words = ("sweep", study_file(tmp_path), "--out", "out")
-    assert python("-c", code, *words, cwd=tmp_path).returncode == 0
-    told = python("-c", code.replace("= 400", "= 10**9"), *words, "--runs", 2000, cwd=tmp_path)
+    process = partial(python, cwd=tmp_path, env=WITHOUT_BYTECODE)
+    assert process("-c", code, *words).returncode == 0
+    told = process("-c", code.replace("= 400", "= 10**9"), *words, "--runs", 2000)
     assert told.returncode == 2, told.stderr
     (line,) = told.stderr.splitlines()
     assert "free disk space, and run the same command again: all runs so far are kept" in line
