@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from types import SimpleNamespace
 
@@ -23,30 +24,46 @@ def in_place(walls=(), side=8.0, **changes):
     return Scenario().replace(place | {name.replace("__", "."): value for name, value in changes.items()})
 
 
-@pytest.fixture(params=[place.SHARP, 0])
-def sharp(request, monkeypatch):
-    """Let cells share bytes in small places, too; no other test finds arrays made so, whatever happens."""
-    monkeypatch.setattr(place, "SHARP", request.param)
-    for name in ("_tables", "_open_around"):
-        monkeypatch.setattr(place, name, getattr(place, name).__wrapped__)
-
-
-@pytest.mark.parametrize("shape", [(1, 300), (300, 1), (40, 30)])
+@pytest.mark.parametrize("shape", [(1, 300), (300, 1), (130, 140)])
 @pytest.mark.parametrize("share", [0.0, 0.01, 0.5, 1.0])
-def test_each_cell_has_the_distance_to_the_nearest_wall(shape, share):
-    """In cells, the larger one along both axes; at most `FARTHEST`, also without walls."""
-    cells, walls = np.indices(shape), np.random.default_rng(1).random(shape) < share
-    distances = [abs(cells - wall[:, None, None]).max(axis=0) for wall in np.argwhere(walls)]
-    found = place._open_around.__wrapped__(SimpleNamespace(walls=walls)).reshape(shape)
-    np.testing.assert_array_equal(found, np.minimum.reduce(distances, initial=place.FARTHEST))
+def test_boxes_hold_all_walls_and_nothing_else(shape, share):
+    """Each box is within the tile that lists it; those after the last hold no cell."""
+    walls, found = np.random.default_rng(1).random(shape) < share, np.zeros(shape, bool)
+    boxes, tiles = place._boxes.__wrapped__(SimpleNamespace(walls=walls))
+    for tile, (first, end) in enumerate(itertools.pairwise(tiles)):
+        row, column = divmod(tile, -(-shape[1] // place.TILE))
+        for left, right, top, bottom in boxes[:, first:end].T:
+            assert {top // place.TILE, bottom // place.TILE} == {row}
+            assert {left // place.TILE, right // place.TILE} == {column}
+            found[top : bottom + 1, left : right + 1] = True
+    np.testing.assert_array_equal(found, walls)
+    left, right, top, bottom = boxes[:, tiles[-1] :]
+    assert (left > right).all()
+    assert (top > bottom).all()
+    assert len(left) >= place.MOST_LANES
 
 
-@pytest.mark.parametrize("radio", [{"radio__range": 3.0, "radio__walls": 0.6}, {"sensing__count_self": True}])
-def test_cells_that_share_bytes_change_nothing(sharp, radio):
-    """Many robots in two rooms, with walls between some that see each other."""
-    robots = {"robots__count": 130, "robots__diameter": 0.2, "tasks__count": 30, "run__steps": 8}
-    phases = {"decision__exploration": 2, "decision__gain": 2, "place__cell": 0.2}
-    assert_equal(in_place(rooms(2.0, 12.0), 12.0, **robots, **phases, **radio).replace(BODIES), 1)
+@pytest.mark.parametrize(
+    ("count", "cells", "share", "walls", "sensing"),
+    [
+        (60, 140, 0.03, 0.6, {}),
+        (130, 140, 0.03, 0.0, {"count_self": True}),
+        (60, 28, 0.1, 0.0, {}),
+        (130, 28, 0.1, 0.6, {}),
+        (130, 28, 0.2, 0.0, {}),
+    ],
+)
+def test_lines_among_scattered_walls(count, cells, share, walls, sensing):
+    """Few robots and crowds, over several tiles; in large cells, lines often lead through their corners."""
+    closed = np.random.default_rng(2).random((cells, cells)) < share
+    tables = {
+        "robots": {"count": count, "diameter": 0.05},
+        "sensing": {"range": 2.5, **sensing},
+        "radio": {"range": 3.0, "walls": walls},
+        "decision": {"exploration": 2, "gain": 2},
+    }
+    scenario = Scenario(place={"map": bitmap(closed, 14 / cells)}, tasks={"count": 30}, **tables)
+    assert_equal(scenario.replace({"run.steps": 280 // cells}), 1)
 
 
 @pytest.mark.parametrize("speed", [0.4, 1.0, 3.0])

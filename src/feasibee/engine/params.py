@@ -83,10 +83,8 @@ class PlaceParams(NamedTuple):
     columns: int
     rows: int
     row_words: int  # of `Ground.passable` and `Ground.walls`
-    blur: int  # a byte of `Ground.open_around` is for 2**blur x 2**blur cells
-    blurred_columns: int
-    sight: int  # cells that a robot surely sees past, if no wall is nearer
-    radio: int  # likewise
+    tile_columns: int
+    boxes: int  # columns of `Ground.boxes`
     near: int  # squared cells between a task's cell and the one from which robots reach it, at most
     arrived: int  # way at which a robot has reached a task, in fifths of a cell; -1 if nobody acts
 

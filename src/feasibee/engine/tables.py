@@ -22,7 +22,6 @@ FEW = 128
 
 Int32s = NDArray[np.int32]
 Int64s = NDArray[np.int64]
-Bytes = NDArray[np.uint8]
 Limits = NDArray[np.uint64]
 
 
@@ -45,7 +44,8 @@ class Ground(NamedTuple):
 
     walls: Annotated[Limits, "word of cells"]  # rows begin at whole words
     passable: Annotated[Limits, "word of cells"]
-    open_around: Annotated[Bytes, "block"]  # cells in each direction to the nearest wall; 0 with one inside
+    boxes: Annotated[Int32s, "left, right, top, bottom", "box"]  # of walls, tile by tile
+    tiles: Annotated[Int32s, "tile"]  # first of its boxes, and the end of all
     limits: Annotated[Limits, "sense, walls"]  # squared distances that are too far, behind so many walls
     stands: Annotated[Int32s, "cell"]  # where things are placed, piece by piece
     stand_of: Annotated[Int32s, "robot, then task", "first, number"]  # of its cells in `stands`

@@ -95,7 +95,7 @@ def _common(scenario: Scenario, lowered: Lowered) -> bytes:
         first = [robots.first, tasks.first + (0 if alike else len(robots.cells))]
     arrays = (tables.class_of, tables.adds, tables.points, tables.ranks, tables.able)
     steps = np.diff(cells.astype(np.int32), prepend=np.int32(0))  # compressed, they take fewer bytes
-    of_place = (ground.walls, ground.passable, steps)
+    of_place = (ground.walls, ground.passable, ground.boxes, ground.tiles, steps)
     where = (np.concatenate(pieces), np.concatenate(first).astype(np.int64), ground.lattice)
     return _packet(*(each.tobytes() for each in (*arrays, *of_place, *where)))
 

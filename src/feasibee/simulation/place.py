@@ -20,23 +20,19 @@ from feasibee.scenario.sections import Most
 
 CELLS = 64
 """Cells in a word."""
-SHARP, BLUR = 1 << 20, 2
-"""Cells up to which each has its byte; in larger places 4 x 4 share one, so that they stay in the cache."""
-FARTHEST = 255
-"""Largest distance that a byte holds."""
+TILE = 64
+"""Cells along the sides of a tile, as in place.h."""
+MOST_LANES = 16
+"""Boxes that the engine reads at once, at most."""
 
 
 def params_of(scenario: Scenario) -> PlaceParams:
     """Return the grid of a scenario's place; zeros if it has none."""
     plan = scenario.plan
     if plan is None:
-        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1)
+        return PlaceParams(False, 0, 0, 0, 0, 0, 0, 0, -1)
     rows, columns = plan.walls.shape
-    sight, radio = (
-        math.ceil(exact(reach) / plan.cell) + 1 for reach in (scenario.sensing.range, scenario.radio.range)
-    )
-    blur = _blur(plan)
-    numbers = columns, rows, -(-columns // CELLS), blur, -(-columns >> blur), sight, radio
+    numbers = columns, rows, -(-columns // CELLS), -(-columns // TILE), _boxes(plan)[0].shape[1]
     surface = ground_of(scenario)
     assert surface is not None
     arrived = math.floor(5 * exact(scenario.acting.reach) / plan.cell) if scenario.acts else -1
@@ -48,7 +44,8 @@ def tables_of(scenario: Scenario) -> Ground:
     surface = ground_of(scenario)
     if surface is None:
         words, places = np.zeros(0, np.uint64), np.zeros((0, 2), np.int32)
-        return Ground(words, words, words.astype(np.uint8), words, places[:, 0].copy(), places, places)
+        none = places[:, 0].copy()
+        return Ground(words, words, none, none, words, none, places, places)
     radio, walls = exact(scenario.radio.range), exact(scenario.radio.walls)
     sight = [exact(scenario.sensing.range), *[None] * MOST_WALLS]
     ranges = [*sight, *(radio * walls**k if walls or k == 0 else None for k in range(MOST_WALLS + 1))]
@@ -59,10 +56,12 @@ def tables_of(scenario: Scenario) -> Ground:
 @lru_cache(maxsize=4)
 def _tables(surface: Surface, most: Most, avoid_collisions: bool) -> Ground:
     """Return the arrays of a place that don't depend on ranges."""
+    boxes, tiles = _boxes(surface.plan)
     return Ground(
         walls=_words(surface.plan.walls),
         passable=_words(surface.passable),
-        open_around=_open_around(surface.plan),
+        boxes=boxes,
+        tiles=tiles,
         limits=np.zeros(0, np.uint64),
         **_stands(surface, most, avoid_collisions),
     )
@@ -102,20 +101,22 @@ def _stands(surface: Surface, most: Most, avoid_collisions: bool) -> dict[str, I
     }
 
 
-def _blur(plan: Plan) -> int:
-    """Return the power of two of the cells along each axis that share a byte."""
-    return BLUR if plan.walls.size > SHARP else 0
-
-
 @lru_cache(maxsize=4)
-def _open_around(plan: Plan) -> NDArray[np.uint8]:
-    """Return the cells' distances to the nearest wall, in cells, the larger one along both axes."""
-    from scipy.ndimage import distance_transform_cdt
+def _boxes(plan: Plan) -> tuple[Int32s, Int32s]:
+    """Return the walls as boxes of cells, and the first box of each tile; the last ones hold no cell.
 
-    # Without walls all are -1, which is the largest number of 32 bits.
-    distances = distance_transform_cdt(~plan.walls, metric="chessboard").astype(np.uint32)
-    found = np.minimum(distances, FARTHEST).astype(np.uint8)
-    side = 1 << _blur(plan)
-    padded = np.pad(found, [(0, -each % side) for each in found.shape], constant_values=FARTHEST)
-    blocks: NDArray[np.uint8] = padded.reshape(padded.shape[0] // side, side, -1, side).min(axis=(1, 3))
-    return blocks.ravel()
+    A box is as many runs of walls as are alike in consecutive rows of a tile.
+    """
+    rows, columns = plan.walls.shape
+    in_tiles = np.pad(plan.walls, [(0, 0), (0, -columns % TILE)]).reshape(rows, -1, TILE)
+    edges = np.diff(np.pad(in_tiles, [(0, 0), (0, 0), (1, 1)]).astype(np.int8))
+    (row, tile, left), (_, _, end) = (np.argwhere(edges == sign).T for sign in (1, -1))
+    runs = np.stack([tile, row // TILE, left, end - 1, row])
+    tile, tile_row, left, right, row = runs[:, np.lexsort(runs[[4, 3, 2, 0, 1]])]
+    goes_on = (np.diff([tile, tile_row, left, right]) == 0).all(axis=0) & (np.diff(row) == 1)
+    first, last = (np.pad(~goes_on, side, constant_values=True)[: len(row)] for side in ((1, 0), (0, 1)))
+    boxes = [(TILE * tile + left)[first], (TILE * tile + right)[first], row[first], row[last]]
+    after = np.repeat([[columns], [-1], [rows], [-1]], MOST_LANES, axis=1)
+    number = (tile_row * in_tiles.shape[1] + tile)[first]
+    tiles = np.searchsorted(number, np.arange(in_tiles.shape[1] * -(-rows // TILE) + 1))
+    return np.hstack([np.stack(boxes), after]).astype(np.int32), tiles.astype(np.int32)

@@ -19,7 +19,7 @@
 #define MOST_AT_ONCE (1 << 18) /* robots times steps of a run that is played by one call */
 
 /* The parts, in the order of packet.py. */
-enum common_part { CLASSES, ADDS, GIVEN_POINTS, RANKS, ABLE, WALLS, PASSABLE, STANDS, PIECES, FIRSTS, LATTICE };
+enum common_part { CLASSES, ADDS, GIVEN_POINTS, RANKS, ABLE, WALLS, PASSABLE, BOXES, TILES, STANDS, PIECES, FIRSTS, LATTICE };
 enum own_part { PARAMS, SETTING, PARAMETERS, NAME, LIMITS, SHAPE };
 
 /* The numbers of SHAPE. */
@@ -104,7 +104,6 @@ static struct {
 } patch;
 static void *shown[ARRAYS];
 static int32_t *stands;
-static uint8_t *distances;
 
 /* --- Packets --- */
 
@@ -130,54 +129,14 @@ __attribute__((weak)) void feasibee_bind(void (*fail)(int32_t what, int32_t line
     (void)fail;
 }
 
-/* --- The cells of a place --- */
-
-static bool has_wall(const struct place *place, int64_t column, int64_t row)
-{
-    const uint64_t *walls = part_of(common, WALLS);
-    return walls[row * place->row_words + column / 64] >> (column & 63) & 1;
-}
-
-static uint8_t nearer(uint8_t found, uint8_t neighbour) { return neighbour < found ? (uint8_t)(neighbour + 1) : found; }
-
-/* Store the distance of each block of cells to the nearest wall, as feasibee.simulation.place does. */
-static void measure_cells(const struct place *place)
-{
-    const int64_t columns = place->columns, rows = place->rows, width = columns + 2;
-    uint8_t *cells = malloc((size_t)(width * (rows + 2))), *at;
-    memset(cells, UINT8_MAX, (size_t)(width * (rows + 2)));
-    for (int64_t row = 0; row < rows; row++)
-        for (int64_t column = 0; column < columns; column++) {
-            at = cells + (row + 1) * width + column + 1;
-            *at = has_wall(place, column, row) ? 0 : nearer(nearer(nearer(nearer(*at, at[-1]), at[-width - 1]), at[-width]), at[1 - width]);
-        }
-    for (int64_t row = rows; row-- > 0;)
-        for (int64_t column = columns; column-- > 0;) {
-            at = cells + (row + 1) * width + column + 1;
-            *at = nearer(nearer(nearer(nearer(*at, at[1]), at[width + 1]), at[width]), at[width - 1]);
-        }
-    const size_t blocks = (size_t)(place->blurred_columns * (((rows - 1) >> place->blur) + 1));
-    memset(distances, UINT8_MAX, blocks);
-    for (int64_t row = 0; row < rows; row++)
-        for (int64_t column = 0; column < columns; column++) {
-            const uint8_t found = cells[(row + 1) * width + column + 1];
-            at = distances + (row >> place->blur) * place->blurred_columns + (column >> place->blur);
-            *at = found < *at ? found : *at;
-        }
-}
-
 /* Store what of a place is the same in all runs. The packet has the difference of each cell of `stands` from the one before. */
 static void open_place(void)
 {
-    const struct place *place = &((const struct params *)part_of(own, PARAMS))->arena.place;
     const size_t size = (size_t)common[1 + STANDS];
     stands = (int32_t *)copy_of(part_of(common, STANDS), size);
     for (size_t k = 1; k < size / sizeof *stands; k++)
         stands[k] += stands[k - 1];
-    distances = malloc((size_t)(place->columns * place->rows));
     before = room_taken();
-    if (place->exists)
-        measure_cells(place);
 }
 
 void feasibee_open(const int64_t *all, const int64_t *one)
@@ -413,7 +372,7 @@ static void fit_place(bool is_given)
     const struct place *place = &params.arena.place;
     uint8_t *plan = malloc((size_t)setting.plan_length);
     for (int64_t k = 0; k < setting.plan_length; k++)
-        plan[k] = has_wall(place, k % place->columns, k / place->columns);
+        plan[k] = has_cell(place, part_of(common, WALLS), (uint32_t)(k % place->columns), (uint32_t)(k / place->columns));
     for (int64_t piece = 0; piece < pieces; piece++)
         for (int64_t k = of_tasks[piece]; held[piece] > 0 && k < of_tasks[piece + 1]; k++)
             plan[stands[k]] |= TASKS_STAND;
@@ -445,8 +404,8 @@ static void fit_tables(bool is_given)
         .able = part_of(common, ABLE),
         .events = events,
         .event_count = event_count,
-        .ground = {part_of(common, WALLS), part_of(common, PASSABLE), distances, part_of(own, LIMITS), stands, NULL,
-                   part_of(common, LATTICE)},
+        .ground = {part_of(common, WALLS), part_of(common, PASSABLE), part_of(common, BOXES), part_of(common, TILES),
+                   part_of(own, LIMITS), stands, NULL, part_of(common, LATTICE)},
     };
 }
 

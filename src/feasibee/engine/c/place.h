@@ -1,8 +1,7 @@
 /* Places: which steps avoid walls, and how many walls are between two things (model.md 6.20, 6.21).
  *
- * A byte says how many cells around a cell, or around 4 x 4 cells, are free of walls. If such squares around
- * both ends and the middle cover a line, no wall is on it. Otherwise the line is walked from cell to cell: one
- * in ten, among obstacles. */
+ * Boxes of cells hold all walls, so that a line is compared with many cells at once. Where walls only weaken the
+ * radio, a line that touches some is walked from cell to cell, to count them. */
 
 #ifndef PLACE_H
 #define PLACE_H
@@ -11,6 +10,7 @@
 
 #define MOST_WALLS 8 /* feasibee.base.codes */
 #define QUARTERS 4   /* parts of a step whose ends must be in passable cells */
+#define TILE 6       /* tiles have 64 x 64 cells */
 
 enum sense { SIGHT, RADIO }; /* parts of the limits of a place */
 
@@ -43,18 +43,6 @@ ALWAYS bool is_passable(const struct state *s, uint32_t x, uint32_t y)
     const uint32_t last_column = (uint32_t)(place->columns - 1), last_row = (uint32_t)(place->rows - 1);
     const uint32_t column = x >> place->bits, row = y >> place->bits;
     return is_open(s, column < last_column ? column : last_column, row < last_row ? row : last_row);
-}
-
-/* Return how many cells from a cell on, in each direction, are surely free of walls. */
-ALWAYS int64_t open_around(const struct state *s, int64_t column, int64_t row)
-{
-    const struct place *place = &s->params->arena.place;
-    return s->tables.ground.open_around[(row >> place->blur) * place->blurred_columns + (column >> place->blur)];
-}
-
-ALWAYS int64_t open_at(const struct state *s, int64_t x, int64_t y)
-{
-    return open_around(s, x >> s->params->arena.place.bits, y >> s->params->arena.place.bits);
 }
 
 /* --- Steps --- */
@@ -109,72 +97,84 @@ ALWAYS int64_t distance(int64_t a, int64_t b) { return a < b ? b - a : a - b; }
 ALWAYS int64_t lesser(int64_t a, int64_t b) { return a < b ? a : b; }
 ALWAYS int64_t greater(int64_t a, int64_t b) { return a > b ? a : b; }
 
-/* Return how many borders of the shorter side a line has crossed right after some of the longer one. */
-ALWAYS int64_t crossed_aside(int64_t crossed, int64_t longer, int64_t shorter)
+/* The line between the centres of two cells. */
+struct line {
+    int64_t column, row, last_column, last_row;
+};
+
+ALWAYS struct line line_of(const struct state *s, int64_t ax, int64_t ay, int64_t bx, int64_t by)
 {
-    return ((2 * crossed - 1) * shorter + longer) / (2 * longer);
+    const int64_t bits = s->params->arena.place.bits;
+    return (struct line){ax >> bits, ay >> bits, bx >> bits, by >> bits};
 }
 
-/* Return in how many stretches the line between two positions' cells touches walls, at most `most`.
+/* Return in how many stretches a line touches walls, at most `most`.
  *
- * The line joins the cells' centres; `x` and `y` count the borders that it has crossed. It leaps as far as no
- * wall is around. Else `ahead` says which border comes next: at 0 both, at a corner. */
-ALWAYS int64_t walls_between(const struct state *s, int64_t ax, int64_t ay, int64_t bx, int64_t by, int64_t most)
+ * `x` and `y` count the borders that it has crossed; `ahead` says which comes next: at 0 both, at a corner. */
+APART int64_t walls_on(const struct state *s, struct line line, int64_t most)
 {
-    const int64_t bits = s->params->arena.place.bits, first_column = ax >> bits, first_row = ay >> bits;
-    const int64_t across = distance(first_column, bx >> bits), along = distance(first_row, by >> bits);
-    const int64_t step_x = bx >= ax ? 1 : -1, step_y = by >= ay ? 1 : -1;
-    bool inside = is_wall(s, first_column, first_row);
+    const int64_t across = distance(line.column, line.last_column), along = distance(line.row, line.last_row);
+    const int64_t step_x = line.last_column >= line.column ? 1 : -1, step_y = line.last_row >= line.row ? 1 : -1;
+    bool inside = is_wall(s, line.column, line.row);
     int64_t x = 0, y = 0, found = inside;
     while (x + y < across + along && found < most) {
-        const int64_t column = first_column + step_x * x, row = first_row + step_y * y;
-        const int64_t leap = open_around(s, column, row) - 1;
-        if (leap > 1 && across >= along) {
-            x = lesser(x + leap, across);
-            y = crossed_aside(x, across, along);
-        } else if (leap > 1) {
-            y = lesser(y + leap, along);
-            x = crossed_aside(y, along, across);
-        } else {
-            const int64_t ahead = (2 * x + 1) * along - (2 * y + 1) * across;
-            const bool over_x = ahead <= 0, over_y = ahead >= 0;
-            const bool corner =
-                over_x && over_y && (is_wall(s, column + step_x, row) || is_wall(s, column, row + step_y));
-            const bool now = is_wall(s, column + (over_x ? step_x : 0), row + (over_y ? step_y : 0));
-            found += !inside && (now || corner);
-            inside = now;
-            x += over_x;
-            y += over_y;
-        }
+        const int64_t column = line.column + step_x * x, row = line.row + step_y * y;
+        const int64_t ahead = (2 * x + 1) * along - (2 * y + 1) * across;
+        const bool over_x = ahead <= 0, over_y = ahead >= 0;
+        const bool corner = over_x && over_y && (is_wall(s, column + step_x, row) || is_wall(s, column, row + step_y));
+        const bool now = is_wall(s, column + (over_x ? step_x : 0), row + (over_y ? step_y : 0));
+        found += !inside && (now || corner);
+        inside = now;
+        x += over_x;
+        y += over_y;
     }
     return found;
 }
 
-/* Return whether open squares around both ends and the middle of a line cover it: so no wall is on it. */
-ALWAYS bool is_surely_free(const struct state *s, int64_t ax, int64_t ay, int64_t bx, int64_t by)
+/* Return whether a line touches one of the boxes in lanes, corners included.
+ *
+ * It does unless the box is beyond its ends, or all of the box on one side of it: its middle is then farther from
+ * the line than half its sides reach. */
+ALWAYS bool touches(const int32_t *boxes, int64_t stride, struct line line)
 {
-    const int64_t bits = s->params->arena.place.bits;
-    const int64_t a_column = ax >> bits, a_row = ay >> bits, b_column = bx >> bits, b_row = by >> bits;
-    const int64_t length = greater(distance(a_column, b_column), distance(a_row, b_row));
-    const int64_t start = open_around(s, a_column, a_row), end = open_around(s, b_column, b_row);
-    /* Up to half a cell from the line's middle. */
-    const int64_t middle = open_around(s, (a_column + b_column) >> 1, (a_row + b_row) >> 1);
-    return (start + end > length + 1) | (2 * (lesser(start, end) + middle) > length + 3); /* one branch */
+    const i32 left = (i32)vector_at(boxes), right = (i32)vector_at(boxes + stride);
+    const i32 top = (i32)vector_at(boxes + 2 * stride), bottom = (i32)vector_at(boxes + 3 * stride);
+    const int32_t u = (int32_t)(line.last_column - line.column), v = (int32_t)(line.last_row - line.row);
+    const int32_t start = 2 * (u * (int32_t)line.row - v * (int32_t)line.column);
+    const i32 aside = u * (top + bottom) - v * (left + right) - start;
+    const i32 reach = (v < 0 ? -v : v) * (right - left + 1) + (u < 0 ? -u : u) * (bottom - top + 1);
+    const i32 apart = (aside > reach) | (-aside > reach) |
+                      (left > (int32_t)greater(line.column, line.last_column)) |
+                      (right < (int32_t)lesser(line.column, line.last_column)) |
+                      (top > (int32_t)greater(line.row, line.last_row)) |
+                      (bottom < (int32_t)lesser(line.row, line.last_row));
+    return signs((u32)apart) != first_bits(LANES);
 }
 
-/* Return whether as many walls as are between two positions make them too far apart. */
-APART bool is_behind_walls(const struct state *s, enum sense sense, int64_t ax, int64_t ay, int64_t bx, int64_t by)
+/* Return whether a line touches walls: those of the tiles around it are looked at, many at once. */
+ALWAYS bool touches_walls(const struct state *s, struct line line)
 {
-    const uint64_t *limits = s->tables.ground.limits + sense * (MOST_WALLS + 1);
-    const int64_t walls = walls_between(s, ax, ay, bx, by, limits[1] > 0 ? MOST_WALLS : 1);
-    const int64_t way_x = bx - ax, way_y = by - ay;
-    return walls > 0 && (uint64_t)(way_x * way_x) + (uint64_t)(way_y * way_y) >= limits[walls];
+    const struct place *place = &s->params->arena.place;
+    const int64_t first = lesser(line.column, line.last_column) >> TILE, last = greater(line.column, line.last_column) >> TILE;
+    const int64_t last_row = greater(line.row, line.last_row) >> TILE;
+    for (int64_t row = lesser(line.row, line.last_row) >> TILE; row <= last_row; row++) {
+        const int32_t *starts = s->tables.ground.tiles + row * place->tile_columns;
+        for (int64_t k = starts[first]; k < starts[last + 1]; k += LANES)
+            if (touches(s->tables.ground.boxes + k, place->boxes, line))
+                return true;
+    }
+    return false;
 }
 
 /* Return whether walls between two positions in range cut them off (model.md 6.20.11, 6.21). */
 ALWAYS bool is_cut(const struct state *s, enum sense sense, int64_t ax, int64_t ay, int64_t bx, int64_t by)
 {
-    return !is_surely_free(s, ax, ay, bx, by) && is_behind_walls(s, sense, ax, ay, bx, by);
+    const struct line line = line_of(s, ax, ay, bx, by);
+    if (!touches_walls(s, line))
+        return false;
+    const uint64_t *limits = s->tables.ground.limits + sense * (MOST_WALLS + 1);
+    const int64_t walls = limits[1] > 0 ? walls_on(s, line, MOST_WALLS) : 1, way_x = bx - ax, way_y = by - ay;
+    return (uint64_t)(way_x * way_x) + (uint64_t)(way_y * way_y) >= limits[walls];
 }
 
 /* Leave the robots of listed pairs out of each other's sets if walls are between them. */
@@ -190,21 +190,20 @@ static inline void drop_listed_cut(struct state *s, const struct part *part, enu
     }
 }
 
-/* Leave those robots out of each other's sets in IN_SIGHT between which walls are.
- *
- * A robot without walls within `reach` cells lists nobody. Pairs are listed and then tested in one loop. */
-APART void drop_cut(struct state *s, struct part *part, enum sense sense, int64_t reach)
+/* Leave robots out of each other's sets in IN_SIGHT if walls are between them, one is of `ends`, and the other of
+ * `others`. Pairs are listed and then tested in one loop. */
+APART void drop_cut(struct state *s, struct part *part, enum sense sense, const uint32_t *ends, const uint32_t *others)
 {
     int64_t listed = 0;
     for (int64_t i = 0; i < s->params->robots.count; i++) {
-        if (open_at(s, at_x(s->robots, i), at_y(s->robots, i)) > reach)
-            continue;
-        for (int64_t other = 0; other <= i >> 5; other++) {
-            const uint32_t before = first_bits((int)(i - WORD * other));
-            uint32_t left = s->links[IN_SIGHT][other * s->padded + i] & before;
+        const bool is_end = has(ends, i), is_other = has(others, i);
+        for (int64_t word = 0; word <= i >> 5; word++) {
+            const uint32_t asked = (is_end ? others[word] : 0) | (is_other ? ends[word] : 0);
+            const uint32_t before = first_bits((int)(i - WORD * word));
+            uint32_t left = s->links[IN_SIGHT][word * s->padded + i] & before & asked;
             for (; left; left = without_lowest(left), listed++) {
                 part->who[listed] = (int32_t)i;
-                part->other[listed] = (int32_t)lowest_member(other, left);
+                part->other[listed] = (int32_t)lowest_member(word, left);
             }
         }
         if (listed > QUEUE_ROOM) {

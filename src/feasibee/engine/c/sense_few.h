@@ -134,10 +134,9 @@ static inline void find_tasks(struct state *s, const struct part *part, const ui
         for (uint32_t left = looking[w]; left; left = without_lowest(left)) {
             const int64_t i = lowest_member(w, left);
             const int32_t x = s->robots[X][i], y = s->robots[Y][i];
-            const bool hides = s->params->sensing.hides && may_hide(s, i);
             for (int64_t k = 0; k < s->task_words; k++) {
                 const uint32_t near = tasks_near(s, k, x, y);
-                s->tasks_seen[k * s->padded + i] = hides && near ? seen_tasks(s, near, k, i) : near;
+                s->tasks_seen[k * s->padded + i] = s->params->sensing.hides && near ? seen_tasks(s, near, k, i) : near;
             }
         }
 }
@@ -261,7 +260,7 @@ static inline void hear_few(struct state *s, struct part *part)
     if (!p->radio.as_sight) {
         find_sight(s, p->radio.limit, p->radio.band);
         if (p->arena.place.exists)
-            drop_cut(s, part, RADIO, p->arena.place.radio);
+            drop_cut(s, part, RADIO, s->sets[LISTENING], s->sets[SPEAKING]);
     }
     for (int64_t other = part->first; other < part->last; other++)
         find_heard(s, part, other);

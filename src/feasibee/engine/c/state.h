@@ -132,7 +132,8 @@ struct account {
 /* The cells of a place, row by row (model.md 6.20). */
 struct ground {
     const uint64_t *walls, *passable; /* rows begin at whole words */
-    const uint8_t *open_around;       /* cells in each direction to the nearest wall; 0 with one inside */
+    const int32_t *boxes;             /* left, right, top, bottom: all walls, tile by tile */
+    const int32_t *tiles;             /* first of its boxes, by tile */
     const uint64_t *limits;           /* for sight, then radio: squared distances too far behind so many walls */
     const int32_t *stands;            /* where things are placed, piece by piece */
     const int32_t *stand_of;          /* by robot, then task: first of its cells in `stands`, and their number */

@@ -20,8 +20,9 @@ static inline bool is_in_view(const struct state *s, int64_t i, int32_t *const *
 /* Leave robots out of the sets in IN_SIGHT that are in range but not seen by those that look. */
 APART void drop_hidden(struct state *s, struct part *part, const uint32_t *looking)
 {
+    const uint32_t *there = s->sets[THERE];
     if (s->params->arena.place.exists)
-        drop_cut(s, part, SIGHT, s->params->arena.place.sight);
+        drop_cut(s, part, SIGHT, s->params->radio.as_sight ? there : looking, there);
     if (!s->params->sensing.ahead)
         return;
     for (int64_t other = 0; other < s->words; other++)
@@ -31,13 +32,6 @@ APART void drop_hidden(struct state *s, struct part *part, const uint32_t *looki
                 if (!is_in_view(s, i, s->robots, lowest_member(other, left)))
                     *sight &= ~bit(lowest(left));
         }
-}
-
-/* Return whether a robot may not see all that is in range: walls are near, or it looks ahead only. */
-ALWAYS bool may_hide(const struct state *s, int64_t i)
-{
-    const struct place *place = &s->params->arena.place;
-    return s->params->sensing.ahead || open_at(s, at_x(s->robots, i), at_y(s->robots, i)) <= place->sight;
 }
 
 /* Return which tasks of a word, all in range of a robot, it sees. */
