@@ -26,8 +26,7 @@ from feasibee.cli.options import (
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
-    from feasibee.theory.against import Agreement
-    from feasibee.theory.predict import Prediction
+    from feasibee.theory.predict import Agreement, Prediction
 
     Point = tuple[Any, Prediction | str, Agreement | None]
 
@@ -100,7 +99,7 @@ def _points(
 ) -> list[Point]:
     """Return for each value the prediction, or why there is none, and what the engine found."""
     from feasibee.scenario.runs import Runs
-    from feasibee.theory.against import compare
+    from feasibee.theory.predict import compare
     from feasibee.theory.predict import predict as predicted
 
     wanted = Runs(against or 1, seed)

@@ -24,8 +24,7 @@ from feasibee.figures.style import (
     over_time,
     text_colour,
 )
-from feasibee.theory.against import Agreement
-from feasibee.theory.predict import Prediction
+from feasibee.theory.predict import Agreement, Prediction
 
 ENGINE = {"fmt": "o", "markersize": 4, "elinewidth": 0.8, "markerfacecolor": "white", "zorder": 3}
 """How runs of the engine are drawn."""
