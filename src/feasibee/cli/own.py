@@ -34,8 +34,7 @@ from feasibee.strategies.overflow import LEAVES
 
 if TYPE_CHECKING:
     from feasibee.results.statistics import Interval
-    from feasibee.studies.benchmark import Card
-    from feasibee.studies.board import Standing
+    from feasibee.studies.benchmark import Card, Standing
     from feasibee.studies.check import Check
     from feasibee.studies.comparison import Outcome
 
@@ -186,8 +185,7 @@ def benchmark(
     from feasibee.results.statistics import plain
     from feasibee.simulation.sweep import Rounds
     from feasibee.studies.benchmark import benchmark as simulate_all
-    from feasibee.studies.benchmark import board
-    from feasibee.studies.board import standings, write_board
+    from feasibee.studies.benchmark import board, standings, write_board
 
     seed = secrets.randbits(64) if seed is None else seed
     Runs.of_point(0, runs, seed)  # raises before the folder is made
@@ -222,7 +220,7 @@ def _print_board(
     folder: Path,
 ) -> None:
     """Print how contenders of a card rank, and a table of their classes."""
-    from feasibee.studies.board import CAPTION, HEADS, IN_A_TERMINAL, behind, in_words
+    from feasibee.studies.benchmark import CAPTION, HEADS, IN_A_TERMINAL, behind, in_words
 
     print_lines(in_words(classes, names))
     rows: list[list[str]] = []

@@ -78,7 +78,7 @@ def predict(
     if over is None:
         found = _points(scenario, "", [None], against, seed, workers)
     else:
-        from feasibee.studies.space import dimension
+        from feasibee.studies.size import dimension
 
         varied = dimension(scenario, over)
         values = varied.choices or list(dict.fromkeys(varied.at(k / (POINTS - 1)) for k in range(POINTS)))

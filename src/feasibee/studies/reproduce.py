@@ -15,6 +15,7 @@ import xarray as xr
 from feasibee.base.codes import MODEL_VERSION
 from feasibee.base.errors import FeasibeeError
 from feasibee.base.files import FIGURES
+from feasibee.figures.sweep import View, view_in
 from feasibee.results.dataset import open_results, recipe_of, scenario_of, to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -23,7 +24,6 @@ from feasibee.simulation.store import Store, differences
 from feasibee.simulation.sweep import Execution
 from feasibee.simulation.table import Summary, summaries, varied
 from feasibee.studies.benchmark import Card, again
-from feasibee.studies.sweep_figure import View, view_in
 
 NAMED = 10
 """Largest number of runs that a line names."""
