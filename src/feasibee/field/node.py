@@ -72,18 +72,12 @@ class Status(NamedTuple):
 class Node:
     """The mind of one robot, with its messages as bytes.
 
-    Parameters
-    ----------
-    orders : mapping
-        What the world sends a robot that joins: ``strategy``, ``settings`` and ``insight``.
-    write : callable, optional
-        Takes each line of the log, as a mapping.
-    draw : callable, optional
-        Returns the random words of a counter and a purpose; by default those of the robot's coordinates.
-    strategy : Strategy, optional
-        The robot's own strategy; by default the built-in one of the name in ``orders``.
-    brain : Path, optional
-        The robot's program in C, which `brain.compiled` made. A Byzantine robot has none.
+    ``orders`` are what the world sends a robot that joins: ``strategy``, ``settings`` and ``insight``.
+    ``write`` takes each line of the log, as a mapping.
+
+    ``draw`` returns the random words of a counter and a purpose, by default those of the robot's coordinates.
+    ``strategy`` is by default the built-in one of the name in ``orders``. ``brain`` is the robot's program in
+    C, which `brain.compiled` made; a Byzantine robot has none.
     """
 
     def __init__(

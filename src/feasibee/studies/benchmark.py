@@ -74,21 +74,10 @@ class World(NamedTuple):
     ) -> Scenario:
         """Return a side with a strategy, whose robots know their number if it needs that.
 
-        Parameters
-        ----------
-        side : str
-            One of `SIDES`.
-        strategy : str
-            A built-in strategy, or the path of a file.
-        source : str, optional
-            The text to take for the file's; by default it is read.
-        trusted : bool
-            Whether that text may be run.
+        ``source`` is the text to take for a strategy's file, by default that in it; ``trusted`` is whether it
+        may be run.
 
-        Raises
-        ------
-        ScenarioError
-            If the strategy can't take the world.
+        Raise a ScenarioError if the strategy can't take the world.
         """
         given = {"know_count": manifest_of(strategy, source).needs_count}
         tables = merged(self.sides[SIDES.index(side)], {"robots": given, "decision": {"strategy": strategy}})
@@ -217,10 +206,7 @@ class Card(BaseModel):
     def read(cls, path: Path) -> Self:
         """Read a card; nothing of it is run.
 
-        Raises
-        ------
-        FeasibeeError
-            If it can't be read, or isn't a card.
+        Raise a FeasibeeError if it can't be read, or isn't a card.
         """
         try:
             return cls.model_validate_json(read_text(path, "a card of feasibee benchmark"))
@@ -267,21 +253,12 @@ def benchmark(
 ) -> Card:
     """Simulate strategies in all worlds of the suite that they can take.
 
-    Parameters
-    ----------
-    strategies : sequence of str
-        Names, or paths of files; by default all built-in ones.
-    runs : int
-        Number of runs of each side of a world; large swarms take a stated share of them.
-    seed : int
-        64 bits. If it is drawn anew, nobody can fit a strategy to it.
-    execution : Execution or Rounds, optional
-        Where to compute and keep the runs. If it ends the study early, there are fewer runs.
+    Strategies are names or paths of files, by default all built-in ones; large swarms take a stated share of
+    the ``runs``. If the seed is drawn anew, nobody can fit a strategy to it. If the execution ends the study
+    early, there are fewer runs.
 
-    Raises
-    ------
-    FeasibeeError
-        If a strategy is unknown, no strategy, or named twice, or can't take the plain world.
+    Raise a FeasibeeError if a strategy is unknown, no strategy, or named twice, or can't take the plain
+    world.
     """
     suite, sources = Suite.read(), _sources(strategies or tuple(STRATEGIES))
     contenders = {label: _contender(suite.worlds, label, source) for label, source in sources.items()}
@@ -356,16 +333,8 @@ def designs_of(
 ) -> Iterator[Design]:
     """Yield the sides that each contender can take, with the same numbers of runs for all.
 
-    Parameters
-    ----------
-    worlds : sequence of World
-        Those of a suite.
-    sources : mapping of str to str
-        Texts of strategies' files by contender, empty for built-in ones.
-    seed : int
-        64 bits.
-    trusted : bool
-        Whether the texts may be run.
+    ``sources`` has the texts of strategies' files by contender, empty for built-in ones, and ``trusted`` is
+    whether these may be run.
     """
     places = [(world, side) for world in worlds for side in SIDES]
     for name, source in sources.items():
@@ -414,19 +383,8 @@ def _row(point: DesignPoint, record: Record) -> Row:
 def again(card: Card, trust: bool, execution: Execution | None = None) -> list[str]:
     """Simulate a card again; return what differs, a line for each row and each fact on a contender.
 
-    Parameters
-    ----------
-    card : Card
-        Perhaps somebody else's.
-    trust : bool
-        Whether texts of strategies in it may be run.
-    execution : Execution, optional
-        Where to compute the runs.
-
-    Raises
-    ------
-    FeasibeeError
-        If a text may not be run, or the card's suite isn't in this version.
+    Raise a FeasibeeError if a text of a strategy may not be run, or the card's suite isn't in this version.
+    ``trust`` is whether texts may be run.
     """
     sources = {name: each.source for name, each in card.contenders.items()}
     found = [_contender(card.worlds, name, source, trusted=trust) for name, source in sources.items()]
@@ -606,16 +564,7 @@ def behind(classes: Mapping[str, Sequence[Standing]], names: Container[str]) -> 
 def write_board(path: Path, card: Card, names: Collection[str], command: str) -> None:
     """Write the board as one HTML file: by class a table, the Pareto front, and shares by world.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    card : Card
-        What to show.
-    names : collection of str
-        Contenders to put in front, with their classes first.
-    command : str
-        The command that made it, for the footer.
+    Contenders that are ``names`` come first, with their classes; the ``command`` stands in the footer.
     """
     from feasibee.studies.files import write_page  # loads matplotlib
 

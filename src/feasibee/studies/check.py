@@ -84,21 +84,9 @@ class Check:
 def check(name: str, runs: int = 200, seed: int = 0, execution: Execution | None = None) -> Check:
     """Check a user's strategy.
 
-    Parameters
-    ----------
-    name : str
-        The path of its file.
-    runs : int
-        Number of runs at each number of tasks.
-    seed : int
-        Of the random worlds and of the runs.
-    execution : Execution, optional
-        Where to compute the runs.
+    ``name`` is the path of its file, and ``runs`` the number of runs at each number of tasks.
 
-    Raises
-    ------
-    FeasibeeError
-        If it isn't a strategy, or fails in a run.
+    Raise a FeasibeeError if it isn't a strategy, or fails in a run.
     """
     scenario = _paper(name)
     strategy, setting = scenario.strategy, scenario.setting

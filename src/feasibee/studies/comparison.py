@@ -318,14 +318,7 @@ def looks_at(
 ) -> int:
     """Complete studies of so many runs, doubled at each look; return the number that time allowed.
 
-    Parameters
-    ----------
-    rounds : Rounds
-        What completes them, and may end them once there is an answer.
-    runs : int
-        Number of runs at the last look.
-    studies, answer : callable
-        Give the studies of a number of runs, and the answer from them in words.
+    ``studies`` and ``answer`` give the studies of a number of runs, and the answer from them in words.
     """
 
     def see(looked: Mapping[str, None], number: int) -> dict[str, int]:

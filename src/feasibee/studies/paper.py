@@ -113,12 +113,8 @@ class Claim:
 def check_claims(points: Sequence[RatioSummary], seed: int) -> list[Claim]:
     """Check every claim of the paper's results.
 
-    Parameters
-    ----------
-    points : sequence of RatioSummary
-        Ratios symmetrical on a log scale, 1, 2 and 10 among them; the last two with curves.
-    seed : int
-        Seed of the bootstrap.
+    The ratios of the points are symmetrical on a log scale, with 1, 2 and 10 among them; the last two have
+    curves. The seed is that of the bootstrap.
     """
     ordered = sorted(points, key=lambda point: point.ratio)
     return [

@@ -565,10 +565,7 @@ class Dimension:
 def dimension(scenario: Scenario, text: str) -> Dimension:
     """Parse a field to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true|false``.
 
-    Raises
-    ------
-    FeasibeeError
-        If there is no such field, or its values can't be read.
+    Raise a FeasibeeError if there is no such field, or its values can't be read.
     """
     path, _, given = text.partition("=")
     section, _, key = path.partition(".")
@@ -644,10 +641,7 @@ def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
     Without a range, the values go on from the scenario's own, divided by 5, up to 5 times that, as far as the
     scenario is valid.
 
-    Raises
-    ------
-    FeasibeeError
-        If there is no such field, it holds no numbers, or its range can't be read.
+    Raise a FeasibeeError if there is no such field, it holds no numbers, or its range can't be read.
     """
     path, given = text.partition("=")[::2]
     now = _number(scenario, path)

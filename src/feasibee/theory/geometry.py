@@ -49,10 +49,8 @@ class Space(NamedTuple):
 def ending(mean: float) -> float:
     """Return the probability per step that a duration ends (model.md 3.4): ⌈x⌉ is geometric.
 
-    Parameters
-    ----------
-    mean : float
-        Mean of the exponential duration, in steps, before it is rounded up; 0 gives durations of one step.
+    ``mean`` is that of the exponential duration, in steps, before it is rounded up; 0 gives durations of one
+    step.
     """
     return 1.0 if mean <= 0 else -math.expm1(-1 / mean)
 
@@ -66,21 +64,9 @@ def sightings(
     A pair that is in range at a random step is walked both ways. Its weight is 1 over the number of steps in
     range, so that the mean number of steps is exact.
 
-    Parameters
-    ----------
-    space : Space
-        The arena and the walk.
-    reach : float
-        Range of sight, in units.
-    walkers : {1, 2}
-        1 for a task, which stands still; 2 for a robot.
-    lengths : tuple of int
-        Lengths of the exploration, in steps, in increasing order.
-
-    Returns
-    -------
-    tuple of float64 array, shape (length + 1,)
-        Probability of each number of steps, 0 to ``length``.
+    ``reach`` is the range of sight, in units. ``walkers`` is 1 for a task, which stands still, and 2 for a
+    robot. ``lengths`` of the exploration, in steps, ascend. Each law has the probability of 0 to ``length``
+    steps.
     """
     random = np.random.default_rng(SEED)
     radius, angle = reach * np.sqrt(random.random(PAIRS)), 2 * np.pi * random.random(PAIRS)
@@ -139,25 +125,12 @@ def audible(
 ) -> Array:
     """Return the probability per step that a sender is heard, for the last time before the hearer decides.
 
-    Parameters
-    ----------
-    space : Space
-        The arena and the walk.
-    reach : float
-        Range of the radio, in units.
-    delivered : float
-        Probability that a message arrives.
-    explored : float
-        Probability per step that an exploration ends.
-    ends, weights : float64 array, shape (opinions, durations)
-        Durations of dissemination: probability per step of their end, and of each duration.
-    explorers_hear : bool
-        Whether robots hear while they explore.
+    ``reach`` is the range of the radio, in units; ``delivered`` is the probability that a message arrives,
+    and ``explored`` that an exploration ends in a step. Each duration of dissemination has its probability
+    per step to end in ``ends``, and its own in ``weights``: shape (opinions, durations).
 
-    Returns
-    -------
-    float64 array, shape (opinions, 1 + durations, 2)
-        By opinion and phase of the hearer, and by opinion of the sender, given that the sender broadcasts.
+    The shape is (opinions, 1 + durations, 2): by opinion and phase of the hearer, and by opinion of the
+    sender, given that the sender broadcasts.
     """
     opinions, durations = ends.shape
     found = np.zeros((opinions, SENDING + durations, 2))

@@ -172,15 +172,7 @@ class Agreement(NamedTuple):
 
 
 def compare(prediction: Prediction, results: Any) -> Agreement:
-    """Compare a prediction with runs of the engine.
-
-    Parameters
-    ----------
-    prediction : Prediction
-        What the theory says.
-    results : Record or xarray.Dataset
-        Runs of the same scenario, with ``decision`` and ``decision_step``.
-    """
+    """Compare a prediction with runs of the engine, whose results have ``decision`` and ``decision_step``."""
     decision, step = np.asarray(results.decision), np.asarray(results.decision_step)
     rates = decision_rates(decision)
     shares = all(
