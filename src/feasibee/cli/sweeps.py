@@ -336,7 +336,7 @@ def plot(
       feasibee results plot --x tasks.count --facet radio.loss --width 7in --height 3in --title "Lossy radio"
       feasibee results plot --x tasks.count --style journal --width 84mm --out column.pdf
     """
-    from feasibee.figures.sweep import View, text_of
+    from feasibee.figures.sweep import Shown, text_of
     from feasibee.simulation.store import Store
     from feasibee.simulation.table import summaries, varied
 
@@ -347,7 +347,7 @@ def plot(
     found = summaries(store)
     store.check()
     width = width or (COLUMN if journal else None)
-    view = View(x, show, hue, y, facet, journal, width, height, title, xlabel, ylabel)
+    view = Shown(x, show, hue, y, facet, journal, width, height, title, xlabel, ylabel)
     if facet and facet in (x, hue, y):
         raise FeasibeeError(
             f"--facet {facet}: is already an axis; choose another field that the sweep varies"

@@ -9,7 +9,7 @@ from hashlib import sha256
 from math import inf
 from os import SEEK_END
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,49 +30,6 @@ LOG: Final = "world.jsonl"
 """Name of the world's log in a field's folder."""
 
 
-class _Step(NamedTuple):
-    """A step's line, as far as it is drawn. An array has a value for each number that a robot may have."""
-
-    robots: list[int]
-    """Numbers of the robots."""
-    processes: list[int]
-    """Numbers of their processes; those of the robots of the start are the lowest."""
-    numbers_of_tasks: list[int]
-    done: list[int]
-    """Numbers of the tasks at which the work is done."""
-    placed: dict[int, tuple[int, int]]
-    """Where each task is, if events put some."""
-    truth: bool
-    """Whether the tasks of this step are feasible for the robots of this step."""
-    first_decision: tuple[int, int]
-    """First decision of the field so far and its step; -1 and -1 while undecided."""
-    places: NDArray[np.int64]
-    """Places of the robots in fixed point: shape (robots, 2)."""
-    headings: NDArray[np.float64]
-    """Directions of the robots in radians; 0 if a robot stopped or is lost."""
-    present: NDArray[np.bool_]
-    """Whether a robot, lost or not, has each number."""
-    opinions: NDArray[np.int64]
-    """Opinions that the robots last reported."""
-    declared: NDArray[np.int64]
-    """What each robot has declared; -1 for nothing."""
-    disseminating: NDArray[np.bool_]
-    lost: NDArray[np.bool_]
-    """Whether each robot's process is silent."""
-    fault_of: NDArray[np.str_]
-    """The fault of each robot; empty for numbers without robot."""
-    working: NDArray[np.bool_]
-    """Whether each robot works, and its process answers."""
-    counted: NDArray[np.bool_]
-    """Whether each robot counts in the decision."""
-    targets: NDArray[np.int64]
-    """The task to which each robot goes, -1 for none."""
-    standing: NDArray[np.bool_]
-    """Whether each robot stands at a task."""
-    holds: NDArray[np.int64]
-    """The task at which each robot stands, or which it has marked, -1 for none."""
-
-
 class Recording:
     """A field, step by step as its world logs it: the part of ``Swarm`` that pages and painters need.
 
@@ -86,7 +43,7 @@ class Recording:
     bits_sent: Final = 0
     """A log has no bits, and so no steps of robots to divide them by."""
     robot_counts: Final = np.zeros(1, np.int64)
-    first_decision: tuple[int, int]  # as all others of `_Step`
+    first_decision: tuple[int, int]  # as all that `_step` returns
 
     def __init__(self, folder: Path) -> None:
         self.folder, self._path = folder, folder / LOG
@@ -107,7 +64,7 @@ class Recording:
         self.faults: list[Fault] = []
         self.has_ended = False
         """Whether the world has ended the field; false, too, if it was killed."""
-        self._steps: list[_Step] = []
+        self._steps: list[dict[str, Any]] = []
         self._lines, self.step = 1, 0
         self._counts = np.zeros((0, 4), np.int64)
         """At each step: counted robots that hold feasible and infeasible, all counted ones, and the truth."""
@@ -142,10 +99,9 @@ class Recording:
                 if "event" not in line:
                     step = self._step(line)
                     self._steps.append(step)
-                    held = step.opinions[step.counted]
-                    counts.append(
-                        [*((held == each).sum() for each in (1, 0)), step.counted.sum(), step.truth]
-                    )
+                    held = step["opinions"][step["counted"]]
+                    of_opinions = ((held == each).sum() for each in (1, 0))
+                    counts.append([*of_opinions, step["counted"].sum(), step["truth"]])
                 elif line["event"] == "fault":
                     fault = Fault(*(line[name] for name in Fault._fields))
                     self.faults.append(fault._replace(robots=tuple(fault.robots)))
@@ -153,8 +109,11 @@ class Recording:
         self.faults.sort(key=lambda fault: fault.step)
         self._counts = np.append(self._counts, np.array(counts, np.int64).reshape(-1, 4), axis=0)
 
-    def _step(self, line: dict[str, Any]) -> _Step:
-        """Return a step's line."""
+    def _step(self, line: dict[str, Any]) -> dict[str, Any]:
+        """Return a step's line, as far as it is drawn.
+
+        An array has a value for each number that a robot may have: -1 for no task, opinion or declaration.
+        """
         now, robots, processes = len(self._steps), line["robots"], line["processes"]
         if line["step"] != now:
             raise ValueError(f"step {now} is missing")
@@ -166,28 +125,28 @@ class Recording:
         lost, stops = np.isin(numbers, [*line["lost"]]), now >= self.scenario.faults.stop_step
         works = (faults != "") & ~lost & ~(stops & (faults == STOPPED))
         decision, since = line["decision"]
-        return _Step(
-            robots,
-            processes,
-            [*line["tasks"]],
-            line.get("done", []),
-            {i: (x, y) for i, x, y in line.get("placed", ())},
-            bool(line["truth"]),
-            (decision, since),
-            bodies[:2].T,
-            np.where(works, np.arctan2(bodies[3], bodies[2]), 0.0),
-            faults != "",
-            opinions,
-            declared,
-            works & (disseminating > 0),
-            lost,
-            faults,
-            works,
-            works & (faults != BYZANTINE),
-            goals[0],
-            goals[1] >= 0,
-            goals[1:].max(axis=0),
-        )
+        return {
+            "robots": robots,
+            "processes": processes,  # those of the robots of the start are the lowest
+            "numbers_of_tasks": [*line["tasks"]],
+            "done": line.get("done", []),
+            "placed": {i: (x, y) for i, x, y in line.get("placed", ())},  # tasks, if events put some
+            "truth": bool(line["truth"]),
+            "first_decision": (decision, since),
+            "places": bodies[:2].T,  # in fixed point
+            "headings": np.where(works, np.arctan2(bodies[3], bodies[2]), 0.0),
+            "present": faults != "",
+            "opinions": opinions,
+            "declared": declared,
+            "disseminating": works & (disseminating > 0),
+            "lost": lost,
+            "fault_of": faults,
+            "working": works,
+            "counted": works & (faults != BYZANTINE),
+            "targets": goals[0],
+            "standing": goals[1] >= 0,
+            "holds": goals[1:].max(axis=0),  # at which a robot stands, or which it has marked
+        }
 
     def _columns(self, line: dict[str, Any], name: str, nobody: list[int]) -> NDArray[np.int64]:
         """Return the columns of a table with a row per robot; ``nobody`` is the row of other numbers."""
@@ -207,15 +166,12 @@ class Recording:
         """The faults of the robots of the start."""
         return [body.fault for body in self._bodies.everyone[: self.scenario.robots.count]]
 
-    @property
-    def _now(self) -> _Step:
-        return self._steps[self.step]
-
     def __getattr__(self, name: str) -> Any:
         """Return what this step's line has by a name."""
-        if name not in _Step._fields:
+        steps = vars(self).get("_steps") or [{}]
+        if name not in steps[0]:
             raise AttributeError(f"a recording has no {name!r}")
-        return getattr(self._now, name)
+        return steps[self.step][name]
 
     @property
     def last(self) -> int:
@@ -247,7 +203,7 @@ class Recording:
     @property
     def task_numbers(self) -> NDArray[np.int64]:
         """Numbers of the tasks at this step, in ascending order: int64, shape (tasks,)."""
-        return np.array(self._now.numbers_of_tasks, np.int64)
+        return np.array(self.numbers_of_tasks, np.int64)
 
     @property
     def robot_kinds(self) -> list[int]:
@@ -256,15 +212,15 @@ class Recording:
 
     def coarse_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the robots, in 65,536ths of the arena's longer side: uint16, shape (robots,)."""
-        return self._coarse(self._now.places)
+        return self._coarse(self.places)
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the tasks of this step, in the same unit: uint16, shape (tasks,)."""
         return self._coarse(self._task_places())
 
     def _task_places(self) -> NDArray[np.int64]:
-        placed, world = self._now.placed, self._bodies.world
-        places = [placed.get(number) or world.task_place(number) for number in self._now.numbers_of_tasks]
+        placed, world = self.placed, self._bodies.world
+        places = [placed.get(number) or world.task_place(number) for number in self.numbers_of_tasks]
         return np.array(places, np.int64).reshape(-1, 2)
 
     def _coarse(self, places: NDArray[np.int64]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
@@ -275,7 +231,7 @@ class Recording:
     @property
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2)."""
-        return self._in_units(self._now.places)
+        return self._in_units(self.places)
 
     all_taken_step: Final = -1
     """A log doesn't have it."""
@@ -286,7 +242,7 @@ class Recording:
         holders = np.full(self.scenario.most.tasks, -1, np.int32)
         holding = self.holds >= 0
         holders[self.holds[holding]] = np.flatnonzero(holding)
-        holders[self._now.done] = -2
+        holders[self.done] = -2
         return Acting.of(self.targets, self.standing, holders, self.task_numbers)
 
     @property
@@ -327,8 +283,8 @@ class Recording:
         lines = [fault for fault in hit if fault.step == hit[-1].step] + self.cuts_at(step)
         notes = [f"step {fault.step}: {fault_in_words(fault._asdict())}" for fault in sorted(lines)]
         there = self._steps[step]
-        named = zip(there.robots, there.processes, strict=True)
-        lost = [process for number, process in named if there.lost[number]]
+        named = zip(there["robots"], there["processes"], strict=True)
+        lost = [process for number, process in named if there["lost"][number]]
         return [*notes, f"lost: {numbers_in_words(lost)}"] if lost else notes
 
     def cuts_at(self, step: int) -> list[Fault]:

@@ -49,6 +49,12 @@ from feasibee.simulation.table import (
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+MARK = "feasibee results plot "
+"""What stands in a figure's file before the table of what it shows."""
+WIDTHS = 1.0, 20.0
+"""Least and largest width and height of a figure, in inches."""
+MOST_PANELS = 12
+"""Largest number of panels of a figure."""
 ROW: Final = 3
 """Most panels side by side."""
 NO_UNITS: Final[Mapping[str, str]] = MappingProxyType({})
@@ -88,6 +94,48 @@ class Shown(NamedTuple):
     def scale(self) -> float:
         """By what the measure is multiplied."""
         return 100.0 if MEASURES[self.show].unit == "%" else 1.0
+
+    def drawable(self, found: Sequence[Summary], folder: Path) -> list[Summary]:
+        """Return the points that have runs and the measure; raise an error without any."""
+        points = [each for each in found if each.found.runs]
+        if not points:
+            raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
+        needs = MEASURES[self.show].needs
+        points = [each for each in points if needs is None or needs.is_met(each.row.scenario)]
+        if not points:
+            lacks = f"no robots of {folder} {'act' if needs is ACTS else 'declare'}"
+            lacks = f"no world of {folder} changes" if needs is CHANGES else lacks
+            raise FeasibeeError(f"--show {self.show}: {lacks}; use --show accuracy")
+        return points
+
+    def over(self, points: Sequence[Summary], varying: Sequence[str]) -> list[str]:
+        """Return the fields over which the measure is averaged, of all that the sweep varies."""
+        others = [field for field in varying if field not in self.axes]
+        return pooled_fields([each.row for each in points], self.axes, others)
+
+    def save(self, points: Sequence[Summary], over: Sequence[str], path: Path) -> None:
+        """Draw the figure into a file, which says what it shows."""
+        from feasibee.figures.style import JOURNAL, STYLE, save_figure
+
+        made = MARK + quote(json.dumps(self._asdict()), safe=":,")  # letters that all formats keep
+        save_figure(self._drawn(points, over), path, JOURNAL if self.journal else STYLE, made)
+
+    def _drawn(self, points: Sequence[Summary], over: Sequence[str]) -> Figure:
+        titled = () if self.journal else over  # the caption says it
+        scenario, *others = (each.row.scenario for each in points)
+        alike = scenario if all(each.units == scenario.units for each in others) else Scenario()
+        shown = {path: outside(alike, dimension_of(path)) for path in self.axes}
+        sizes = {path: size for path, (_, size) in shown.items()}
+        groups = by_value(points, self.facet, sizes)
+        if len(groups) > MOST_PANELS:
+            rule = f"has {len(groups)} values; must have at most {MOST_PANELS}; use --hue {self.facet}"
+            raise FeasibeeError(f"--facet {self.facet}: {rule}, or sweep fewer values")
+        rows = self.y or self.hue
+        panels = {
+            value: shares_by_line(each, self.x, rows, self.show, sizes) for value, each in groups.items()
+        }
+        units = {path: unit for path, (unit, _) in shown.items()}
+        return (draw_maps if self.y else draw_lines)(panels, self, titled, units)
 
 
 def draw_lines(
@@ -233,71 +281,17 @@ def _text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)
 
 
-MARK = "feasibee results plot "
-"""What stands in a figure's file before the table of what it shows."""
-WIDTHS = 1.0, 20.0
-"""Least and largest width and height of a figure, in inches."""
-MOST_PANELS = 12
-"""Largest number of panels of a figure."""
-
-
-class View(Shown):
-    """What a figure of a sweep shows, and how to draw it."""
-
-    def drawable(self, found: Sequence[Summary], folder: Path) -> list[Summary]:
-        """Return the points that have runs and the measure; raise an error without any."""
-        points = [each for each in found if each.found.runs]
-        if not points:
-            raise FeasibeeError(f"{folder}: has no runs yet; run feasibee sweep first")
-        needs = MEASURES[self.show].needs
-        points = [each for each in points if needs is None or needs.is_met(each.row.scenario)]
-        if not points:
-            lacks = f"no robots of {folder} {'act' if needs is ACTS else 'declare'}"
-            lacks = f"no world of {folder} changes" if needs is CHANGES else lacks
-            raise FeasibeeError(f"--show {self.show}: {lacks}; use --show accuracy")
-        return points
-
-    def over(self, points: Sequence[Summary], varying: Sequence[str]) -> list[str]:
-        """Return the fields over which the measure is averaged, of all that the sweep varies."""
-        others = [field for field in varying if field not in self.axes]
-        return pooled_fields([each.row for each in points], self.axes, others)
-
-    def save(self, points: Sequence[Summary], over: Sequence[str], path: Path) -> None:
-        """Draw the figure into a file, which says what it shows."""
-        from feasibee.figures.style import JOURNAL, STYLE, save_figure
-
-        made = MARK + quote(json.dumps(self._asdict()), safe=":,")  # letters that all formats keep
-        save_figure(self._drawn(points, over), path, JOURNAL if self.journal else STYLE, made)
-
-    def _drawn(self, points: Sequence[Summary], over: Sequence[str]) -> Figure:
-        titled = () if self.journal else over  # the caption says it
-        scenario, *others = (each.row.scenario for each in points)
-        alike = scenario if all(each.units == scenario.units for each in others) else Scenario()
-        shown = {path: outside(alike, dimension_of(path)) for path in self.axes}
-        sizes = {path: size for path, (_, size) in shown.items()}
-        groups = by_value(points, self.facet, sizes)
-        if len(groups) > MOST_PANELS:
-            rule = f"has {len(groups)} values; must have at most {MOST_PANELS}; use --hue {self.facet}"
-            raise FeasibeeError(f"--facet {self.facet}: {rule}, or sweep fewer values")
-        rows = self.y or self.hue
-        panels = {
-            value: shares_by_line(each, self.x, rows, self.show, sizes) for value, each in groups.items()
-        }
-        units = {path: unit for path, (unit, _) in shown.items()}
-        return (draw_maps if self.y else draw_lines)(panels, self, titled, units)
-
-
-def view_in(path: Path) -> View | None:
+def view_in(path: Path) -> Shown | None:
     """Return what the figure in a file shows; None if it isn't that of a sweep."""
     found = re.search(re.escape(MARK).encode() + rb"([\w%:,.~-]+)", path.read_bytes())
     try:
-        view = View(**json.loads(unquote(found[1].decode()))) if found else None
+        view = Shown(**json.loads(unquote(found[1].decode()))) if found else None
     except (TypeError, ValueError):
         return None
     return view if view is not None and _is_valid(view) else None
 
 
-def _is_valid(view: View) -> bool:
+def _is_valid(view: Shown) -> bool:
     low, high = WIDTHS
     texts = view.show, *view.axes, view.title, view.xlabel, view.ylabel
     fields = all(isinstance(each, str) for each in texts) and isinstance(view.journal, bool)
@@ -306,7 +300,7 @@ def _is_valid(view: View) -> bool:
     return fields and fits and view.show in MEASURES
 
 
-def text_of(view: View, points: Sequence[Summary], varying: Sequence[str], made_by: str) -> str:
+def text_of(view: Shown, points: Sequence[Summary], varying: Sequence[str], made_by: str) -> str:
     """Return the caption of a sweep's figure, its methods, and a line for each point.
 
     ``varying`` are all fields that the sweep varies; ``made_by`` is the version of feasibee.

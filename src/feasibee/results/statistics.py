@@ -239,7 +239,7 @@ def bits_per_robot_and_step(bits_sent: ArrayLike, robot_steps: ArrayLike) -> flo
     bits, lasted = _whole_numbers("bits_sent", bits_sent), _whole_numbers("robot_steps", robot_steps)
     if bits.size != lasted.size:
         raise ValueError(f"{bits.size} and {lasted.size} runs: both must have the same number")
-    return _sum(bits) / max(1, _sum(lasted))
+    return float(sum(bits.tolist()) / max(1, sum(lasted.tolist())))  # 64 bits may overflow
 
 
 def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) -> DeclareTimes:
@@ -330,14 +330,6 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
         if not best or gains[place] > gains[best[-1]]:
             best.append(place)
     return best
-
-
-def rank_correlation(one: NDArray[np.generic], other: NDArray[np.generic]) -> float:
-    """Return Spearman's rank correlation of two quantities; 0 if one is constant."""
-    from pandas import DataFrame
-
-    found = DataFrame({"one": one, "other": other}).corr(method="spearman").iloc[0, 1]
-    return 0.0 if np.isnan(found) else float(found)
 
 
 def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
@@ -645,9 +637,3 @@ def _truths(name: str, values: ArrayLike) -> NDArray[np.bool_]:
     if ((whole != 0) & (whole != 1)).any():
         raise ValueError(f"{name}: must be True or False for each run")
     return whole.astype(np.bool_)
-
-
-def _sum(numbers: NDArray[np.signedinteger[Any]]) -> int:
-    """Return the exact sum of whole numbers; halves are summed apart, since 64 bits may overflow."""
-    values = numbers.astype(np.int64)
-    return (int((values >> 32).sum()) << 32) + int((values & 0xFFFFFFFF).sum())

@@ -34,7 +34,6 @@ from feasibee.results.statistics import (
     decision_times,
     normal_quantile,
     opinion_quartiles,
-    rank_correlation,
     wilson,
 )
 from feasibee.scenario.feasibility import truth
@@ -174,13 +173,16 @@ def _diverging(point: RatioSummary) -> Claim:
 
 def _earlier(points: Sequence[RatioSummary]) -> Claim:
     """Correlate, over runs, the ratio with the decision step; undecided runs come last."""
+    from pandas import DataFrame
+
     ratio = np.concatenate([np.full(point.runs, point.ratio) for point in points])
     step = np.concatenate([point.decision_step for point in points])
     step = np.where(step < 0, np.iinfo(np.int32).max, step)
     if np.ptp(step) == 0:
         r, half = 0.0, math.inf  # all runs decided at one step, or none did
     else:
-        r = float(np.clip(rank_correlation(ratio, step), -1 + 1e-12, 1 - 1e-12))
+        ranked = DataFrame([ratio, step]).T.corr(method="spearman").fillna(0.0)
+        r = float(np.clip(ranked.iloc[0, 1], -1 + 1e-12, 1 - 1e-12))
         # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
         half = normal_quantile(CONFIDENCE) * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
     interval = Interval(r, math.tanh(math.atanh(r) - half), math.tanh(math.atanh(r) + half))

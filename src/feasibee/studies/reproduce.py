@@ -15,7 +15,7 @@ import xarray as xr
 from feasibee.base.codes import MODEL_VERSION
 from feasibee.base.errors import FeasibeeError
 from feasibee.base.files import FIGURES
-from feasibee.figures.sweep import View, view_in
+from feasibee.figures.sweep import Shown, view_in
 from feasibee.results.dataset import open_results, recipe_of, scenario_of, to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -144,7 +144,7 @@ def reproduce_folder(
     return Reproduction(done, _versions(saved_by, now), differ, alike)
 
 
-def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, View]:
+def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, Shown]:
     """Return what the figures show, or those in the folder; a given one that isn't a sweep's is an error."""
     there = sorted(each for each in folder.iterdir() if each.suffix.lower() in FIGURES)
     views = {each: view_in(each) for each in figures or there}
@@ -155,7 +155,7 @@ def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, View]:
     return {path: view for path, view in views.items() if view is not None}
 
 
-def _redrawn_alike(found: Sequence[Summary], folder: Path, views: Mapping[Path, View]) -> dict[str, bool]:
+def _redrawn_alike(found: Sequence[Summary], folder: Path, views: Mapping[Path, Shown]) -> dict[str, bool]:
     """Return whether each figure of a sweep has the bytes of its file, which says what it shows."""
     alike, varying = {}, varied([each.row for each in found])
     for path, view in views.items():
