@@ -102,14 +102,8 @@ def draw_against_time(
 ) -> Figure:
     """Draw the share of right swarms at each step: the mean over the ratios, and the least.
 
-    The contenders with the largest mean share over ratios and steps are highlighted.
-
-    Parameters
-    ----------
-    shares : mapping of str to float64 array, shape (ratios, steps + 1)
-        Shares by contender, from 0 to 1.
-    seconds : float, optional
-        Length of a step in seconds, for a second axis.
+    The contenders with the largest mean share over ratios and steps are highlighted. Shares of a contender go
+    from 0 to 1: shape (ratios, steps + 1). If a step has a length in ``seconds``, there is a second axis.
     """
     sums: dict[str, Any] = {"mean over the ratios": np.mean, "at the hardest ratio": np.min}
     if all(share.shape[0] == 1 for share in shares.values()):
@@ -169,15 +163,8 @@ def draw_against_bits(
     """Draw accuracy against bits per robot-step, with the Pareto front and names at the points.
 
     The contenders of the Pareto front are highlighted, those with the largest share first. All others, which
-    another contender beats in both, are grey.
-
-    Parameters
-    ----------
-    totals : mapping of str to pair of float and Interval
-        Bits per robot-step and share of right swarms, by contender. The axis of bits is logarithmic unless
-        some are 0.
-    label : str
-        What the share is of.
+    another contender beats in both, are grey. ``totals`` has bits per robot-step, and what ``label`` says, by
+    contender. The axis of bits is logarithmic unless some are 0.
     """
     points = {name: (cost, *(100 * each for each in accuracy)) for name, (cost, accuracy) in totals.items()}
     scores = {name: middle for name, (_, middle, _, _) in points.items()}
@@ -272,12 +259,8 @@ def draw_right_over_time(
 ) -> Figure:
     """Draw each contender's share of right swarms at each step, with the truth as a band behind.
 
-    Parameters
-    ----------
-    shares : mapping of str to float64 array, shape (steps + 1,)
-        Share of the swarms that hold the truth of the step, by contender.
-    infeasible : float64 array, shape (steps + 1,)
-        Share of the runs whose tasks are infeasible, by step.
+    ``shares`` has the share of the swarms that hold the truth of each step, by contender, and ``infeasible``
+    that of the runs whose tasks are infeasible: shape (steps + 1,).
     """
     means = {name: float(share.mean()) for name, share in shares.items()}
     found = looks(means, None, before)
@@ -300,15 +283,9 @@ def draw_delay_against_bits(
 ) -> Figure:
     """Draw the delay of detection against bits per robot-step, with the Pareto front: the frontier.
 
-    A contender of which less than half of the changes are followed stands at the top, as *never*.
-
-    Parameters
-    ----------
-    contenders : mapping of str to pair of float and Quartiles
-        Bits per robot-step, and steps until swarms follow a change of truth, by name. The contenders of the
-        front are highlighted, and the first.
-    steps : int
-        Number of steps of a run.
+    ``contenders`` has bits per robot-step, and steps until swarms follow a change of truth, by name. Those of
+    the front are highlighted, and the first. One of which less than half of the changes are followed stands
+    at the top, as *never*. A run has so many ``steps``.
     """
     known = {name: -float(each.median) for name, (_, each) in contenders.items() if each.median is not None}
     never = 1.15 * max([*(each.q75 or each.median or 0 for _, each in contenders.values()), 10])
@@ -342,15 +319,7 @@ class Panel(NamedTuple):
 
 
 def draw_sizing(panels: Sequence[Panel], target: float) -> Figure:
-    """Draw the share of right swarms against the values of each panel.
-
-    Parameters
-    ----------
-    panels : sequence of Panel
-        One or two.
-    target : float
-        Share of swarms that must be right.
-    """
+    """Draw the share of right swarms against the values of one or two panels, with the share asked for."""
     size = 1.0 + 3.4 * len(panels), 3.0
     with figure(*size, columns=len(panels), sharey=True, squeeze=False) as (drawn, axes):
         for ax, panel in zip(axes[0], panels, strict=True):

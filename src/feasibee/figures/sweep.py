@@ -144,17 +144,10 @@ def draw_lines(
     """Draw a measure against a field, one line per value of another field, with 95 % bands.
 
     The best lines and the first are in colour. The x axis is logarithmic if its values span a decade or so.
+    ``panels`` has shares from 0 to 1, by value of the panel, of ``hue``, then of ``x``.
 
-    Parameters
-    ----------
-    panels : mapping
-        By value of the panel, of ``hue``, then of ``x``: the measure, shares from 0 to 1.
-    shown : Shown
-        What the figure shows.
-    over : sequence of str
-        Names of other fields, over whose values the measure is averaged.
-    units : mapping of str to str, optional
-        Units of fields, by path; by default those of scenarios.
+    The measure is averaged over values of the fields in ``over``. ``units`` of fields are by path, by default
+    those of scenarios.
     """
     known = [(_text(name), line) for lines in panels.values() for name, line in lines.items()]
     parts = [(name, _mean(line, shown.show)) for name, line in known]

@@ -1,6 +1,7 @@
 """Statistics: rates with confidence intervals, paired differences, and times.
 
-The unit is the run: steps of one run depend on each other, runs don't.
+The unit is the run: steps of one run depend on each other, runs don't. ``confidence`` is the level of an
+interval, between 0 and 1.
 """
 
 from __future__ import annotations
@@ -220,8 +221,6 @@ def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE
         1 feasible, 0 infeasible, -1 undecided, which is never right.
     feasible : bool
         Whether the tasks are feasible: the ground truth.
-    confidence : float
-        Confidence level, between 0 and 1.
     """
     return decision_rates(decision, confidence)[
         "feasible" if _is_true("feasible", feasible) else "infeasible"
@@ -249,8 +248,6 @@ def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) ->
     ----------
     declare_step : array of int, shape (runs,)
         First step at which enough robots had declared, or acted; -1 counts as later than any step.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     References
     ----------
@@ -287,8 +284,6 @@ def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONF
     ----------
     one, other : array of bool, shape (runs,)
         Whether each holds, per run.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     Raises
     ------
@@ -408,8 +403,6 @@ def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     ----------
     shares : array of float, shape (runs,)
         A share of each run, 0 to 1, at least one.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     Raises
     ------
@@ -462,8 +455,6 @@ def event_rate(events: ArrayLike, exposure: ArrayLike, confidence: float = CONFI
         Number of events of each run.
     exposure : array of float, shape (runs,)
         For how long each run was watched, such as its steps; above 0 in total.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     Raises
     ------
@@ -549,8 +540,6 @@ def mean_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFID
     ----------
     one, other : array of float, shape (runs,)
         A share of each run, 0 to 1, at least one.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     Examples
     --------
@@ -569,8 +558,6 @@ def mean_of(values: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     ----------
     values : array of float, shape (runs,)
         Numbers without bounds, such as delays.
-    confidence : float
-        Confidence level, between 0 and 1.
     """
     numbers = np.asarray(values, np.float64)
     if numbers.size < 2:
