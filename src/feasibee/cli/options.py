@@ -409,6 +409,12 @@ def percents(share: Interval) -> tuple[str, str]:
     return f"{middle:.1f}", f"{low:.1f} to {high:.1f}"
 
 
+def in_brackets(share: Sequence[float], decimals: int = 1) -> str:
+    """Return the cell of a share in percent, with its interval in brackets."""
+    middle, low, high = (100 * each for each in share)
+    return f"{middle:.{decimals}f} ({low:.0f} to {high:.0f})"
+
+
 def console(*, highlight: bool = False) -> Console:
     """Return the console for tables, without Rich's markup, since a file's name may look like it."""
     from rich.console import Console

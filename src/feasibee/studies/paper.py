@@ -247,12 +247,8 @@ def run_study(runs: int, seed: int, execution: Execution | None = None) -> list[
     with Rounds(execution, len(TASKS) * runs) as rounds:
         found: dict[int, RatioSummary] = {}
         for tasks, curves in ((sorted(drawn), True), (sorted({*TASKS} - drawn), False)):
-            designs = [
-                DesignPoint(
-                    {"tasks.count": m}, Scenario(tasks={"count": m}), Runs.of_point(m, runs, seed).first
-                )
-                for m in tasks
-            ]
+            points = ((m, Scenario(tasks={"count": m}), Runs.of_point(m, runs, seed)) for m in tasks)
+            designs = [DesignPoint({"tasks.count": m}, swarm, which.first) for m, swarm, which in points]
             found |= {each.tasks: each for each in _simulated(rounds, Study(designs, runs, seed, curves))}
     return [found[tasks] for tasks in TASKS]
 
@@ -293,14 +289,9 @@ def write_study(folder: Path, points: Sequence[RatioSummary], seed: int) -> list
         plot_decisions([point.ratio for point in points], _by_decision(points), ax)
     save_both(drawn, folder / "fig3_decisions")
     write_table(folder / "fig3_decisions.csv", [_row(point, beyond=False) for point in points])
-    about = {
-        "runs_per_ratio": points[0].runs,
-        "seed": seed,
-        "model_version": MODEL_VERSION,
-        "robots": swarm.scenario.robots.count,
-    }
-    listed = {**about, "claims": [asdict(claim) for claim in claims]}
-    write_text(folder / "claims.json", json.dumps(listed, indent=2) + "\n")
+    about: dict[str, Any] = {"runs_per_ratio": points[0].runs, "seed": seed, "model_version": MODEL_VERSION}
+    about |= {"robots": swarm.scenario.robots.count, "claims": [asdict(claim) for claim in claims]}
+    write_text(folder / "claims.json", json.dumps(about, indent=2) + "\n")
     return claims
 
 
@@ -354,14 +345,11 @@ WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
 
 def simulate_panels(runs: int, seed: int, execution: Execution | None = None) -> list[RatioSummary]:
     """Simulate so many runs at each ratio; return panel by panel, from the fewest places to the most."""
+    firsts = {places: Runs.of_point(places, runs, seed).first for places in PLACES}
     designs = [
-        DesignPoint(
-            {"panel": panel, "places": places},
-            world(panel, places),
-            Runs.of_point(places, runs, seed).first,
-        )
+        DesignPoint({"panel": panel, "places": places}, world(panel, places), first)
         for panel in WORLDS
-        for places in PLACES
+        for places, first in firsts.items()
     ]
     with Rounds(execution) as rounds:
         return _simulated(rounds, Study(designs, runs, seed))
@@ -369,10 +357,8 @@ def simulate_panels(runs: int, seed: int, execution: Execution | None = None) ->
 
 def write_panels(folder: Path, points: Sequence[RatioSummary]) -> None:
     """Write the figure as PNG and PDF, and its data as CSV."""
-    drawn = draw_panels(
-        [_panel(panel, [point for point in points if point.panel == panel]) for panel in WORLDS]
-    )
-    save_both(drawn, folder / "beyond")
+    panels = [_panel(panel, [point for point in points if point.panel == panel]) for panel in WORLDS]
+    save_both(draw_panels(panels), folder / "beyond")
     write_table(folder / "beyond.csv", [_row(point, beyond=True) for point in points])
 
 

@@ -29,6 +29,10 @@ NAMED = 10
 """Largest number of runs that a line names."""
 
 
+NOW = {"version": version("feasibee"), "model_version": MODEL_VERSION}
+"""Versions that simulate results again."""
+
+
 class Reproduction(NamedTuple):
     """How a second simulation of saved results compares with the first."""
 
@@ -115,9 +119,8 @@ def reproduce_card(
     card = Card.read(path)
     execution = Execution(pool=threads(workers), progress=lambda each: progress(each.work_done / each.most))
     differences = again(card, trust, execution)
-    saved = {"version": card.version, "model_version": card.model_version}
-    now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
-    return Reproduction(sum(row.runs for row in card.rows), _versions(saved, now), differences, {})
+    versions = _versions({"version": card.version, "model_version": card.model_version}, NOW)
+    return Reproduction(sum(row.runs for row in card.rows), versions, differences, {})
 
 
 def reproduce_folder(
@@ -138,10 +141,8 @@ def reproduce_folder(
         done += store.count(point.key)
         progress(number / len(points))
     store.check()
-    saved_by = {"version": store.version, "model_version": MODEL_VERSION}
-    now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
     alike = _redrawn_alike(summaries(store), folder, views) if views else {}
-    return Reproduction(done, _versions(saved_by, now), differ, alike)
+    return Reproduction(done, _versions({**NOW, "version": store.version}, NOW), differ, alike)
 
 
 def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, Shown]:
