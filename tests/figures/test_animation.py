@@ -301,7 +301,7 @@ def test_what_cannot_be_written_is_refused_before_the_work(tmp_path, monkeypatch
         assert told in refused(*(() if "--out" in options else ("--out", "run.gif")), *options)
     with pytest.raises(FeasibeeError, match="size = 5000"):
         animate(Scenario(), "run.gif", size=5000)
-    with pytest.raises(FeasibeeError, match=r"size = 4096: a GIF of 301 frames .* write \.mp4"):
+    with pytest.raises(FeasibeeError, match=r"size = 4096: a GIF of 301 frames .* write \.webp"):
         animate(Scenario(), "run.gif", size=4096, steps=(0, 300))
     assert list(tmp_path.iterdir()) == []
 

@@ -35,14 +35,7 @@ from feasibee.cli.options import (
     progress,
     with_flooding,
 )
-from feasibee.field.plan import (
-    Fault,
-    Plan,
-    fault_in_words,
-    parse_fault,
-    parse_length,
-    schedule,
-)
+from feasibee.field.plan import Fault, Plan, fault_in_words, parse_fault, parse_length, schedule
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:

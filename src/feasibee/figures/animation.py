@@ -1,6 +1,6 @@
 """Animations: one run, step by step, as GIF, WebP or MP4, or its last frame as PNG.
 
-Each frame is drawn when it is written. GIF and WebP keep their frames until the end, at a byte per pixel.
+Each frame is drawn when it is written. Only a GIF keeps its frames until the end, at a byte per pixel.
 
 Examples
 --------
@@ -15,7 +15,6 @@ import subprocess
 from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
 from PIL import Image, ImageColor
 
@@ -37,8 +36,8 @@ GIF_RATES = (1, 2, 4, 5, 10, 20, 25, 50)
 LAST = 2
 """Duration of the last frame, in seconds."""
 FRAMES_LIMIT = 20_000
-KEPT_LIMIT = 4e9
-"""Largest number of pixels in all frames of a GIF or WebP, which Pillow keeps at a byte each."""
+GIF_LIMIT = 4e9
+"""Largest number of pixels in all frames of a GIF, which Pillow keeps at a byte each."""
 AFTER_DECISION = 30
 """Least number of steps that are shown after the decision, or after all tasks are taken."""
 
@@ -200,12 +199,9 @@ def _shown(path: Path, start: int, end: int, every: int, size: int) -> range:
             f"steps = {start}:{end}: {len(shown)} frames; must be at most {FRAMES_LIMIT}; "
             f"show fewer steps, or use every = {least}"
         )
-    suffix = path.suffix.lower()
-    if suffix in (".gif", ".webp") and len(shown) * size**2 > KEPT_LIMIT:
-        needs = f"of {len(shown)} frames of this size needs over {KEPT_LIMIT / 1e9:.0f} GB of memory"
-        raise FeasibeeError(
-            f"size = {size}: a {suffix[1:].upper()} {needs}; write .mp4, or use a smaller size"
-        )
+    if path.suffix.lower() == ".gif" and len(shown) * size**2 > GIF_LIMIT:
+        rule = f"a GIF of {len(shown)} frames of this size needs over {GIF_LIMIT / 1e9:.0f} GB of memory"
+        raise FeasibeeError(f"size = {size}: {rule}; write .webp or .mp4, or use a smaller size")
     return shown
 
 
@@ -261,10 +257,12 @@ def _write_png(path: Path, frames: Iterator[Image.Image], count: int, fps: int) 
 
 
 def _write_gif(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
-    pictures, durations = _in_few_colours(frames), [1000 // fps] * (count - 1) + [1000 * LAST]
-    more: Any = {"save_all": True, "append_images": pictures, "duration": durations, "loop": 0}
-    with path.open("wb") as file:  # a file that Pillow opens would stay open after an interrupt
-        next(pictures).save(file, "GIF", optimize=True, **more)
+    pictures = _in_few_colours(frames)
+    durations = [1000 // fps] * (count - 1) + [1000 * LAST]
+    with path.open("wb") as file:
+        next(pictures).save(
+            file, "GIF", save_all=True, append_images=pictures, duration=durations, loop=0, optimize=True
+        )
 
 
 def _in_few_colours(frames: Iterator[Image.Image]) -> Iterator[Image.Image]:
@@ -285,13 +283,42 @@ def _colours_of(picture: Image.Image) -> list[int]:
     return [value for colour in mixed for value in colour]
 
 
+class _Reel(Image.Image):
+    """Frames that are drawn when Pillow asks for them."""
+
+    def __init__(self, frames: Iterator[Image.Image], count: int) -> None:
+        super().__init__()
+        self._frames, self.n_frames, self._at = frames, count, -1
+        self.seek(0)
+
+    def seek(self, frame: int) -> None:
+        """Go on to a later frame; Pillow never goes back."""
+        while self._at < frame:
+            shown = next(self._frames)
+            self.im, self._mode, self._size = shown.im, shown.mode, shown.size
+            self._at += 1
+
+    def tell(self) -> int:
+        """Return the number of the present frame."""
+        return self._at
+
+
 def _write_webp(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:
-    pictures, durations = _in_few_colours(frames), [1000 / fps] * (count - 1) + [1000.0 * LAST]
-    more: Any = {"save_all": True, "append_images": pictures, "duration": durations, "loop": 0}
-    more |= {"lossless": True, "quality": 50, "method": 3}
-    with path.open("wb") as file:
-        # Only the first frame is complete: a tenth of the size.
-        next(pictures).convert("RGB").save(file, "WEBP", kmin=0, kmax=0, **more)
+    durations = [1000 / fps] * (count - 1) + [1000.0 * LAST]
+    reel = _Reel((picture.convert("RGB") for picture in _in_few_colours(frames)), count)
+    with path.open("wb") as file:  # a file that Pillow opens would stay open after an interrupt
+        reel.save(
+            file,
+            "WEBP",
+            save_all=True,
+            duration=durations,
+            loop=0,
+            lossless=True,
+            quality=50,
+            method=3,
+            kmin=0,  # only the first frame is complete: a tenth of the size
+            kmax=0,
+        )
 
 
 def _write_mp4(path: Path, frames: Iterator[Image.Image], count: int, fps: int) -> None:

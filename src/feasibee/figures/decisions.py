@@ -37,12 +37,7 @@ from feasibee.figures.style import (
 )
 from feasibee.results.dataset import scenario_of
 from feasibee.results.measures import declared_wrong
-from feasibee.results.statistics import (
-    Interval,
-    decision_times,
-    declare_times,
-    opinion_quartiles,
-)
+from feasibee.results.statistics import Interval, decision_times, declare_times, opinion_quartiles
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario

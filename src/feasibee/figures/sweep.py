@@ -37,14 +37,7 @@ from feasibee.scenario.comments import meaning_of
 from feasibee.scenario.fields import dimension_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.units import outside, symbol_of
-from feasibee.simulation.table import (
-    Summary,
-    by_value,
-    leaves,
-    pooled_fields,
-    shares_by_line,
-    value_of,
-)
+from feasibee.simulation.table import Summary, by_value, leaves, pooled_fields, shares_by_line, value_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

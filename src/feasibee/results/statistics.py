@@ -241,7 +241,7 @@ def bits_per_robot_and_step(bits_sent: ArrayLike, robot_steps: ArrayLike) -> flo
     return float(sum(bits.tolist()) / max(1, sum(lasted.tolist())))  # 64 bits may overflow
 
 
-def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) -> DeclareTimes:
+def declare_times(declare_step: NDArray[Any]) -> DeclareTimes:
     """Return the median and the 95 % quantile of a step of each run, with intervals by order statistics.
 
     Parameters
@@ -257,7 +257,7 @@ def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) ->
     if not ordered.size:
         return DeclareTimes(None, None, (None, None), (None, None))
     median, p95 = (_at_rank(ordered, -(-percent * ordered.size // 100)) for percent in (50, 95))
-    ranks = (_ranks(ordered.size, share, (1 - confidence) / 2) for share in (0.5, 0.95))
+    ranks = (_ranks(ordered.size, share, (1 - CONFIDENCE) / 2) for share in (0.5, 0.95))
     around = ((_at_rank(ordered, low), _at_rank(ordered, high)) for low, high in ranks)
     return DeclareTimes(median, p95, *around)
 

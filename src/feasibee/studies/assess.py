@@ -16,13 +16,7 @@ from feasibee.scenario.sections import KINDS
 from feasibee.simulation.sequential import EARLY, FIRST, SequentialDesign, looks
 from feasibee.simulation.sweep import Enough, Execution, Rounds
 from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of
-from feasibee.studies.constraints import (
-    TOLERATES,
-    Constraints,
-    compare_under,
-    numbered,
-    opposite_of,
-)
+from feasibee.studies.constraints import TOLERATES, Constraints, compare_under, numbered, opposite_of
 from feasibee.studies.needs import all_strategies, suitable
 from feasibee.studies.report import READY, Assessment, Trial, is_none, level_of
 from feasibee.studies.size import Rule, Sizing, band_of, size

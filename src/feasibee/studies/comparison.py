@@ -17,14 +17,7 @@ from numpy.typing import NDArray
 from feasibee.base.codes import DECISIONS, INFEASIBLE, MODEL_VERSION, exact
 from feasibee.base.errors import FeasibeeError
 from feasibee.base.record import Record
-from feasibee.results.calibration import (
-    OWN,
-    SHARES,
-    Calibration,
-    calibration,
-    held_feasible,
-    said_feasible,
-)
+from feasibee.results.calibration import OWN, SHARES, Calibration, calibration, held_feasible, said_feasible
 from feasibee.results.measures import (
     Declarations,
     Measured,
