@@ -157,7 +157,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     for point in points:
         names = {path: _text(value_of(point.row, path)) for path in fields}
         names |= {"seed": str(point.row.seed)} if seeds else {}
-        rows.append((names, {**_numbers(point), **(_tracked(point) if changing else {})}))
+        rows.append((names, _numbers(point) | (_tracked(point) if changing else {})))
     screen = console()
     for padding in (1, 0) if rows else ():
         table = _table(rows, padding)

@@ -505,6 +505,12 @@ def _last_from(outcome: Outcome, least: int) -> int | None:
     return step if step < outcome.right_at.size else None
 
 
+def latest(steps: Iterable[int | None]) -> int | None:
+    """Return the latest of some steps; None if one is never."""
+    late = max(math.inf if step is None else step for step in steps)
+    return int(late) if math.isfinite(late) else None
+
+
 def percent(share: Interval) -> str:
     """Return a share with its interval, in percent."""
     return f"{100 * share.estimate:.1f} % ({100 * share.low:.1f} to {100 * share.high:.1f})"

@@ -8,6 +8,7 @@ share the error rate of the whole answer (Bonferroni), so that it doesn't matter
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -26,6 +27,7 @@ from feasibee.simulation.schedule import run_work
 from feasibee.simulation.sequential import EARLY, IN_WORDS, Finding, SequentialDesign
 from feasibee.simulation.sweep import Enough, Execution, Rounds
 from feasibee.studies.comparison import check_stays, ending_early, origin, rounds_of
+from feasibee.studies.needs import possible
 
 if TYPE_CHECKING:
     from feasibee.figures.comparison import Panel
@@ -493,7 +495,8 @@ def _robots(scenario: Scenario, over: str, reach: int) -> tuple[str, list[int]]:
         )
     given = over.partition("=")[2]
     most = reach * max(scenario.robots.count, _places(scenario))
-    least = next(filter(partial(_can_have, scenario), range(max(1, _places(scenario)), most)), 1)
+    numbers = range(max(1, _places(scenario)), most)  # some must work and be honest
+    least = next((each for each in numbers if possible(scenario, {ROBOTS: each})), 1)
     path, values = ladder(scenario, over if given else f"{ROBOTS}={least}:{most}")
     feasible = [value for value in values if truth(scenario.replace({ROBOTS: value}))]
     if not feasible:
@@ -502,15 +505,6 @@ def _robots(scenario: Scenario, over: str, reach: int) -> tuple[str, list[int]]:
             f"--over robots.count={_places(scenario)}:{2 * _places(scenario)}"
         )
     return path, feasible
-
-
-def _can_have(scenario: Scenario, robots: int) -> bool:
-    """Whether so many robots are valid: some must work and be honest."""
-    try:
-        scenario.replace({ROBOTS: robots})
-    except ScenarioError:
-        return False
-    return True
 
 
 def _places(scenario: Scenario) -> int:
@@ -671,13 +665,4 @@ def _number(scenario: Scenario, path: str) -> Any:
 
 def valid_values(scenario: Scenario, path: str, values: Sequence[Any]) -> int:
     """Return how many of ascending values the scenario can have; the others are too large."""
-    low, high = 0, len(values)
-    while low < high:
-        middle = (low + high) // 2
-        try:
-            scenario.replace({path: values[middle]})
-        except ScenarioError:
-            high = middle
-        else:
-            low = middle + 1
-    return low
+    return bisect_left(values, True, key=lambda value: possible(scenario, {path: value}) is None)
