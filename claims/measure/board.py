@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 
-from feasibee.studies.benchmark import board
-from feasibee.studies.board import standings
+from feasibee.studies.benchmark import board, standings
 
 
 def main() -> None:

@@ -17,8 +17,7 @@ from feasibee import Scenario, ScenarioError
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.studies.paper import TASKS
-from feasibee.theory.against import compare
-from feasibee.theory.predict import predict
+from feasibee.theory.predict import compare, predict
 from feasibee.theory.reach import ERRORS, check_fields, check_swarm
 from feasibee.theory.rule import swarm_of
 

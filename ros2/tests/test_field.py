@@ -12,8 +12,8 @@ from std_msgs.msg import String
 
 from feasibee.base.codes import DECISIONS
 from feasibee.field.bodies import Bodies
+from feasibee.field.node import replay
 from feasibee.field.plan import Fault
-from feasibee.field.replay import replay
 from feasibee.reference import play
 from feasibee_ros.simulated import SimulatedRobot
 

@@ -15,7 +15,7 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Float32, Header, Int8, String, UInt8MultiArray
 
 from feasibee import Scenario
-from feasibee.field.replay import replay
+from feasibee.field.node import replay
 from feasibee.robot import Message, Wire
 from feasibee.strategies import STRATEGIES
 from feasibee_ros.messages import frame_from, frame_message, reported

@@ -10,7 +10,7 @@ from commands import invoke
 from fields import NEEDS_GROUPS, a_plan, opinions, run, simulated, small
 
 from feasibee.base.codes import DECISIONS
-from feasibee.field.replay import replay
+from feasibee.field.node import replay
 from feasibee.field.robot import take_part
 from feasibee.reference import play
 

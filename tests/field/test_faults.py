@@ -8,8 +8,8 @@ import pytest
 from fields import NEEDS_GROUPS, a_plan, run, small
 
 from feasibee.base.errors import FeasibeeError
+from feasibee.field.node import replay
 from feasibee.field.plan import Fault, parse_fault, parse_length, schedule
-from feasibee.field.replay import replay
 
 pytestmark = NEEDS_GROUPS
 BUSY = 3.0

@@ -11,8 +11,8 @@ from feasibee import Scenario
 from feasibee.base.codes import DECISIONS
 from feasibee.base.errors import FeasibeeError
 from feasibee.field.brain import compiled
+from feasibee.field.node import replay
 from feasibee.field.recording import Recording
-from feasibee.field.replay import replay
 from feasibee.field.supervisor import Field
 from feasibee.reference import play
 from feasibee.reference.swarm import WORKED

@@ -10,7 +10,7 @@ from fields import NEEDS_GROUPS, a_plan, change_line, small
 from nets import play
 
 from feasibee.base.errors import FeasibeeError
-from feasibee.field.replay import replay
+from feasibee.field.node import replay
 
 
 @pytest.fixture(scope="module")

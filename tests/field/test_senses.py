@@ -16,7 +16,7 @@ import pytest
 from commands import refused_in_a_line
 
 from feasibee import Scenario
-from feasibee.field.replay import replay
+from feasibee.field.node import replay
 
 DRIVER = Path(__file__).parents[2] / "examples" / "driver.py"
 SENSED = [

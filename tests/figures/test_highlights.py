@@ -9,11 +9,10 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from feasibee import wilson
-from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time
+from feasibee.figures.comparison import Panel as Sized
+from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time, draw_sizing
 from feasibee.figures.decisions import draw_opinion_panels
 from feasibee.figures.labels import spread
-from feasibee.figures.sizing import Panel as Sized
-from feasibee.figures.sizing import draw_sizing
 from feasibee.figures.style import (
     GREY,
     PALETTE,

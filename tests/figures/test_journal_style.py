@@ -9,14 +9,13 @@ from matplotlib.text import Text
 from PIL import Image
 
 from feasibee import Scenario
-from feasibee.figures.sizing import draw_sizing
+from feasibee.figures.comparison import draw_sizing
 from feasibee.figures.style import name_of_axis
-from feasibee.figures.sweep import Shown, draw_lines, draw_maps
+from feasibee.figures.sweep import Shown, draw_lines, draw_maps, view_in
 from feasibee.results.statistics import wilson
 from feasibee.scenario.fields import fields
 from feasibee.scenario.units import SYMBOLS
 from feasibee.studies.size import Band, Edge, Finding, Rule, Sizing, panels_of
-from feasibee.studies.sweep_figure import view_in
 from tests.commands import output_of, refused_in_a_line
 
 

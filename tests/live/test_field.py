@@ -16,8 +16,8 @@ from serving import got, serving_at
 from feasibee import FeasibeeError, Scenario
 from feasibee.base.codes import FLAGS
 from feasibee.cli import watch
-from feasibee.field.columns import AT_ONCE, NO_TASK
 from feasibee.field.plan import Plan
+from feasibee.field.recording import AT_ONCE, NO_TASK
 from feasibee.field.supervisor import Field
 from feasibee.live.field import routes_of_field
 from feasibee.live.page import STATIC

@@ -26,7 +26,7 @@ from feasibee.scenario.supported import takes_fast_path
 from feasibee.scenario.units import with_numbers
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.plan import study_of
-from feasibee.studies.space import Dimension, dimension
+from feasibee.studies.size import Dimension, dimension
 
 HALL = Scenario(units={"metres": 0.5, "seconds": 2.0}, run={"steps": 50})
 

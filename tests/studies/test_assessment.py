@@ -24,7 +24,7 @@ from feasibee.studies.comparison import compare, wait_for
 from feasibee.studies.files import write_report
 from feasibee.studies.needs import suitable, untested_in_words
 from feasibee.studies.report import MARGIN, Trial, in_points, sections
-from feasibee.studies.space import Dimension, dimension
+from feasibee.studies.size import Dimension, dimension
 from tests.places import rectangle
 
 HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})

@@ -17,9 +17,23 @@ from feasibee.results.statistics import declare_times
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.sweep import Rounds
 from feasibee.strategies import STRATEGIES
-from feasibee.studies.benchmark import Card, Contender, Row, again, benchmark, board, designs_of, rows_of
-from feasibee.studies.board import behind, gaps, in_words, standings, write_board
-from feasibee.studies.suite import SIDES, Suite
+from feasibee.studies.benchmark import (
+    SIDES,
+    Card,
+    Contender,
+    Row,
+    Suite,
+    again,
+    behind,
+    benchmark,
+    board,
+    designs_of,
+    gaps,
+    in_words,
+    rows_of,
+    standings,
+    write_board,
+)
 
 FROZEN = "784bb0a19e6de2c07bbb768cee8c03efbc505c1ee4871481a7d5fbf11cd4a73f"
 """SHA-256 of the first suite. Never change it: make a second suite."""

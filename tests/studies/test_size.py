@@ -20,9 +20,9 @@ from feasibee.studies.size import (
     Sizing,
     band_sentence,
     edge_sentence,
+    ladder,
     size,
 )
-from feasibee.studies.space import ladder
 
 SMALL = Scenario(
     arena={"side": 9.0},
@@ -117,7 +117,9 @@ def exact(monkeypatch):
         return runs if design.scenario.robots.count >= 10 and design.scenario.tasks.count <= 6 else 0
 
     monkeypatch.setattr(size_module, "_right", right)
-    monkeypatch.setattr(size_module, "valid_values", lambda scenario, path, values: 4)
+    monkeypatch.setattr(
+        size_module, "valid_values", lambda _, path, values: 4 if path == "tasks.count" else len(values)
+    )
 
 
 def test_by_default_95_percent_must_be_right_of_up_to_8_times_as_many_robots_as_tasks(exact):

@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 
 from feasibee import Scenario, ScenarioError, simulate
-from feasibee.theory.against import compare
 from feasibee.theory.chain import chain_of
 from feasibee.theory.classes import CLASS
 from feasibee.theory.geometry import Space, ending, sightings
-from feasibee.theory.predict import even_tasks, predict
+from feasibee.theory.predict import compare, even_tasks, predict
 from feasibee.theory.quality import GRID, durations
 from feasibee.theory.reach import TIME_ERROR, time_error
 from feasibee.theory.rule import swarm_of

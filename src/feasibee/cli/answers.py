@@ -9,7 +9,7 @@ import click
 from rich.console import Console
 from rich.table import Table
 
-from feasibee.cli.options import percents, print_lines, print_numbers
+from feasibee.cli.options import in_brackets, percents, print_lines, print_numbers
 from feasibee.simulation.sequential import IN_WORDS
 from feasibee.studies import constraints
 from feasibee.studies.comparison import (
@@ -139,8 +139,7 @@ def _constrained_cells(row: Mapping[str, Any]) -> list[str]:
         reasons = reasons.replace(long, short)
     if row["right"] is None:
         return [row["strategy"], *[""] * 4, reasons]
-    right, low, high = (100 * row[name] for name in ("right", "right_low", "right_high"))
-    share = f"{right:.0f} ({low:.0f} to {high:.0f})"
+    share = in_brackets([row[name] for name in ("right", "right_low", "right_high")], 0)
     step = "" if row["step"] is None else str(row["step"])
     bits = f"{row['bits_per_robot_and_step']:.3g}"
     return [row["strategy"], share, step, bits, str(row["message_bits"]), reasons]

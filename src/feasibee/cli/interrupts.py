@@ -57,10 +57,7 @@ def raising() -> Iterator[None]:
 def leaving(what: str) -> Iterator[None]:
     """Let signals end the process at once, where nothing can be left half-written; then raise as before.
 
-    Parameters
-    ----------
-    what : str
-        What to print of the state that is left.
+    ``what`` is printed of the state that is left.
     """
     _handle(partial(_leave, what))
     if _seen:  # a module whose import was interrupted may have gone on without it

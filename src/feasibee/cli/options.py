@@ -268,9 +268,7 @@ SHARED: dict[str, Any] = {
 """What parameters of these names stand for in all commands: an option, or the class of several."""
 
 
-def command(
-    name: str | None = None, make: Callable[..., Any] = click.command
-) -> Callable[[Callable[..., None]], click.Command]:
+def command(make: Callable[..., Any] = click.command) -> Callable[[Callable[..., None]], click.Command]:
     """Return a decorator that makes a command of a function, whose parameters are its options.
 
     A parameter's default is what `option` or a function below has returned; without one, it is `SHARED`.
@@ -294,7 +292,7 @@ def command(
             several = {name: of(*map(values.pop, of._fields)) for name, of in bundles.items()}
             function(**several, **values)
 
-        new: click.Command = make(name, params=options)(bundled)
+        new: click.Command = make(params=options)(bundled)
         return new
 
     return made
@@ -407,6 +405,12 @@ def percents(share: Interval) -> tuple[str, str]:
     """Return the cells of a share in percent: itself, and its interval."""
     middle, low, high = (100 * each for each in share)
     return f"{middle:.1f}", f"{low:.1f} to {high:.1f}"
+
+
+def in_brackets(share: Sequence[float], decimals: int = 1) -> str:
+    """Return the cell of a share in percent, with its interval in brackets."""
+    middle, low, high = (100 * each for each in share)
+    return f"{middle:.{decimals}f} ({low:.0f} to {high:.0f})"
 
 
 def console(*, highlight: bool = False) -> Console:

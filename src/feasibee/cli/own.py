@@ -22,6 +22,7 @@ from feasibee.cli.options import (
     count_type,
     file_type,
     folder_option,
+    in_brackets,
     option,
     own_strategy,
     print_json,
@@ -33,9 +34,7 @@ from feasibee.scenario.runs import Runs
 from feasibee.strategies.overflow import LEAVES
 
 if TYPE_CHECKING:
-    from feasibee.results.statistics import Interval
-    from feasibee.studies.benchmark import Card
-    from feasibee.studies.board import Standing
+    from feasibee.studies.benchmark import Card, Standing
     from feasibee.studies.check import Check
     from feasibee.studies.comparison import Outcome
 
@@ -108,10 +107,8 @@ def _answer(found: Check) -> Iterator[str]:
 
 def _rows(found: Check) -> Iterator[tuple[str, str]]:
     """Yield titles and texts of the lines on a strategy."""
-    yield (
-        "Memory",
-        f"{found.words:,} words known, {found.message_words:,} in a message, {found.memory} floats",
-    )
+    words = f"{found.words:,} words known, {found.message_words:,} in a message"
+    yield "Memory", f"{words}, {found.memory} floats"
     yield "Engine", _equal(found.engine)
     if found.in_c:
         yield "C", found.in_c
@@ -119,19 +116,16 @@ def _rows(found: Check) -> Iterator[tuple[str, str]]:
     yield "C", _equal(found.c)
     yield "", "needs FEASIBEE_DOUBLE" if found.needs_double else "needs no FEASIBEE_DOUBLE"
     for processor, size in found.sizes.items():
-        if isinstance(size, str):
-            yield "", f"{processor}: {size}"
-            continue
         flash, ram = (f" of {each:,}" for each in BOARDS[processor]) if processor in BOARDS else ("", "")
-        yield "", f"{processor}: {size[0]:,}{flash} bytes of flash, {size[1]:,}{ram} of RAM"
+        why = size if isinstance(size, str) else ""
+        yield "", f"{processor}: {why or f'{size[0]:,}{flash} bytes of flash, {size[1]:,}{ram} of RAM'}"
 
 
 def _equal(agreement: str) -> str:
     from feasibee.studies.check import AGREE, WORLDS
 
-    return (
-        f"equal to Python in {WORLDS} random worlds" if agreement == AGREE else f"unlike Python: {agreement}"
-    )
+    same = f"equal to Python in {WORLDS} random worlds"
+    return same if agreement == AGREE else f"unlike Python: {agreement}"
 
 
 def _print_accuracy(found: Check, runs: int) -> None:
@@ -140,17 +134,11 @@ def _print_accuracy(found: Check, runs: int) -> None:
     for each in found.outcomes:
         by_tasks.setdefault(each.tasks, []).append(each)
     rows = [
-        [f"{tasks} ({tasks / group[0].robots:.2f})", *(_share(each.accuracy) for each in group)]
+        [f"{tasks} ({tasks / group[0].robots:.2f})", *(in_brackets(each.accuracy) for each in group)]
         for tasks, group in by_tasks.items()
     ]
     heads = ["tasks (per robot)", *(each.contender for each in next(iter(by_tasks.values())))]
     print_numbers(f"Share of {runs} swarms that are right at the end (%)", heads, rows, narrow=True)
-
-
-def _share(share: Interval) -> str:
-    """Return a share with its 95 % interval, in percent."""
-    middle, low, high = (100 * each for each in share)
-    return f"{middle:.1f} ({low:.0f} to {high:.0f})"
 
 
 @command()
@@ -186,8 +174,7 @@ def benchmark(
     from feasibee.results.statistics import plain
     from feasibee.simulation.sweep import Rounds
     from feasibee.studies.benchmark import benchmark as simulate_all
-    from feasibee.studies.benchmark import board
-    from feasibee.studies.board import standings, write_board
+    from feasibee.studies.benchmark import board, standings, write_board
 
     seed = secrets.randbits(64) if seed is None else seed
     Runs.of_point(0, runs, seed)  # raises before the folder is made
@@ -222,7 +209,7 @@ def _print_board(
     folder: Path,
 ) -> None:
     """Print how contenders of a card rank, and a table of their classes."""
-    from feasibee.studies.board import CAPTION, HEADS, IN_A_TERMINAL, behind, in_words
+    from feasibee.studies.benchmark import CAPTION, HEADS, IN_A_TERMINAL, behind, in_words
 
     print_lines(in_words(classes, names))
     rows: list[list[str]] = []

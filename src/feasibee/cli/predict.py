@@ -26,8 +26,7 @@ from feasibee.cli.options import (
 
 if TYPE_CHECKING:
     from feasibee.scenario.scenario import Scenario
-    from feasibee.theory.against import Agreement
-    from feasibee.theory.predict import Prediction
+    from feasibee.theory.predict import Agreement, Prediction
 
     Point = tuple[Any, Prediction | str, Agreement | None]
 
@@ -76,21 +75,22 @@ def predict(
     scenario = given.read()
     if plot is not None:
         check_output(plot, FIGURES, "--plot")
-    if over is None:
-        found = _points(scenario, "", [None], against, seed, workers)
-    else:
-        from feasibee.studies.space import dimension
+    path, values = "", [None]
+    if over is not None:
+        from feasibee.studies.size import dimension
 
         varied = dimension(scenario, over)
-        values = varied.choices or list(dict.fromkeys(varied.at(k / (POINTS - 1)) for k in range(POINTS)))
-        found = _points(scenario, varied.path, values, against, seed, workers)
+        path, shares = varied.path, (k / (POINTS - 1) for k in range(POINTS))
+        values = list(varied.choices or dict.fromkeys(map(varied.at, shares)))
+    found = _points(scenario, path, values, against, seed, workers)
     if plot is not None:
-        _draw(found, over.partition("=")[0] if over else "", plot)
+        _draw(found, path, plot)
     if as_json:
         about = {"scenario": scenario.to_dict(), "scenario_hash": scenario.hash}
-        print_json(_json(found, over) if over else {**_json_of(found[0]), **about})
+        points = [{"value": each[0], **_json_of(each)} for each in found]
+        print_json({"field": path, "points": points} if over else {**_json_of(found[0]), **about})
     elif over:
-        _print_over(found, over.partition("=")[0])
+        _print_over(found, path)
     else:
         _print_one(found[0], details)
 
@@ -100,7 +100,7 @@ def _points(
 ) -> list[Point]:
     """Return for each value the prediction, or why there is none, and what the engine found."""
     from feasibee.scenario.runs import Runs
-    from feasibee.theory.against import compare
+    from feasibee.theory.predict import compare
     from feasibee.theory.predict import predict as predicted
 
     wanted = Runs(against or 1, seed)
@@ -140,13 +140,6 @@ def _json_of(point: Point) -> dict[str, Any]:
         }
         answer["agree"] = agreement.agree
     return answer
-
-
-def _json(found: list[Point], over: str) -> dict[str, Any]:
-    return {
-        "field": over.partition("=")[0],
-        "points": [{"value": each[0], **_json_of(each)} for each in found],
-    }
 
 
 def _share(value: float) -> str:

@@ -293,7 +293,7 @@ def size(
     else:
         print_sizing(found, details)
     if plot := outputs.get("figure"):
-        from feasibee.figures.sizing import draw_sizing
+        from feasibee.figures.comparison import draw_sizing
         from feasibee.figures.style import save_figure
         from feasibee.studies.size import panels_of
 

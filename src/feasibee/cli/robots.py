@@ -35,14 +35,7 @@ from feasibee.cli.options import (
     progress,
     with_flooding,
 )
-from feasibee.field.plan import (
-    Fault,
-    Plan,
-    fault_in_words,
-    parse_fault,
-    parse_length,
-    schedule,
-)
+from feasibee.field.plan import Fault, Plan, fault_in_words, parse_fault, parse_length, schedule
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
@@ -304,7 +297,7 @@ def replay(
         _animate(logs, outputs["animation"], look)
         return
     exclude("no animation", "only animations, such as --out field.gif, have it", *look._fields)
-    from feasibee.field.replay import replay as replay_log
+    from feasibee.field.node import replay as replay_log
 
     replays = [(log, replay_log(log, strategy)) for path in logs for log in _logs(path)]
     if as_json:

@@ -16,7 +16,9 @@ file's name as another one."""
 def prepare() -> None:
     """Let both streams be open, and take any text."""
     for number in range(3):
-        if not _is_open(number):
+        try:
+            os.fstat(number)
+        except OSError:
             _replace(number)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper) and "write" not in vars(stream):
@@ -36,25 +38,15 @@ def _code(character: str) -> str:
     return f"\\u{number:04x}" if number < 2**16 else f"\\U{number:08x}"
 
 
-def _is_open(number: int) -> bool:
-    try:
-        os.fstat(number)
-    except OSError:
-        return False
-    return True
-
-
 def _replace(number: int) -> None:
     """Open a closed stream; else a file that is opened later would take its number.
 
     Standard output becomes a pipe without a reader, as if the program that reads it had ended.
     """
-    if number == 1:
-        reader, end = os.pipe()
-        os.close(reader)
+    if number != 1:
+        os.open(os.devnull, os.O_RDWR)  # takes the lowest free number, which is this one
     else:
-        end = os.open(os.devnull, os.O_RDWR)
-    if end != number:
+        _, end = os.pipe()  # so does its reader, which is replaced
         os.dup2(end, number)
         os.close(end)
     stream: Any = open(number, "r" if number == 0 else "w", encoding="utf-8", closefd=False)  # noqa: SIM115

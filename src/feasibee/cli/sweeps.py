@@ -157,7 +157,7 @@ def _print_table(folder: Path, points: Sequence[Summary]) -> None:
     for point in points:
         names = {path: _text(value_of(point.row, path)) for path in fields}
         names |= {"seed": str(point.row.seed)} if seeds else {}
-        rows.append((names, {**_numbers(point), **(_tracked(point) if changing else {})}))
+        rows.append((names, _numbers(point) | (_tracked(point) if changing else {})))
     screen = console()
     for padding in (1, 0) if rows else ():
         table = _table(rows, padding)
@@ -282,7 +282,7 @@ def _inches(context: click.Context, parameter: click.Parameter, text: str | None
     """Parse a length with its unit."""
     if text is None:
         return None
-    from feasibee.studies.sweep_figure import WIDTHS
+    from feasibee.figures.sweep import WIDTHS
 
     found = re.fullmatch(r"([0-9]{1,4}(?:\.[0-9]{1,4})?) *(mm|cm|in)", text)
     inches = float(found[1]) * INCHES[found[2]] if found else 0.0
@@ -336,9 +336,9 @@ def plot(
       feasibee results plot --x tasks.count --facet radio.loss --width 7in --height 3in --title "Lossy radio"
       feasibee results plot --x tasks.count --style journal --width 84mm --out column.pdf
     """
+    from feasibee.figures.sweep import Shown, text_of
     from feasibee.simulation.store import Store
     from feasibee.simulation.table import summaries, varied
-    from feasibee.studies.sweep_figure import View, text_of
 
     target, journal = out or folder / "plot.png", style == "journal"
     if hue and y:
@@ -347,7 +347,7 @@ def plot(
     found = summaries(store)
     store.check()
     width = width or (COLUMN if journal else None)
-    view = View(x, show, hue, y, facet, journal, width, height, title, xlabel, ylabel)
+    view = Shown(x, show, hue, y, facet, journal, width, height, title, xlabel, ylabel)
     if facet and facet in (x, hue, y):
         raise FeasibeeError(
             f"--facet {facet}: is already an axis; choose another field that the sweep varies"

@@ -64,13 +64,8 @@ class RemoteErrand(Errand):
 class Errands:
     """The errand of one robot, whose tasks have numbers in a world, or else their places as names.
 
-    Parameters
-    ----------
-    orders : mapping
-        What the robot is sent when it joins: ``rules``, which classes of tasks it is ``able`` to do, the
-        ``frame`` of places, and place and class of the world's ``tasks``.
-    setting : Setting
-        The numbers of the scenario.
+    ``orders`` are what the robot is sent when it joins: ``rules``, which classes of tasks it is ``able`` to
+    do, the ``frame`` of places, and place and class of the world's ``tasks``.
     """
 
     def __init__(self, orders: Mapping[str, Any], setting: Setting) -> None:

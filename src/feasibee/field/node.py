@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
+import json
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -10,7 +11,11 @@ from itertools import chain
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
+from feasibee.base.codes import DECISIONS
+from feasibee.base.errors import FeasibeeError, quoted
+from feasibee.base.files import named
 from feasibee.field.errands import Errands
+from feasibee.field.logs import read_log, reading
 from feasibee.reference.draws import philox
 from feasibee.reference.mind import BYZANTINE, Draw, Mind, Words, settings_from
 from feasibee.robot.controller import Message
@@ -67,18 +72,12 @@ class Status(NamedTuple):
 class Node:
     """The mind of one robot, with its messages as bytes.
 
-    Parameters
-    ----------
-    orders : mapping
-        What the world sends a robot that joins: ``strategy``, ``settings`` and ``insight``.
-    write : callable, optional
-        Takes each line of the log, as a mapping.
-    draw : callable, optional
-        Returns the random words of a counter and a purpose; by default those of the robot's coordinates.
-    strategy : Strategy, optional
-        The robot's own strategy; by default the built-in one of the name in ``orders``.
-    brain : Path, optional
-        The robot's program in C, which `brain.compiled` made. A Byzantine robot has none.
+    ``orders`` are what the world sends a robot that joins: ``strategy``, ``settings`` and ``insight``.
+    ``write`` takes each line of the log, as a mapping.
+
+    ``draw`` returns the random words of a counter and a purpose, by default those of the robot's coordinates.
+    ``strategy`` is by default the built-in one of the name in ``orders``. ``brain`` is the robot's program in
+    C, which `brain.compiled` made; a Byzantine robot has none.
     """
 
     def __init__(
@@ -260,3 +259,66 @@ def sighting_from(plain: Sequence[Any]) -> tuple[Thing, int]:
     """Return a robot or task in sight, and its number, from a list of `sighting_of`."""
     is_robot, name, kind, mark, x, y, number = plain
     return Thing(bool(is_robot), name, kind, mark, x, y), number
+
+
+class Replay(NamedTuple):
+    """A replayed log, equal to what the robot did."""
+
+    number: int
+    """The robot's number."""
+    steps: int
+    """Number of steps in the log."""
+    opinion: str
+    """The opinion at the end: ``feasible``, ``infeasible`` or ``undecided``."""
+    decisions: int
+    """Number of phases that ended with a decision."""
+    cut: bool
+    """Whether the last line is incomplete, as of a process that was killed."""
+
+
+def replay(path: str | Path, strategy: Strategy | None = None) -> Replay:
+    """Replay a robot's log; ``strategy`` is that of the robot, if it isn't built in.
+
+    A log never says which file to run. Raise a FeasibeeError if it is no log of a robot, is damaged, or says
+    anything else than the replay.
+    """
+    path, first = Path(path), {"feasibee": "robot", "version": VERSION}
+    wrong = f"isn't the log of a robot, version {VERSION}; name robot-K.jsonl"
+    lines, rest = read_log(path, "the log of a robot, such as robot-3.jsonl", first, wrong)
+    head = json.loads(lines[0])
+    own = strategy or STRATEGIES.get(str(head.get("strategy")))
+    if own is None:
+        what = f"the robot's strategy {quoted(head.get('strategy'))} isn't built in"
+        raise FeasibeeError(f"{named(path)}: {what}; give --strategy FILE")
+    draws, written = deque[Words](), list[Any]()
+    decisions = explores = 0
+    for at, text in enumerate(lines, 1):
+        with reading(path, at):
+            line = json.loads(text)
+            draws.extend((a, b, c, d) for a, b, c, d in line["draws"])
+            if at == 1:
+                node = Node(head, written.append, lambda _, __: draws.popleft(), own)
+            else:
+                node.speak(line["step"], tuple(line["place"]), line.get("insight"))
+                node.sense(line)
+                node.finish(line["heard"])
+            if draws:
+                raise ValueError("too many draws")
+            _compare(path, at, line, written.pop())
+        disseminating = node.status.disseminating
+        decisions += bool(explores) and not disseminating
+        explores = disseminating
+    opinion = DECISIONS[node.status.opinion]
+    return Replay(head["settings"]["coordinates"][2], len(lines) - 1, opinion, decisions, bool(rest))
+
+
+def _compare(path: Path, at: int, line: dict[str, Any], again: Any) -> None:
+    """Raise an error if the log says anything else than the replay."""
+    for name in ("said", "see", "heard", "status", "goes", *WORK):
+        kept, found = line.get(name), again.get(name)
+        if kept != found:
+            raise FeasibeeError(
+                f"{named(path)}: line {at}: {name} is {quoted(kept)} in the log and {quoted(found)} in the "
+                "replay; a line is missing or was changed, or another version or strategy wrote it: use an "
+                "intact copy"
+            )

@@ -9,17 +9,18 @@ from hashlib import sha256
 from math import inf
 from os import SEEK_END
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.base.codes import FEASIBLE, INFEASIBLE
+from feasibee.base.codes import FEASIBLE, FLAGS, INFEASIBLE
+from feasibee.base.files import named
 from feasibee.field.bodies import Bodies
 from feasibee.field.logs import LOG_LIMIT, VERSION, read_log, reading
 from feasibee.field.plan import PARTITION, PROCESS, Fault, fault_in_words, numbers_in_words
-from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED
-from feasibee.results.measures import held_decision
+from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
+from feasibee.results.measures import held_decision, least_quorum
 from feasibee.scenario.paths import toml_tables
 from feasibee.scenario.picture import Acting
 from feasibee.scenario.runs import Runs
@@ -27,49 +28,6 @@ from feasibee.scenario.scenario import Scenario
 
 LOG: Final = "world.jsonl"
 """Name of the world's log in a field's folder."""
-
-
-class _Step(NamedTuple):
-    """A step's line, as far as it is drawn. An array has a value for each number that a robot may have."""
-
-    robots: list[int]
-    """Numbers of the robots."""
-    processes: list[int]
-    """Numbers of their processes; those of the robots of the start are the lowest."""
-    numbers_of_tasks: list[int]
-    done: list[int]
-    """Numbers of the tasks at which the work is done."""
-    placed: dict[int, tuple[int, int]]
-    """Where each task is, if events put some."""
-    truth: bool
-    """Whether the tasks of this step are feasible for the robots of this step."""
-    first_decision: tuple[int, int]
-    """First decision of the field so far and its step; -1 and -1 while undecided."""
-    places: NDArray[np.int64]
-    """Places of the robots in fixed point: shape (robots, 2)."""
-    headings: NDArray[np.float64]
-    """Directions of the robots in radians; 0 if a robot stopped or is lost."""
-    present: NDArray[np.bool_]
-    """Whether a robot, lost or not, has each number."""
-    opinions: NDArray[np.int64]
-    """Opinions that the robots last reported."""
-    declared: NDArray[np.int64]
-    """What each robot has declared; -1 for nothing."""
-    disseminating: NDArray[np.bool_]
-    lost: NDArray[np.bool_]
-    """Whether each robot's process is silent."""
-    fault_of: NDArray[np.str_]
-    """The fault of each robot; empty for numbers without robot."""
-    working: NDArray[np.bool_]
-    """Whether each robot works, and its process answers."""
-    counted: NDArray[np.bool_]
-    """Whether each robot counts in the decision."""
-    targets: NDArray[np.int64]
-    """The task to which each robot goes, -1 for none."""
-    standing: NDArray[np.bool_]
-    """Whether each robot stands at a task."""
-    holds: NDArray[np.int64]
-    """The task at which each robot stands, or which it has marked, -1 for none."""
 
 
 class Recording:
@@ -85,7 +43,7 @@ class Recording:
     bits_sent: Final = 0
     """A log has no bits, and so no steps of robots to divide them by."""
     robot_counts: Final = np.zeros(1, np.int64)
-    first_decision: tuple[int, int]  # as all others of `_Step`
+    first_decision: tuple[int, int]  # as all that `_step` returns
 
     def __init__(self, folder: Path) -> None:
         self.folder, self._path = folder, folder / LOG
@@ -106,7 +64,7 @@ class Recording:
         self.faults: list[Fault] = []
         self.has_ended = False
         """Whether the world has ended the field; false, too, if it was killed."""
-        self._steps: list[_Step] = []
+        self._steps: list[dict[str, Any]] = []
         self._lines, self.step = 1, 0
         self._counts = np.zeros((0, 4), np.int64)
         """At each step: counted robots that hold feasible and infeasible, all counted ones, and the truth."""
@@ -141,10 +99,9 @@ class Recording:
                 if "event" not in line:
                     step = self._step(line)
                     self._steps.append(step)
-                    held = step.opinions[step.counted]
-                    counts.append(
-                        [*((held == each).sum() for each in (1, 0)), step.counted.sum(), step.truth]
-                    )
+                    held = step["opinions"][step["counted"]]
+                    of_opinions = ((held == each).sum() for each in (1, 0))
+                    counts.append([*of_opinions, step["counted"].sum(), step["truth"]])
                 elif line["event"] == "fault":
                     fault = Fault(*(line[name] for name in Fault._fields))
                     self.faults.append(fault._replace(robots=tuple(fault.robots)))
@@ -152,8 +109,11 @@ class Recording:
         self.faults.sort(key=lambda fault: fault.step)
         self._counts = np.append(self._counts, np.array(counts, np.int64).reshape(-1, 4), axis=0)
 
-    def _step(self, line: dict[str, Any]) -> _Step:
-        """Return a step's line."""
+    def _step(self, line: dict[str, Any]) -> dict[str, Any]:
+        """Return a step's line, as far as it is drawn.
+
+        An array has a value for each number that a robot may have: -1 for no task, opinion or declaration.
+        """
         now, robots, processes = len(self._steps), line["robots"], line["processes"]
         if line["step"] != now:
             raise ValueError(f"step {now} is missing")
@@ -165,28 +125,28 @@ class Recording:
         lost, stops = np.isin(numbers, [*line["lost"]]), now >= self.scenario.faults.stop_step
         works = (faults != "") & ~lost & ~(stops & (faults == STOPPED))
         decision, since = line["decision"]
-        return _Step(
-            robots,
-            processes,
-            [*line["tasks"]],
-            line.get("done", []),
-            {i: (x, y) for i, x, y in line.get("placed", ())},
-            bool(line["truth"]),
-            (decision, since),
-            bodies[:2].T,
-            np.where(works, np.arctan2(bodies[3], bodies[2]), 0.0),
-            faults != "",
-            opinions,
-            declared,
-            works & (disseminating > 0),
-            lost,
-            faults,
-            works,
-            works & (faults != BYZANTINE),
-            goals[0],
-            goals[1] >= 0,
-            goals[1:].max(axis=0),
-        )
+        return {
+            "robots": robots,
+            "processes": processes,  # those of the robots of the start are the lowest
+            "numbers_of_tasks": [*line["tasks"]],
+            "done": line.get("done", []),
+            "placed": {i: (x, y) for i, x, y in line.get("placed", ())},  # tasks, if events put some
+            "truth": bool(line["truth"]),
+            "first_decision": (decision, since),
+            "places": bodies[:2].T,  # in fixed point
+            "headings": np.where(works, np.arctan2(bodies[3], bodies[2]), 0.0),
+            "present": faults != "",
+            "opinions": opinions,
+            "declared": declared,
+            "disseminating": works & (disseminating > 0),
+            "lost": lost,
+            "fault_of": faults,
+            "working": works,
+            "counted": works & (faults != BYZANTINE),
+            "targets": goals[0],
+            "standing": goals[1] >= 0,
+            "holds": goals[1:].max(axis=0),  # at which a robot stands, or which it has marked
+        }
 
     def _columns(self, line: dict[str, Any], name: str, nobody: list[int]) -> NDArray[np.int64]:
         """Return the columns of a table with a row per robot; ``nobody`` is the row of other numbers."""
@@ -206,15 +166,12 @@ class Recording:
         """The faults of the robots of the start."""
         return [body.fault for body in self._bodies.everyone[: self.scenario.robots.count]]
 
-    @property
-    def _now(self) -> _Step:
-        return self._steps[self.step]
-
     def __getattr__(self, name: str) -> Any:
         """Return what this step's line has by a name."""
-        if name not in _Step._fields:
+        steps = vars(self).get("_steps") or [{}]
+        if name not in steps[0]:
             raise AttributeError(f"a recording has no {name!r}")
-        return getattr(self._now, name)
+        return steps[self.step][name]
 
     @property
     def last(self) -> int:
@@ -246,7 +203,7 @@ class Recording:
     @property
     def task_numbers(self) -> NDArray[np.int64]:
         """Numbers of the tasks at this step, in ascending order: int64, shape (tasks,)."""
-        return np.array(self._now.numbers_of_tasks, np.int64)
+        return np.array(self.numbers_of_tasks, np.int64)
 
     @property
     def robot_kinds(self) -> list[int]:
@@ -255,15 +212,15 @@ class Recording:
 
     def coarse_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the robots, in 65,536ths of the arena's longer side: uint16, shape (robots,)."""
-        return self._coarse(self._now.places)
+        return self._coarse(self.places)
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the tasks of this step, in the same unit: uint16, shape (tasks,)."""
         return self._coarse(self._task_places())
 
     def _task_places(self) -> NDArray[np.int64]:
-        placed, world = self._now.placed, self._bodies.world
-        places = [placed.get(number) or world.task_place(number) for number in self._now.numbers_of_tasks]
+        placed, world = self.placed, self._bodies.world
+        places = [placed.get(number) or world.task_place(number) for number in self.numbers_of_tasks]
         return np.array(places, np.int64).reshape(-1, 2)
 
     def _coarse(self, places: NDArray[np.int64]) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
@@ -274,7 +231,7 @@ class Recording:
     @property
     def positions(self) -> NDArray[np.float64]:
         """Positions of the robots in units: float64, shape (robots, 2)."""
-        return self._in_units(self._now.places)
+        return self._in_units(self.places)
 
     all_taken_step: Final = -1
     """A log doesn't have it."""
@@ -285,7 +242,7 @@ class Recording:
         holders = np.full(self.scenario.most.tasks, -1, np.int32)
         holding = self.holds >= 0
         holders[self.holds[holding]] = np.flatnonzero(holding)
-        holders[self._now.done] = -2
+        holders[self.done] = -2
         return Acting.of(self.targets, self.standing, holders, self.task_numbers)
 
     @property
@@ -326,8 +283,8 @@ class Recording:
         lines = [fault for fault in hit if fault.step == hit[-1].step] + self.cuts_at(step)
         notes = [f"step {fault.step}: {fault_in_words(fault._asdict())}" for fault in sorted(lines)]
         there = self._steps[step]
-        named = zip(there.robots, there.processes, strict=True)
-        lost = [process for number, process in named if there.lost[number]]
+        named = zip(there["robots"], there["processes"], strict=True)
+        lost = [process for number, process in named if there["lost"][number]]
         return [*notes, f"lost: {numbers_in_words(lost)}"] if lost else notes
 
     def cuts_at(self, step: int) -> list[Fault]:
@@ -337,3 +294,93 @@ class Recording:
 
     def _in_units(self, places: NDArray[np.int64]) -> NDArray[np.float64]:
         return places.astype(np.float64) * float(self._bodies.world.unit)
+
+
+SILENCE: Final = 5.0
+"""Seconds without a line in the log after which a field is silent."""
+AT_ONCE: Final = 250
+"""Most steps at once."""
+NO_TASK: Final = 2**16 - 1
+"""Aim of a robot that has none."""
+
+
+def columns_of(field: Recording, start: int) -> dict[str, Any]:
+    """Return the steps of a field from one on, some at most, as history.js takes them: see its Steps.
+
+    ``lost`` has the silent robots of each step.
+    """
+    steps = range(start, min(field.last + 1, start + AT_ONCE))
+    robots: dict[str, list[int]] = {}
+    numbers: list[int] = []
+    there: list[dict[str, Any]] = []
+    lost: list[list[int]] = []
+    for step in steps:
+        field.step = step
+        for name, column in _robots(field).items():
+            robots.setdefault(name, []).extend(column.tolist())
+        numbers += _numbers(field)
+        lost.append(np.flatnonzero(field.lost).tolist())
+        now = _there(field)
+        if not there or {**there[-1], "step": step} != now:
+            there.append(now)
+    done, most = field.has_ended and start + len(steps) > field.last, field.scenario.most.robots
+    about = {"from": start, "count": len(steps), "every": 1, "kept": len(steps), "robots": most}
+    found = {"numbers": numbers, "there": there, "lost": lost, "done": done, "problem": ""}
+    return {**about, **robots, **found}
+
+
+def _robots(field: Recording) -> dict[str, NDArray[Any]]:
+    """Return the columns of the robots of a step. A silent one has no opinion and doesn't work."""
+    there, lost = field.present, field.lost
+    having = {
+        "feasible": (field.opinions == 1) & ~lost,
+        "neutral": there & ((field.opinions == -1) | lost),
+        "disseminating": field.disseminating,
+        "declared": field.declared >= 0,
+        "working": field.working,
+        "byzantine": field.fault_of == BYZANTINE,
+        "stubborn": field.fault_of == STUBBORN,
+        "there": there,
+        "standing": field.standing,
+    }
+    flags = np.sum([having[name].astype(int) << bit for bit, name in enumerate(FLAGS)], axis=0)
+    turns = np.round(field.headings * (128 / np.pi)).astype(int) & 255
+    x, y = field.coarse_places()
+    found = {"x": x, "y": y, "flags": flags, "heading": turns}
+    if field.scenario.acts:
+        found["aims"] = np.where(field.acting.aims < 0, NO_TASK, field.acting.aims)
+    return found
+
+
+def _numbers(field: Recording) -> list[int]:
+    """Return what history.js calls NUMBERS of a step; a log doesn't have the last three."""
+    robots, tasks = int(field.present.sum()), len(field.task_numbers)
+    counts = (field.counted_counts, field.feasible_counts, field.infeasible_counts)
+    counted, feasible, infeasible = (int(each[-1]) for each in counts)
+    needed = least_quorum(field.scenario, counted)
+    missing = 0 if field.truth else max(1, tasks - robots)
+    return [robots, tasks, counted, feasible, infeasible, needed, field.decision, missing, 0, -1, -1]
+
+
+def _there(field: Recording) -> dict[str, Any]:
+    """Return the tasks of a step, and the classes of robots."""
+    x, y = (each.tolist() for each in field.task_places())
+    taken = {"taken": field.acting.looks.tolist()} if field.scenario.acts else {}
+    tasks = {"taskX": x, "taskY": y, "taskNumbers": field.task_numbers.tolist(), **taken}
+    return {"step": field.step, **tasks, "kinds": field.robot_kinds}
+
+
+def state_of(field: Recording) -> dict[str, Any]:
+    """Return how a field is now: who is silent, and whether it goes on."""
+    field.step, problems = field.last, []
+    if lost := np.flatnonzero(field.lost).tolist() if field.last >= 0 else []:
+        one, verb = ("robot", "is") if len(lost) == 1 else ("robots", "are")
+        problems.append(f"{one} {numbers_in_words(lost)} {verb} silent")
+    if field.cuts_at(field.step):
+        problems.append("the radio is cut between the two halves of the robots")
+    if silent := not field.has_ended and field.silence > SILENCE:
+        problems.append(
+            f"the field in {named(field.folder)} has logged nothing for more than {SILENCE:g} s; "
+            "this page shows the next one that writes there"
+        )
+    return {"problems": problems, "silent": silent, "ended": field.has_ended, "last": field.last}

@@ -81,17 +81,9 @@ def drive(
 ) -> int:
     """Let a robot take one step for each object of its driver; return the number of steps.
 
-    Parameters
-    ----------
-    node : Node
-        The robot.
-    number : int
-        Its number; messages of this number are its own, which some radios return.
-    senses : iterable of bytes
-        The driver's objects. One that is invalid is counted in ``node.dropped`` and left out, and so is an
-        invalid message in one.
-    write : callable
-        Takes after each step its number, the robot's message and what it holds.
+    ``senses`` are the driver's objects. An invalid one is counted in ``node.dropped`` and left out, and so is
+    an invalid message in one. Messages of the robot's own ``number`` are its own, which some radios return.
+    ``write`` takes after each step its number, the robot's message and what it holds.
     """
     step = 0
     for text in senses:

@@ -33,21 +33,11 @@ Process = subprocess.Popen[str]
 class Field:
     """The processes of one field, all in the group of the world's process, which ends them if this one dies.
 
-    Parameters
-    ----------
-    plan : Plan
-        The scenario, the clock of its robots, and the faults.
-    folder : Path, optional
-        Where the logs of the world and of the robots that are started here go. Without it, the world's log is
-        temporary, and robots write none.
-    tell : callable
-        Takes each event, for people.
-    starts_robots : bool
-        Whether the robots are started here; otherwise they join by themselves.
-    brain : Path, optional
-        The program in C of the robots that are started here: what `brain.compiled` made.
-    package : str
-        Where the programs ``world`` and ``robot`` are, which may talk by another network.
+    ``folder`` is where the logs of the world and of the robots that are started here go. Without it, the
+    world's log is temporary, and robots write none. ``tell`` takes each event, for people.
+
+    Unless ``starts_robots``, robots join by themselves; else their program in C is ``brain``, if any.
+    ``package`` has the programs ``world`` and ``robot``, which may talk by another network.
     """
 
     def __init__(

@@ -54,12 +54,8 @@ from feasibee.results.measures import tracked
 class World:
     """The world's side of a field, without its clock.
 
-    Parameters
-    ----------
-    report : callable
-        Takes events, as mappings, for whoever watches.
-    wait_for_go : callable
-        Returns once a fault of processes has happened.
+    ``report`` takes events, as mappings, for whoever watches. ``wait_for_go`` returns once a fault of
+    processes has happened.
     """
 
     def __init__(

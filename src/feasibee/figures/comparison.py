@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -20,17 +20,21 @@ from feasibee.figures.decisions import LIMITS, draw_truth
 from feasibee.figures.labels import Point, draw_points, label_ends, label_points
 from feasibee.figures.style import (
     GREY,
+    PALETTE,
     PERCENT,
     PLAIN,
     Look,
+    along,
     also_in_seconds,
     draw_intervals,
     figure,
     looks,
     name_of_axis,
+    note,
     over_time,
     robots_per_task,
     spaced_by_ratio,
+    text_colour,
 )
 from feasibee.results.calibration import Calibration
 from feasibee.results.statistics import Interval, Quartiles, pareto
@@ -98,14 +102,8 @@ def draw_against_time(
 ) -> Figure:
     """Draw the share of right swarms at each step: the mean over the ratios, and the least.
 
-    The contenders with the largest mean share over ratios and steps are highlighted.
-
-    Parameters
-    ----------
-    shares : mapping of str to float64 array, shape (ratios, steps + 1)
-        Shares by contender, from 0 to 1.
-    seconds : float, optional
-        Length of a step in seconds, for a second axis.
+    The contenders with the largest mean share over ratios and steps are highlighted. Shares of a contender go
+    from 0 to 1: shape (ratios, steps + 1). If a step has a length in ``seconds``, there is a second axis.
     """
     sums: dict[str, Any] = {"mean over the ratios": np.mean, "at the hardest ratio": np.min}
     if all(share.shape[0] == 1 for share in shares.values()):
@@ -165,15 +163,8 @@ def draw_against_bits(
     """Draw accuracy against bits per robot-step, with the Pareto front and names at the points.
 
     The contenders of the Pareto front are highlighted, those with the largest share first. All others, which
-    another contender beats in both, are grey.
-
-    Parameters
-    ----------
-    totals : mapping of str to pair of float and Interval
-        Bits per robot-step and share of right swarms, by contender. The axis of bits is logarithmic unless
-        some are 0.
-    label : str
-        What the share is of.
+    another contender beats in both, are grey. ``totals`` has bits per robot-step, and what ``label`` says, by
+    contender. The axis of bits is logarithmic unless some are 0.
     """
     points = {name: (cost, *(100 * each for each in accuracy)) for name, (cost, accuracy) in totals.items()}
     scores = {name: middle for name, (_, middle, _, _) in points.items()}
@@ -268,12 +259,8 @@ def draw_right_over_time(
 ) -> Figure:
     """Draw each contender's share of right swarms at each step, with the truth as a band behind.
 
-    Parameters
-    ----------
-    shares : mapping of str to float64 array, shape (steps + 1,)
-        Share of the swarms that hold the truth of the step, by contender.
-    infeasible : float64 array, shape (steps + 1,)
-        Share of the runs whose tasks are infeasible, by step.
+    ``shares`` has the share of the swarms that hold the truth of each step, by contender, and ``infeasible``
+    that of the runs whose tasks are infeasible: shape (steps + 1,).
     """
     means = {name: float(share.mean()) for name, share in shares.items()}
     found = looks(means, None, before)
@@ -296,15 +283,9 @@ def draw_delay_against_bits(
 ) -> Figure:
     """Draw the delay of detection against bits per robot-step, with the Pareto front: the frontier.
 
-    A contender of which less than half of the changes are followed stands at the top, as *never*.
-
-    Parameters
-    ----------
-    contenders : mapping of str to pair of float and Quartiles
-        Bits per robot-step, and steps until swarms follow a change of truth, by name. The contenders of the
-        front are highlighted, and the first.
-    steps : int
-        Number of steps of a run.
+    ``contenders`` has bits per robot-step, and steps until swarms follow a change of truth, by name. Those of
+    the front are highlighted, and the first. One of which less than half of the changes are followed stands
+    at the top, as *never*. A run has so many ``steps``.
     """
     known = {name: -float(each.median) for name, (_, each) in contenders.items() if each.median is not None}
     never = 1.15 * max([*(each.q75 or each.median or 0 for _, each in contenders.values()), 10])
@@ -320,3 +301,54 @@ def draw_delay_against_bits(
             ax.set_yticks([*steps_of, never], [*(f"{tick:g}" for tick in steps_of), "never"])
         _leave_room(ax, [bits for bits, _ in contenders.values()], 2, 3, 1.3)
     return drawn
+
+
+class Panel(NamedTuple):
+    """One side of the figure."""
+
+    label: str
+    """Of the horizontal axis."""
+    points: Sequence[tuple[float, Interval]]
+    """Finding values, ascending, and their shares."""
+    least: float | None = None
+    """First value that is enough."""
+    band: tuple[float, float] | None = None
+    """First and last value of the blind band."""
+    truth: float | None = None
+    """Largest feasible number of tasks."""
+
+
+def draw_sizing(panels: Sequence[Panel], target: float) -> Figure:
+    """Draw the share of right swarms against the values of one or two panels, with the share asked for."""
+    size = 1.0 + 3.4 * len(panels), 3.0
+    with figure(*size, columns=len(panels), sharey=True, squeeze=False) as (drawn, axes):
+        for ax, panel in zip(axes[0], panels, strict=True):
+            _draw(ax, panel, target)
+        axes[0][0].set(ylabel="swarms that are right (%)", ylim=(-2, 108), yticks=range(0, 101, 20))
+        where = axes[0][-1].get_yaxis_transform()
+        note(axes[0][-1], f"{100 * target:g} %", (1.0, 100 * target), (4, 0), where)
+    return drawn
+
+
+def _draw(ax: Any, panel: Panel, target: float) -> None:
+    values = [value for value, _ in panel.points]
+    ax.axhline(100 * target, color="0.45", linewidth=0.8, linestyle="--", zorder=0)
+    look = {"color": PALETTE[0], "marker": "o", "markersize": 3.5, "linewidth": 1.2, "elinewidth": 0.7}
+    draw_intervals(ax, values, [share for _, share in panel.points], **look)
+    along(ax, panel.label, values)
+    above: dict[str, Any] = {"where": ax.get_xaxis_transform(), "va": "bottom"}
+    if panel.least is not None:
+        ax.axvline(panel.least, color=PALETTE[0], linewidth=0.8, linestyle=":")
+        note(ax, f"enough from {panel.least:g}", (panel.least, 1.01), ha="center", color=PALETTE[0], **above)
+    if panel.band is not None:
+        first, last = panel.band
+        ax.axvspan(first - 0.5, last + 0.5, color=PALETTE[1], alpha=0.15, linewidth=0, zorder=0)
+        middle = float(np.sqrt(first * last)) if ax.get_xscale() == "log" else (first + last) / 2
+        ends = f"{first:g}" if first == last else f"{first:g} to {last:g}"
+        note(
+            ax, f"blind band: {ends}", (middle, 101), ha="center", va="bottom", color=text_colour(PALETTE[1])
+        )
+    if panel.truth is not None:
+        ax.axvline(panel.truth + 0.5, ymax=0.9, color="0.45", linewidth=0.8, linestyle=":")
+        for side, text in (("right", "feasible  "), ("left", "  infeasible")):
+            note(ax, text, (panel.truth + 0.5, 1.01), ha=side, color="0.45", **above)

@@ -37,12 +37,7 @@ from feasibee.figures.style import (
 )
 from feasibee.results.dataset import scenario_of
 from feasibee.results.measures import declared_wrong
-from feasibee.results.statistics import (
-    Interval,
-    decision_times,
-    declare_times,
-    opinion_quartiles,
-)
+from feasibee.results.statistics import Interval, decision_times, declare_times, opinion_quartiles
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.runs import check_integer
 from feasibee.scenario.scenario import Scenario
@@ -128,14 +123,8 @@ def draw_opinion_panels(
 ) -> Figure:
     """Draw quartiles as small multiples: each band in a panel of its own, the other medians in grey.
 
-    Parameters
-    ----------
-    bands : mapping of str to float64 array, shape (3, steps + 1)
-        Lower quartile, median and upper quartile, in percent of the robots, by title of the panel.
-    colours : sequence of str
-        One for each panel.
-    until : int
-        Last step to show.
+    ``bands`` have lower quartile, median and upper quartile, in percent of the robots, by title of the panel:
+    shape (3, steps + 1). There is a colour for each panel, and ``until`` is the last step to show.
     """
     shape, labels = (6.4, 0.7, 1.55), ("time (steps)", "opinion feasible\n(% of robots)")
     with small_multiples(len(bands), 3, shape, *labels) as (drawn, grid):
@@ -266,13 +255,7 @@ class Panel(NamedTuple):
 
 
 def draw_panels(panels: Sequence[Panel]) -> Figure:
-    """Draw decisions against the ratio as small multiples, the first panel faintly in all others.
-
-    Parameters
-    ----------
-    panels : sequence of Panel
-        The first is what the others are compared with.
-    """
+    """Draw decisions against the ratio as small multiples, the first panel faintly in all others."""
     with small_multiples(len(panels), 4, (7.2, 0.5, 1.75), RATIO, "runs (%)") as (drawn, grid):
         for ax, panel in zip(grid, panels, strict=True):
             if panel is not panels[0]:

@@ -43,16 +43,11 @@ def label_ends(
     """Write names to the right of the axes, each joined to the end of its line; name grey lines below.
 
     Call it after all else is drawn. Of lines that end in one place, that with the larger score is on top.
+    ``ends`` has the last point of each line, by name; those of grey lines aren't used. ``title`` is what the
+    names are values of.
 
-    Parameters
-    ----------
-    ends : mapping of str to pair of float
-        The last point of each line, by name; those of grey lines aren't used.
-    markers : bool
-        Whether the lines have markers. The names then have them, too; otherwise the lines reach the edge of
-        the axes, and a piece of the line leads from there to the name.
-    title : str
-        What the names are values of.
+    With ``markers``, the names have those of their lines. Otherwise the lines reach the edge of the axes, and
+    a piece of the line leads from there to the name.
     """
     figure: Any = ax.figure.figure  # the outermost one
     _name_others(figure, [name for name, look in looks.items() if look == PLAIN])

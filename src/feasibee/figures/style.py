@@ -102,19 +102,9 @@ def looks(
 ) -> dict[str, Look]:
     """Return the look of each line of a figure: as many as `PALETTE` has colours are highlighted.
 
-    Parameters
-    ----------
-    scores : mapping of str to float
-        What the figure shows of each line, as one number: the lines with the largest ones are highlighted.
-    keep : sequence of str, optional
-        Lines that are highlighted in any case; by default the first, to which others are compared.
-    before : mapping of str to Look, optional
-        Looks in another figure, which lines keep as far as their colours are free.
-
-    Returns
-    -------
-    dict of str to Look
-        In the order of ``scores``.
+    ``scores`` has what the figure shows of each line, as one number: the lines with the largest ones are
+    highlighted. So are those in ``keep``, by default the first, to which others are compared. Lines keep
+    their look in ``before``, another figure, as far as its colours are free.
     """
     kept = list(scores)[:1] if keep is None else [name for name in keep if name in scores]
     ranked = sorted(scores, key=lambda name: -scores[name])

@@ -24,8 +24,7 @@ from feasibee.figures.style import (
     over_time,
     text_colour,
 )
-from feasibee.theory.against import Agreement
-from feasibee.theory.predict import Prediction
+from feasibee.theory.predict import Agreement, Prediction
 
 ENGINE = {"fmt": "o", "markersize": 4, "elinewidth": 0.8, "markerfacecolor": "white", "zorder": 3}
 """How runs of the engine are drawn."""
@@ -36,12 +35,7 @@ LATE = 0.99
 def draw_prediction(prediction: Prediction, agreement: Agreement | None = None) -> Figure:
     """Draw decisions over time, the drift of opinions with its noise, and where the noise comes from.
 
-    Parameters
-    ----------
-    prediction : Prediction
-        What the theory says.
-    agreement : Agreement, optional
-        What the engine found: its shares are drawn as dots with 95 % intervals.
+    The shares that the engine found are dots with 95 % intervals.
     """
     with figure(8.2, 2.7, columns=3, gridspec_kw={"width_ratios": [1.3, 1.3, 0.7]}) as (drawn, axes):
         _draw_times(axes[0], prediction, agreement)
@@ -98,12 +92,7 @@ def _draw_noise(ax: Axes, prediction: Prediction) -> None:
 def draw_field(path: str, points: Sequence[tuple[Any, Prediction, Agreement | None]]) -> Figure:
     """Draw shares, the tipping point with both consensus states, and times against a field.
 
-    Parameters
-    ----------
-    path : str
-        Name of the field.
-    points : sequence of (value, Prediction, Agreement or None)
-        What the theory says, and what the engine found, if it was run.
+    ``points`` has each value of the field, what the theory says, and what the engine found, if it was run.
     """
     values = [value for value, _, _ in points]
     found = [prediction for _, prediction, _ in points]

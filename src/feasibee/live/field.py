@@ -10,8 +10,7 @@ from urllib.parse import parse_qsl
 from pydantic import BaseModel, ConfigDict, Field
 
 from feasibee.base.files import named
-from feasibee.field.columns import columns_of, state_of
-from feasibee.field.recording import Recording
+from feasibee.field.recording import Recording, columns_of, state_of
 from feasibee.live.page import page_with
 from feasibee.live.scene import scene_of, settings_of
 from feasibee.live.serve import Routes

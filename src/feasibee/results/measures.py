@@ -2,6 +2,9 @@
 
 A run is judged by the ground truth; in a world that changes, by that of the step in question. Commands,
 studies and figures derive from `MEASURES`, and sum up runs by `Measured`.
+
+All functions take ``results``: runs as Record, Dataset or DataFrame, with each outcome as an attribute. Their
+``scenario`` is what these runs were simulated from.
 """
 
 from __future__ import annotations
@@ -47,15 +50,7 @@ OF_RUNS: Final[Mapping[str, str]] = {
 
 
 def decided_right(results: Any, scenario: Scenario) -> NDArray[np.bool_]:
-    """Return whether the first collective decision of each run was the truth of its step: shape (runs,).
-
-    Parameters
-    ----------
-    results : Record, Dataset or DataFrame
-        Runs of the scenario, with each outcome as an attribute.
-    scenario : Scenario
-        What the runs were simulated from.
-    """
+    """Return whether the first collective decision of each run was the truth of its step: shape (runs,)."""
     there = truth_of_decisions(results) if scenario.dynamic else int(truth(scenario))
     right: NDArray[np.bool_] = column(results, "decision") == there
     return right
@@ -71,14 +66,7 @@ def truth_of_decisions(results: Any) -> NDArray[np.int8]:
 def ended_right(results: Any, scenario: Scenario, feasible: bool | None = None) -> NDArray[np.bool_]:
     """Return whether more than the threshold's share of each run's robots were right at the end.
 
-    Parameters
-    ----------
-    results : Record, Dataset or DataFrame
-        Runs of the scenario, with each outcome as an attribute.
-    scenario : Scenario
-        What the runs were simulated from.
-    feasible : bool, optional
-        The opinion that is right; by default the ground truth at the end of each run.
+    ``feasible`` is the opinion that is right; by default it is the ground truth at the end of each run.
     """
     if scenario.dynamic:
         there = np.asarray(results.truth)[:, -1] if feasible is None else int(feasible)
@@ -171,15 +159,7 @@ class Declarations(NamedTuple):
 
 
 def declarations(results: Any, scenario: Scenario) -> Declarations | None:
-    """Return the shares of runs that declared rightly and wrongly, and when; None without declarations.
-
-    Parameters
-    ----------
-    results : Record, Dataset or DataFrame
-        Runs of the scenario, with each outcome as an attribute.
-    scenario : Scenario
-        What the runs were simulated from.
-    """
+    """Return the shares of runs that declared rightly and wrongly, and when; None without declarations."""
     return measured(results, scenario).declared
 
 
@@ -253,14 +233,8 @@ class RunCounts(NamedTuple):
 def tracking(results: Any, scenario: Scenario, first_step: int = 1) -> Tracking | None:
     """Return how swarms tracked the truth; None in a world that doesn't change, or without steps.
 
-    Parameters
-    ----------
-    results : Record or Dataset
-        Runs of the scenario, with ``truth`` and ``held``.
-    scenario : Scenario
-        What the runs were simulated from.
-    first_step : int
-        Steps before it, and changes and alarms at them, aren't counted: a warm-up.
+    The results need ``truth`` and ``held``. Steps before ``first_step`` are a warm-up: changes and alarms at
+    them aren't counted.
 
     Notes
     -----
@@ -325,12 +299,8 @@ def measures_of_runs(results: Any) -> dict[str, NDArray[np.int64]]:
 def changes_of(truth: ArrayLike, held: ArrayLike, first_step: int = 1) -> Changes:
     """Return the changes of truth just before which a swarm was right, and when it followed them.
 
-    Parameters
-    ----------
-    truth, held : int8 array, shape (runs, steps + 1)
-        As in ``feasibee.base.record.Record``.
-    first_step : int
-        First step whose change counts.
+    ``truth`` and ``held`` are those of ``feasibee.base.record.Record``; ``first_step`` is the first whose
+    change counts.
     """
     truths, right = np.asarray(truth), _is_right(truth, held)
     length = truths.shape[1]
@@ -362,11 +332,6 @@ def _false_alarms(truth: NDArray[Any], held: NDArray[Any], first_step: int) -> N
 
 def truth_intervals(truth: ArrayLike) -> list[dict[str, Any]] | None:
     """Return the stretches of steps with one truth, if all runs share them; else None.
-
-    Parameters
-    ----------
-    truth : int8 array, shape (runs, steps + 1)
-        As in ``feasibee.base.record.Record``.
 
     Examples
     --------
@@ -601,14 +566,8 @@ class Measured(NamedTuple):
 def measured(results: Any, scenario: Scenario, sequential: bool = False) -> Measured:
     """Sum up the runs of a scenario.
 
-    Parameters
-    ----------
-    results : Record, Dataset or DataFrame
-        Runs of the scenario, with each outcome as an attribute.
-    scenario : Scenario
-        What the runs were simulated from.
-    sequential : bool
-        Whether a stopping rule chose the number of runs; shares then have confidence sequences.
+    If a stopping rule chose the number of runs, they are ``sequential``: shares then have confidence
+    sequences.
     """
     had = [each for each in _TABLE if each.needs is None or each.needs.is_met(scenario)]
     found = Measured(

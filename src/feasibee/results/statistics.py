@@ -1,6 +1,7 @@
 """Statistics: rates with confidence intervals, paired differences, and times.
 
-The unit is the run: steps of one run depend on each other, runs don't.
+The unit is the run: steps of one run depend on each other, runs don't. ``confidence`` is the level of an
+interval, between 0 and 1.
 """
 
 from __future__ import annotations
@@ -220,8 +221,6 @@ def accuracy(decision: ArrayLike, feasible: bool, confidence: float = CONFIDENCE
         1 feasible, 0 infeasible, -1 undecided, which is never right.
     feasible : bool
         Whether the tasks are feasible: the ground truth.
-    confidence : float
-        Confidence level, between 0 and 1.
     """
     return decision_rates(decision, confidence)[
         "feasible" if _is_true("feasible", feasible) else "infeasible"
@@ -239,18 +238,16 @@ def bits_per_robot_and_step(bits_sent: ArrayLike, robot_steps: ArrayLike) -> flo
     bits, lasted = _whole_numbers("bits_sent", bits_sent), _whole_numbers("robot_steps", robot_steps)
     if bits.size != lasted.size:
         raise ValueError(f"{bits.size} and {lasted.size} runs: both must have the same number")
-    return _sum(bits) / max(1, _sum(lasted))
+    return float(sum(bits.tolist()) / max(1, sum(lasted.tolist())))  # 64 bits may overflow
 
 
-def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) -> DeclareTimes:
+def declare_times(declare_step: NDArray[Any]) -> DeclareTimes:
     """Return the median and the 95 % quantile of a step of each run, with intervals by order statistics.
 
     Parameters
     ----------
     declare_step : array of int, shape (runs,)
         First step at which enough robots had declared, or acted; -1 counts as later than any step.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     References
     ----------
@@ -260,7 +257,7 @@ def declare_times(declare_step: NDArray[Any], confidence: float = CONFIDENCE) ->
     if not ordered.size:
         return DeclareTimes(None, None, (None, None), (None, None))
     median, p95 = (_at_rank(ordered, -(-percent * ordered.size // 100)) for percent in (50, 95))
-    ranks = (_ranks(ordered.size, share, (1 - confidence) / 2) for share in (0.5, 0.95))
+    ranks = (_ranks(ordered.size, share, (1 - CONFIDENCE) / 2) for share in (0.5, 0.95))
     around = ((_at_rank(ordered, low), _at_rank(ordered, high)) for low, high in ranks)
     return DeclareTimes(median, p95, *around)
 
@@ -287,8 +284,6 @@ def paired_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONF
     ----------
     one, other : array of bool, shape (runs,)
         Whether each holds, per run.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     Raises
     ------
@@ -330,14 +325,6 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
         if not best or gains[place] > gains[best[-1]]:
             best.append(place)
     return best
-
-
-def rank_correlation(one: NDArray[np.generic], other: NDArray[np.generic]) -> float:
-    """Return Spearman's rank correlation of two quantities; 0 if one is constant."""
-    from pandas import DataFrame
-
-    found = DataFrame({"one": one, "other": other}).corr(method="spearman").iloc[0, 1]
-    return 0.0 if np.isnan(found) else float(found)
 
 
 def confidence_sequence(successes: int, trials: int, confidence: float = CONFIDENCE) -> Interval:
@@ -416,8 +403,6 @@ def mean_share(shares: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     ----------
     shares : array of float, shape (runs,)
         A share of each run, 0 to 1, at least one.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     Raises
     ------
@@ -470,8 +455,6 @@ def event_rate(events: ArrayLike, exposure: ArrayLike, confidence: float = CONFI
         Number of events of each run.
     exposure : array of float, shape (runs,)
         For how long each run was watched, such as its steps; above 0 in total.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     Raises
     ------
@@ -557,8 +540,6 @@ def mean_difference(one: ArrayLike, other: ArrayLike, confidence: float = CONFID
     ----------
     one, other : array of float, shape (runs,)
         A share of each run, 0 to 1, at least one.
-    confidence : float
-        Confidence level, between 0 and 1.
 
     Examples
     --------
@@ -577,8 +558,6 @@ def mean_of(values: ArrayLike, confidence: float = CONFIDENCE) -> Interval:
     ----------
     values : array of float, shape (runs,)
         Numbers without bounds, such as delays.
-    confidence : float
-        Confidence level, between 0 and 1.
     """
     numbers = np.asarray(values, np.float64)
     if numbers.size < 2:
@@ -645,9 +624,3 @@ def _truths(name: str, values: ArrayLike) -> NDArray[np.bool_]:
     if ((whole != 0) & (whole != 1)).any():
         raise ValueError(f"{name}: must be True or False for each run")
     return whole.astype(np.bool_)
-
-
-def _sum(numbers: NDArray[np.signedinteger[Any]]) -> int:
-    """Return the exact sum of whole numbers; halves are summed apart, since 64 bits may overflow."""
-    values = numbers.astype(np.int64)
-    return (int((values >> 32).sum()) << 32) + int((values & 0xFFFFFFFF).sum())

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Final
 
-from feasibee.base.errors import ScenarioError
 from feasibee.results.statistics import Interval, in_percent, wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
@@ -16,14 +15,8 @@ from feasibee.scenario.sections import KINDS
 from feasibee.simulation.sequential import EARLY, FIRST, SequentialDesign, looks
 from feasibee.simulation.sweep import Enough, Execution, Rounds
 from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of
-from feasibee.studies.constraints import (
-    TOLERATES,
-    Constraints,
-    compare_under,
-    numbered,
-    opposite_of,
-)
-from feasibee.studies.needs import all_strategies, suitable
+from feasibee.studies.constraints import TOLERATES, Constraints, compare_under, numbered, opposite_of
+from feasibee.studies.needs import all_strategies, possible, suitable
 from feasibee.studies.report import READY, Assessment, Trial, is_none, level_of
 from feasibee.studies.size import Rule, Sizing, band_of, size
 
@@ -403,10 +396,4 @@ def faults_of(scenario: Scenario) -> dict[str, Scenario]:
 
 def _valid(scenario: Scenario, tried: Mapping[str, Mapping[str, Any]]) -> dict[str, Scenario]:
     """Return the scenario with each of the changes that it supports."""
-    changed = {}
-    for name, values in tried.items():
-        try:
-            changed[name] = scenario.replace(values)
-        except ScenarioError:  # such as a range that would reach round the torus
-            continue
-    return changed
+    return {name: each for name, values in tried.items() if (each := possible(scenario, values)) is not None}

@@ -1,25 +1,39 @@
-"""The benchmark: every contender in every world of a suite, and its card.
+"""The benchmark: frozen worlds, each contender in each of them, its card, and the board that ranks them.
 
-A card is a file with the texts of its strategies, its seed and what was counted, so that anyone can simulate
-it again and compare each number.
+A suite has worlds, each with a side whose tasks are feasible and one whose are not. A card is a file with the
+texts of its strategies, its seed and what was counted, so that anyone can simulate it again and compare each
+number.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import math
+import tomllib
+from collections.abc import Collection, Container, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 from importlib.metadata import version
+from importlib.resources import files
 from pathlib import Path
-from typing import Annotated, Final, Literal, NamedTuple, Self
+from typing import Annotated, Any, Final, Literal, NamedTuple, Self
 
+import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from feasibee.base.codes import MODEL_VERSION
 from feasibee.base.errors import FeasibeeError, ScenarioError, one_line
 from feasibee.base.files import read_text, write_text
 from feasibee.base.record import Record
-from feasibee.results.statistics import declare_times
+from feasibee.results.statistics import (
+    CONFIDENCE,
+    OF_THE_RUNS,
+    Interval,
+    declare_times,
+    in_percent,
+    normal_quantile,
+)
 from feasibee.robot.sizes import PROCESSORS, size_of
 from feasibee.scenario.plugins import manifest_of
 from feasibee.scenario.runs import Runs
@@ -28,9 +42,90 @@ from feasibee.simulation.plan import DesignPoint, Study
 from feasibee.simulation.schedule import run_work
 from feasibee.simulation.sweep import Execution, Rounds
 from feasibee.strategies import STRATEGIES
-from feasibee.studies.comparison import CONTENDER, check_distinct, looks_at, outcome_of, rounds_of
-from feasibee.studies.needs import Asked
-from feasibee.studies.suite import FOLDER, LATEST, SIDES, Side, Suite, World
+from feasibee.studies.comparison import CONTENDER, check_distinct, looks_at, outcome_of, percent, rounds_of
+from feasibee.studies.needs import IN_WORDS, NAMES, Asked
+
+LATEST: Final = "1"
+"""The version of the suite that is run."""
+SIDES: Final = ("feasible", "infeasible")
+Side = Literal["feasible", "infeasible"]
+
+
+class World(NamedTuple):
+    """A world of a suite."""
+
+    name: str
+    group: str
+    """What the world is hard by, such as ``"noise"``."""
+    about: str
+    sides: tuple[Mapping[str, Any], Mapping[str, Any]]
+    """Changes of the paper's swarm, as tables: with feasible tasks, and with infeasible ones."""
+    runs: float = 1.0
+    """Share of the runs that it takes: large swarms take fewer."""
+    known: float | None = None
+    """Share that an observer without names could put right who hears of all sightings, where it is known."""
+
+    def of(self, runs: int) -> int:
+        """Return its number of runs of a side, at least 1."""
+        return max(1, round(self.runs * runs))
+
+    def scenario(
+        self, side: str, strategy: str, source: str | None = None, *, trusted: bool = True
+    ) -> Scenario:
+        """Return a side with a strategy, whose robots know their number if it needs that.
+
+        ``source`` is the text to take for a strategy's file, by default that in it; ``trusted`` is whether it
+        may be run.
+
+        Raise a ScenarioError if the strategy can't take the world.
+        """
+        given = {"know_count": manifest_of(strategy, source).needs_count}
+        tables = merged(self.sides[SIDES.index(side)], {"robots": given, "decision": {"strategy": strategy}})
+        return Scenario.from_tables(tables, source=source, trusted=trusted)
+
+
+@dataclass(frozen=True)
+class Suite:
+    """A frozen list of worlds."""
+
+    version: str
+    text: str
+    """Its file."""
+
+    @classmethod
+    def read(cls, version: str = LATEST) -> Self:
+        """Read a suite of this package."""
+        return cls(version, (FOLDER / f"{version}.toml").read_text("utf-8"))
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of its file."""
+        return sha256(self.text.encode()).hexdigest()
+
+    @cached_property
+    def worlds(self) -> tuple[World, ...]:
+        """Its worlds, in their order."""
+        return tuple(_world(**each) for each in tomllib.loads(self.text)["world"])
+
+
+FOLDER: Final = files("feasibee.studies") / "suites"
+
+
+def _world(sides: list[Any], set: Mapping[str, Any] | None = None, **about: Any) -> World:  # noqa: A002
+    one, other = (merged(set or {}, each) for each in sides)
+    return World(**about, sides=(one, other))
+
+
+def merged(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the tables of a scenario with those of another laid over them."""
+    return {
+        **one,
+        **{
+            name: {**one.get(name, {}), **table} if isinstance(table, Mapping) else table
+            for name, table in other.items()
+        },
+    }
+
 
 PLAIN: Final = "near"
 """The world in which memory and size in C are measured."""
@@ -111,10 +206,7 @@ class Card(BaseModel):
     def read(cls, path: Path) -> Self:
         """Read a card; nothing of it is run.
 
-        Raises
-        ------
-        FeasibeeError
-            If it can't be read, or isn't a card.
+        Raise a FeasibeeError if it can't be read, or isn't a card.
         """
         try:
             return cls.model_validate_json(read_text(path, "a card of feasibee benchmark"))
@@ -161,21 +253,12 @@ def benchmark(
 ) -> Card:
     """Simulate strategies in all worlds of the suite that they can take.
 
-    Parameters
-    ----------
-    strategies : sequence of str
-        Names, or paths of files; by default all built-in ones.
-    runs : int
-        Number of runs of each side of a world; large swarms take a stated share of them.
-    seed : int
-        64 bits. If it is drawn anew, nobody can fit a strategy to it.
-    execution : Execution or Rounds, optional
-        Where to compute and keep the runs. If it ends the study early, there are fewer runs.
+    Strategies are names or paths of files, by default all built-in ones; large swarms take a stated share of
+    the ``runs``. If the seed is drawn anew, nobody can fit a strategy to it. If the execution ends the study
+    early, there are fewer runs.
 
-    Raises
-    ------
-    FeasibeeError
-        If a strategy is unknown, no strategy, or named twice, or can't take the plain world.
+    Raise a FeasibeeError if a strategy is unknown, no strategy, or named twice, or can't take the plain
+    world.
     """
     suite, sources = Suite.read(), _sources(strategies or tuple(STRATEGIES))
     contenders = {label: _contender(suite.worlds, label, source) for label, source in sources.items()}
@@ -250,16 +333,8 @@ def designs_of(
 ) -> Iterator[Design]:
     """Yield the sides that each contender can take, with the same numbers of runs for all.
 
-    Parameters
-    ----------
-    worlds : sequence of World
-        Those of a suite.
-    sources : mapping of str to str
-        Texts of strategies' files by contender, empty for built-in ones.
-    seed : int
-        64 bits.
-    trusted : bool
-        Whether the texts may be run.
+    ``sources`` has the texts of strategies' files by contender, empty for built-in ones, and ``trusted`` is
+    whether these may be run.
     """
     places = [(world, side) for world in worlds for side in SIDES]
     for name, source in sources.items():
@@ -308,19 +383,8 @@ def _row(point: DesignPoint, record: Record) -> Row:
 def again(card: Card, trust: bool, execution: Execution | None = None) -> list[str]:
     """Simulate a card again; return what differs, a line for each row and each fact on a contender.
 
-    Parameters
-    ----------
-    card : Card
-        Perhaps somebody else's.
-    trust : bool
-        Whether texts of strategies in it may be run.
-    execution : Execution, optional
-        Where to compute the runs.
-
-    Raises
-    ------
-    FeasibeeError
-        If a text may not be run, or the card's suite isn't in this version.
+    Raise a FeasibeeError if a text of a strategy may not be run, or the card's suite isn't in this version.
+    ``trust`` is whether texts may be run.
     """
     sources = {name: each.source for name, each in card.contenders.items()}
     found = [_contender(card.worlds, name, source, trusted=trust) for name, source in sources.items()]
@@ -345,3 +409,194 @@ def _change(old: Row | None, new: Row | None) -> str:
         return "isn't on the card" if old is None else "is nothing that the strategy can take"
     changed = ((name, was, now) for name, was, now in zip(Row._fields, old, new, strict=True) if was != now)
     return "; ".join(f"{name} was {was}, is {now}" for name, was, now in changed)
+
+
+COIN: Final = 0.5
+"""What counts as right in a world that a strategy can't take: that of a coin."""
+HEADS: Final = ("right", "interval", "word", "wrong", "half", "95 %", "bits", "Brier", "memory", "C")
+CAPTION: Final = (
+    "right: swarms that are right at the end (%), with the 95 % interval, over all worlds, each of which "
+    "counts alike; one that a strategy can't take counts as a coin. word: swarms that declared rightly "
+    "(%); wrong: those with a robot that did wrongly (%). half, 95 %: steps by which so many swarms "
+    "had decided, medians over the worlds. bits: per robot-step"
+)
+COSTS: Final = (
+    "memory: bits of a robot. C: bytes of its controller. could be known: swarms that an observer without "
+    "names could put right who hears of all sightings (%)"
+)
+IN_A_TERMINAL: Final = 7
+"""Number of columns that a terminal has room for."""
+
+
+class Standing(NamedTuple):
+    """How a contender did over all worlds; each world counts alike, and so does each side."""
+
+    contender: str
+    given: str
+    """What its robots are given, in words: the class in which it ranks."""
+    right: Interval
+    """Share of right runs; a world that it can't take counts as a coin."""
+    word: float | None
+    """Share of the runs in which robots declared rightly, of all worlds; None if they never declare."""
+    wrong: float | None
+    """Share of the runs in which a robot declared wrongly."""
+    median: int | None
+    p95: int | None
+    """Medians over the sides of the steps by which half and 95 % of the swarms had decided; None: never."""
+    bits: float
+    """Mean bits per robot-step, over the worlds that it takes."""
+    brier: float
+    """Mean Brier score, over those of them that don't change."""
+    memory: int
+    """Bits that a robot remembers."""
+    flash: int | None
+    """Bytes of its controller in C."""
+    worlds: Mapping[str, float | None]
+    """Share of right runs by world; None: it can't take the world."""
+
+    @property
+    def cells(self) -> list[str]:
+        """The cells of its row, under `HEADS`."""
+        words = ["" if share is None else f"{100 * share:.1f}" for share in (self.word, self.wrong)]
+        steps = ["never" if step is None else f"{step:,}" for step in (self.median, self.p95)]
+        flash = "" if self.flash is None else f"{self.flash:,}"
+        costs = [f"{self.bits:,.3g}", f"{self.brier:.3f}", f"{self.memory:,}", flash]
+        middle, low, high = (100 * each for each in self.right)
+        return [f"{middle:.1f}", f"{low:.1f} to {high:.1f}", *words, *steps, *costs]
+
+
+def standings(card: Card) -> dict[str, list[Standing]]:
+    """Return how all contenders did, by class; within it, and among classes, the best first."""
+    found = sorted((_standing(card, name) for name in card.contenders), key=lambda each: -each.right.estimate)
+    classes: dict[str, list[Standing]] = {}
+    for each in found:
+        classes.setdefault(each.given, []).append(each)
+    return classes
+
+
+def _standing(card: Card, name: str) -> Standing:
+    rows, about = [row for row in card.rows if row.contender == name], card.contenders[name]
+    sides = len(SIDES) * len(card.worlds)
+    word, wrong = (
+        _share_of_all([getattr(row, each) for row in rows], rows, sides) for each in ("ok", "wrong")
+    )
+    shares = {
+        world.name: [row.right / row.runs for row in rows if row.world == world.name] for world in card.worlds
+    }
+    return Standing(
+        contender=name,
+        given=" and ".join(IN_WORDS[each] for each in about.given) or "nothing",
+        right=_right(rows, sides),
+        word=word,
+        wrong=wrong,
+        median=_middle([row.median for row in rows]),
+        p95=_middle([row.p95 for row in rows]),
+        bits=float(np.mean([row.bits for row in rows])),
+        brier=float(np.mean([row.brier for row in rows if row.brier is not None])),
+        memory=about.memory,
+        flash=about.flash,
+        worlds={world: float(np.mean(found)) if found else None for world, found in shares.items()},
+    )
+
+
+def _share_of_all(counts: Sequence[int | None], rows: Sequence[Row], sides: int) -> float | None:
+    """Return the mean share over all sides, 0 in those without; None if no row has a count."""
+    found = [count / row.runs for count, row in zip(counts, rows, strict=True) if count is not None]
+    return sum(found) / sides if found else None
+
+
+def _middle(steps: Sequence[int | None]) -> int | None:
+    """Return the median of steps of which some are never."""
+    middle = float(np.median([math.inf if step is None else step for step in steps]))
+    return round(middle) if math.isfinite(middle) else None
+
+
+def _right(rows: Sequence[Row], sides: int) -> Interval:
+    """Return the mean share of right runs over all sides.
+
+    Its interval is at least as wide as it should be: a share of steps varies no more than a rate of its mean,
+    and one more run of either kind keeps rates from 0 and 1.
+    """
+    middle = (sum(row.right / row.runs for row in rows) + COIN * (sides - len(rows))) / sides
+    rates = [((row.right + 1) / (row.runs + 2), row.runs) for row in rows]
+    half = normal_quantile(CONFIDENCE) * math.sqrt(sum(p * (1 - p) / n for p, n in rates)) / sides
+    return Interval(middle, max(0.0, middle - half), min(1.0, middle + half))
+
+
+def gaps(group: Sequence[Standing], name: str) -> list[tuple[str, float, str, float]]:
+    """Return the worlds in which a contender of a class is behind the best one, the widest gap first.
+
+    Each has the contender's share of right runs, the best one, and that one's share.
+    """
+    own = next(each for each in group if each.contender == name)
+    found = []
+    for world, share in own.worlds.items():
+        best = max(group, key=lambda each: each.worlds[world] or 0.0)
+        theirs = best.worlds[world] or 0.0
+        if share is not None and theirs > share:
+            found.append((world, share, best.contender, theirs))
+    return sorted(found, key=lambda gap: gap[1] - gap[3])
+
+
+def in_words(classes: Mapping[str, Sequence[Standing]], names: Container[str]) -> Iterator[str]:
+    """Yield how some contenders rank; without any, how the best of each class do."""
+    for given, group in classes.items():
+        for place, each in enumerate(group, start=1):
+            if each.contender in names or (not names and place == 1):
+                taken = sum(share is not None for share in each.worlds.values())
+                rank = f"is number {place} of {len(group)} that are given {given}"
+                worlds = f"It takes {taken} of {len(each.worlds)} worlds."
+                yield f"{each.contender} {rank}: right in {in_percent(each.right, OF_THE_RUNS)}. {worlds}"
+
+
+def behind(classes: Mapping[str, Sequence[Standing]], names: Container[str]) -> Iterator[str]:
+    """Yield in which worlds some contenders are furthest behind."""
+    for group in classes.values():
+        for each in group:
+            if each.contender in names and (found := gaps(group, each.contender)[:3]):
+                worlds = [
+                    f"{world} ({100 * right:.0f} %, {best} {100 * theirs:.0f} %)"
+                    for world, right, best, theirs in found
+                ]
+                yield f"{each.contender} is furthest behind in {', '.join(worlds)}."
+
+
+def write_board(path: Path, card: Card, names: Collection[str], command: str) -> None:
+    """Write the board as one HTML file: by class a table, the Pareto front, and shares by world.
+
+    Contenders that are ``names`` come first, with their classes; the ``command`` stands in the footer.
+    """
+    from feasibee.studies.files import write_page  # loads matplotlib
+
+    classes = standings(card)
+    foremost = sorted(classes.values(), key=lambda group: not any(each.contender in names for each in group))
+    write_page(
+        path,
+        "board.html",
+        command,
+        card=card,
+        brief=[*in_words(classes, names), *behind(classes, names)],
+        classes={f"Given {group[0].given}": _class_of(card, group, names) for group in foremost},
+        caption=f"{CAPTION}. {COSTS}",
+        worlds=[f"{world.name} ({world.group}): {world.about}." for world in card.worlds],
+    )
+
+
+def _class_of(card: Card, group: Sequence[Standing], names: Container[str]) -> tuple[Any, ...]:
+    """Return a class as a table, the Pareto front if several are in it, and the shares by world."""
+    from feasibee.figures.comparison import draw_against_bits
+    from feasibee.studies.files import encoded
+
+    figure = None
+    if len(group) > 1:
+        totals = {each.contender: (each.bits, each.right) for each in group}
+        keep = [name for name in totals if name in names] or None
+        drawn = draw_against_bits(totals, "right at the end, over all worlds (%)", keep=keep)
+        best = f"Best: {group[0].contender}, {percent(group[0].right)}."
+        figure = f"Given {group[0].given}: right swarms against bits on the air", best, encoded(drawn)
+    columns = {each.contender: each.worlds for each in group}
+    if NAMES not in group[0].given:
+        columns = {"could be known": {world.name: world.known for world in card.worlds}, **columns}
+    shares = [[world.name, *(column[world.name] for column in columns.values())] for world in card.worlds]
+    ranks = [[each.contender, *each.cells] for each in group]
+    return [["", *HEADS], *ranks], figure, [["", *columns], *shares]

@@ -17,14 +17,7 @@ from numpy.typing import NDArray
 from feasibee.base.codes import DECISIONS, INFEASIBLE, MODEL_VERSION, exact
 from feasibee.base.errors import FeasibeeError
 from feasibee.base.record import Record
-from feasibee.results.calibration import (
-    OWN,
-    SHARES,
-    Calibration,
-    calibration,
-    held_feasible,
-    said_feasible,
-)
+from feasibee.results.calibration import OWN, SHARES, Calibration, calibration, held_feasible, said_feasible
 from feasibee.results.measures import (
     Declarations,
     Measured,
@@ -318,14 +311,7 @@ def looks_at(
 ) -> int:
     """Complete studies of so many runs, doubled at each look; return the number that time allowed.
 
-    Parameters
-    ----------
-    rounds : Rounds
-        What completes them, and may end them once there is an answer.
-    runs : int
-        Number of runs at the last look.
-    studies, answer : callable
-        Give the studies of a number of runs, and the answer from them in words.
+    ``studies`` and ``answer`` give the studies of a number of runs, and the answer from them in words.
     """
 
     def see(looked: Mapping[str, None], number: int) -> dict[str, int]:
@@ -517,6 +503,12 @@ def _last_from(outcome: Outcome, least: int) -> int | None:
     short = np.flatnonzero(outcome.right_at < least)
     step = int(short[-1]) + 1 if short.size else 0
     return step if step < outcome.right_at.size else None
+
+
+def latest(steps: Iterable[int | None]) -> int | None:
+    """Return the latest of some steps; None if one is never."""
+    late = max(math.inf if step is None else step for step in steps)
+    return int(late) if math.isfinite(late) else None
 
 
 def percent(share: Interval) -> str:

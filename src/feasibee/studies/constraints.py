@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -24,6 +23,7 @@ from feasibee.studies.comparison import (
     check_stays,
     contenders_of,
     design_points,
+    latest,
     origin,
     outcomes_of,
     percent,
@@ -31,7 +31,7 @@ from feasibee.studies.comparison import (
     wait_for,
 )
 from feasibee.studies.comparison import compare as compare_all
-from feasibee.studies.needs import COUNT, IDS, NAMES, Asked, all_strategies, strategy_change
+from feasibee.studies.needs import COUNT, IDS, NAMES, Asked, all_strategies, possible, strategy_change
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -118,8 +118,7 @@ class Candidate:
     @property
     def step(self) -> int | None:
         """First step from which enough swarms are right until the end, in all worlds; None without one."""
-        steps = [wait_for(each, self.right) for each in self.worlds]
-        return None if None in steps else max(step for step in steps if step is not None)
+        return latest(wait_for(each, self.right) for each in self.worlds)
 
     @property
     def needs(self) -> str:
@@ -517,10 +516,8 @@ def opposite_of(scenario: Scenario) -> Scenario | None:
     others = robots + 1 if tasks == robots else max(1, round(robots * robots / max(1, tasks)))
     if scenario.dynamic or scenario.robots.classes or scenario.tasks.classes or scenario.tasks.points:
         return None
-    with suppress(ScenarioError):  # such as more tasks than a census has room for
-        turned = scenario.replace({"tasks.count": others})
-        return turned if truth(turned) != truth(scenario) else None
-    return None
+    turned = possible(scenario, {"tasks.count": others})  # a census has room for so many tasks
+    return turned if turned is not None and truth(turned) != truth(scenario) else None
 
 
 def compare(

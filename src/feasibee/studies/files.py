@@ -24,8 +24,8 @@ from feasibee.figures.comparison import (
     draw_calibration,
     draw_delay_against_bits,
     draw_right_over_time,
+    draw_sizing,
 )
-from feasibee.figures.sizing import draw_sizing
 from feasibee.figures.style import figure, looks, save_both
 from feasibee.results.calibration import Bin, Calibration
 from feasibee.results.measures import columns

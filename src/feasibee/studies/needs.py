@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Final
@@ -42,6 +44,13 @@ def suitable(scenario: Scenario) -> tuple[dict[str, Scenario], dict[str, Scenari
         except ScenarioError as error:
             problems[name] = error
     return scenarios, problems
+
+
+def possible(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario | None:
+    """Return the scenario with some changes; None if it doesn't support them."""
+    with suppress(ScenarioError):  # such as a range that would reach round the torus
+        return scenario.replace(changes)
+    return None
 
 
 def strategy_change(scenario: Scenario, name: str) -> dict[str, Any]:

@@ -34,7 +34,6 @@ from feasibee.results.statistics import (
     decision_times,
     normal_quantile,
     opinion_quartiles,
-    rank_correlation,
     wilson,
 )
 from feasibee.scenario.feasibility import truth
@@ -113,12 +112,8 @@ class Claim:
 def check_claims(points: Sequence[RatioSummary], seed: int) -> list[Claim]:
     """Check every claim of the paper's results.
 
-    Parameters
-    ----------
-    points : sequence of RatioSummary
-        Ratios symmetrical on a log scale, 1, 2 and 10 among them; the last two with curves.
-    seed : int
-        Seed of the bootstrap.
+    The ratios of the points are symmetrical on a log scale, with 1, 2 and 10 among them; the last two have
+    curves. The seed is that of the bootstrap.
     """
     ordered = sorted(points, key=lambda point: point.ratio)
     return [
@@ -178,13 +173,16 @@ def _diverging(point: RatioSummary) -> Claim:
 
 def _earlier(points: Sequence[RatioSummary]) -> Claim:
     """Correlate, over runs, the ratio with the decision step; undecided runs come last."""
+    from pandas import DataFrame
+
     ratio = np.concatenate([np.full(point.runs, point.ratio) for point in points])
     step = np.concatenate([point.decision_step for point in points])
     step = np.where(step < 0, np.iinfo(np.int32).max, step)
     if np.ptp(step) == 0:
         r, half = 0.0, math.inf  # all runs decided at one step, or none did
     else:
-        r = float(np.clip(rank_correlation(ratio, step), -1 + 1e-12, 1 - 1e-12))
+        ranked = DataFrame([ratio, step]).T.corr(method="spearman").fillna(0.0)
+        r = float(np.clip(ranked.iloc[0, 1], -1 + 1e-12, 1 - 1e-12))
         # Fisher's transformation with Bonett and Wright's variance for ranks (Psychometrika, 2000).
         half = normal_quantile(CONFIDENCE) * math.sqrt((1 + r * r / 2) / (ratio.size - 3))
     interval = Interval(r, math.tanh(math.atanh(r) - half), math.tanh(math.atanh(r) + half))
@@ -249,12 +247,8 @@ def run_study(runs: int, seed: int, execution: Execution | None = None) -> list[
     with Rounds(execution, len(TASKS) * runs) as rounds:
         found: dict[int, RatioSummary] = {}
         for tasks, curves in ((sorted(drawn), True), (sorted({*TASKS} - drawn), False)):
-            designs = [
-                DesignPoint(
-                    {"tasks.count": m}, Scenario(tasks={"count": m}), Runs.of_point(m, runs, seed).first
-                )
-                for m in tasks
-            ]
+            points = ((m, Scenario(tasks={"count": m}), Runs.of_point(m, runs, seed)) for m in tasks)
+            designs = [DesignPoint({"tasks.count": m}, swarm, which.first) for m, swarm, which in points]
             found |= {each.tasks: each for each in _simulated(rounds, Study(designs, runs, seed, curves))}
     return [found[tasks] for tasks in TASKS]
 
@@ -295,14 +289,9 @@ def write_study(folder: Path, points: Sequence[RatioSummary], seed: int) -> list
         plot_decisions([point.ratio for point in points], _by_decision(points), ax)
     save_both(drawn, folder / "fig3_decisions")
     write_table(folder / "fig3_decisions.csv", [_row(point, beyond=False) for point in points])
-    about = {
-        "runs_per_ratio": points[0].runs,
-        "seed": seed,
-        "model_version": MODEL_VERSION,
-        "robots": swarm.scenario.robots.count,
-    }
-    listed = {**about, "claims": [asdict(claim) for claim in claims]}
-    write_text(folder / "claims.json", json.dumps(listed, indent=2) + "\n")
+    about: dict[str, Any] = {"runs_per_ratio": points[0].runs, "seed": seed, "model_version": MODEL_VERSION}
+    about |= {"robots": swarm.scenario.robots.count, "claims": [asdict(claim) for claim in claims]}
+    write_text(folder / "claims.json", json.dumps(about, indent=2) + "\n")
     return claims
 
 
@@ -356,14 +345,11 @@ WORLDS: Mapping[str, Mapping[str, Mapping[str, Any]]] = {
 
 def simulate_panels(runs: int, seed: int, execution: Execution | None = None) -> list[RatioSummary]:
     """Simulate so many runs at each ratio; return panel by panel, from the fewest places to the most."""
+    firsts = {places: Runs.of_point(places, runs, seed).first for places in PLACES}
     designs = [
-        DesignPoint(
-            {"panel": panel, "places": places},
-            world(panel, places),
-            Runs.of_point(places, runs, seed).first,
-        )
+        DesignPoint({"panel": panel, "places": places}, world(panel, places), first)
         for panel in WORLDS
-        for places in PLACES
+        for places, first in firsts.items()
     ]
     with Rounds(execution) as rounds:
         return _simulated(rounds, Study(designs, runs, seed))
@@ -371,10 +357,8 @@ def simulate_panels(runs: int, seed: int, execution: Execution | None = None) ->
 
 def write_panels(folder: Path, points: Sequence[RatioSummary]) -> None:
     """Write the figure as PNG and PDF, and its data as CSV."""
-    drawn = draw_panels(
-        [_panel(panel, [point for point in points if point.panel == panel]) for panel in WORLDS]
-    )
-    save_both(drawn, folder / "beyond")
+    panels = [_panel(panel, [point for point in points if point.panel == panel]) for panel in WORLDS]
+    save_both(draw_panels(panels), folder / "beyond")
     write_table(folder / "beyond.csv", [_row(point, beyond=True) for point in points])
 
 

@@ -18,7 +18,7 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.shown import render
 from feasibee.scenario.units import step_in_words, steps_in_words, when_in_words
 from feasibee.simulation.flooding import flooding_in_words
-from feasibee.studies.comparison import Outcome, calibration_of, origin, wait_for, wait_interval
+from feasibee.studies.comparison import Outcome, calibration_of, latest, origin, wait_for, wait_interval
 from feasibee.studies.constraints import Candidate, Constrained, ranked
 from feasibee.studies.needs import Asked, noisy_names_in_words, untested_in_words
 from feasibee.studies.size import Band, Sizing, band_sentence, sentences
@@ -84,7 +84,7 @@ class Trial:
 
     def wait(self, target: float) -> int | None:
         """Return the first step from which enough runs are right until the end, in all its worlds."""
-        return _latest([wait_for(outcome, target) for outcome in self.worlds])
+        return latest(wait_for(outcome, target) for outcome in self.worlds)
 
     def to_dict(self, target: float) -> dict[str, Any]:
         """Return the trial as plain tables, for programs."""
@@ -256,12 +256,6 @@ def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
     return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}
 
 
-def _latest(steps: Sequence[int | None]) -> int | None:
-    """Return the latest of some steps; None if one is never."""
-    known = [step for step in steps if step is not None]
-    return max(known) if len(known) == len(steps) else None
-
-
 def is_none(shown: Interval) -> bool:
     """Whether a difference is shown to be small enough to be called none."""
     return shown.low >= -MARGIN and shown.high <= MARGIN
@@ -309,7 +303,7 @@ def _changes(a: Assessment) -> Iterator[tuple[int, str, Trial | None]]:
         more = f"{least - robots:g} more. That was tested with {tasks} tasks."
         yield price, f"Use {least:g} robots, {more}", None
     for trial in (each for each in a.limits if each.helps(a.target)):
-        last = _latest([wait_interval(outcome, a.target)[1] for outcome in trial.worlds])
+        last = latest(wait_interval(outcome, a.target)[1] for outcome in trial.worlds)
         what = f"Change this: {trial.name}"
         if trial.scenario.run.steps > steps and last is not None and last > steps:
             longer = steps_in_words(a.scenario, last - steps)

@@ -15,6 +15,7 @@ import xarray as xr
 from feasibee.base.codes import MODEL_VERSION
 from feasibee.base.errors import FeasibeeError
 from feasibee.base.files import FIGURES
+from feasibee.figures.sweep import Shown, view_in
 from feasibee.results.dataset import open_results, recipe_of, scenario_of, to_dataset
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -23,10 +24,13 @@ from feasibee.simulation.store import Store, differences
 from feasibee.simulation.sweep import Execution
 from feasibee.simulation.table import Summary, summaries, varied
 from feasibee.studies.benchmark import Card, again
-from feasibee.studies.sweep_figure import View, view_in
 
 NAMED = 10
 """Largest number of runs that a line names."""
+
+
+NOW = {"version": version("feasibee"), "model_version": MODEL_VERSION}
+"""Versions that simulate results again."""
 
 
 class Reproduction(NamedTuple):
@@ -115,9 +119,8 @@ def reproduce_card(
     card = Card.read(path)
     execution = Execution(pool=threads(workers), progress=lambda each: progress(each.work_done / each.most))
     differences = again(card, trust, execution)
-    saved = {"version": card.version, "model_version": card.model_version}
-    now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
-    return Reproduction(sum(row.runs for row in card.rows), _versions(saved, now), differences, {})
+    versions = _versions({"version": card.version, "model_version": card.model_version}, NOW)
+    return Reproduction(sum(row.runs for row in card.rows), versions, differences, {})
 
 
 def reproduce_folder(
@@ -138,13 +141,11 @@ def reproduce_folder(
         done += store.count(point.key)
         progress(number / len(points))
     store.check()
-    saved_by = {"version": store.version, "model_version": MODEL_VERSION}
-    now = {"version": version("feasibee"), "model_version": MODEL_VERSION}
     alike = _redrawn_alike(summaries(store), folder, views) if views else {}
-    return Reproduction(done, _versions(saved_by, now), differ, alike)
+    return Reproduction(done, _versions({**NOW, "version": store.version}, NOW), differ, alike)
 
 
-def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, View]:
+def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, Shown]:
     """Return what the figures show, or those in the folder; a given one that isn't a sweep's is an error."""
     there = sorted(each for each in folder.iterdir() if each.suffix.lower() in FIGURES)
     views = {each: view_in(each) for each in figures or there}
@@ -155,7 +156,7 @@ def _views_in(folder: Path, figures: Sequence[Path]) -> dict[Path, View]:
     return {path: view for path, view in views.items() if view is not None}
 
 
-def _redrawn_alike(found: Sequence[Summary], folder: Path, views: Mapping[Path, View]) -> dict[str, bool]:
+def _redrawn_alike(found: Sequence[Summary], folder: Path, views: Mapping[Path, Shown]) -> dict[str, bool]:
     """Return whether each figure of a sweep has the bytes of its file, which says what it shows."""
     alike, varying = {}, varied([each.row for each in found])
     for path, view in views.items():

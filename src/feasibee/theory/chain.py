@@ -63,15 +63,9 @@ class Chain:
 def chain_of(swarm: Swarm, needed: tuple[int, int], along: Manifold | None = None) -> tuple[Chain, Manifold]:
     """Return the effective chain of a swarm, and the states that it was made of.
 
-    Parameters
-    ----------
-    swarm : Swarm
-        The numbers of a robot.
-    needed : tuple of int
-        Least number of robots that change their opinion, for feasible and for infeasible, that is a decision.
-        With more than there are, there is no such decision.
-    along : Manifold, optional
-        These states, if they are known.
+    ``needed`` is the least number of robots that change their opinion, for feasible and for infeasible, that
+    is a decision. With more than there are, there is no such decision. ``along`` has these states, if they
+    are known.
     """
     along = along or manifold(swarm, SHARES)
     places, held = along.places, along.holders

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from feasibee.theory.classes import EXPLORING, SENDING, Array
+
 PAIRS = 8_000
 """Number of pairs sampled per geometry."""
 UNLIKELY = 1e-3
@@ -47,10 +49,8 @@ class Space(NamedTuple):
 def ending(mean: float) -> float:
     """Return the probability per step that a duration ends (model.md 3.4): ⌈x⌉ is geometric.
 
-    Parameters
-    ----------
-    mean : float
-        Mean of the exponential duration, in steps, before it is rounded up; 0 gives durations of one step.
+    ``mean`` is that of the exponential duration, in steps, before it is rounded up; 0 gives durations of one
+    step.
     """
     return 1.0 if mean <= 0 else -math.expm1(-1 / mean)
 
@@ -64,21 +64,9 @@ def sightings(
     A pair that is in range at a random step is walked both ways. Its weight is 1 over the number of steps in
     range, so that the mean number of steps is exact.
 
-    Parameters
-    ----------
-    space : Space
-        The arena and the walk.
-    reach : float
-        Range of sight, in units.
-    walkers : {1, 2}
-        1 for a task, which stands still; 2 for a robot.
-    lengths : tuple of int
-        Lengths of the exploration, in steps, in increasing order.
-
-    Returns
-    -------
-    tuple of float64 array, shape (length + 1,)
-        Probability of each number of steps, 0 to ``length``.
+    ``reach`` is the range of sight, in units. ``walkers`` is 1 for a task, which stands still, and 2 for a
+    robot. ``lengths`` of the exploration, in steps, ascend. Each law has the probability of 0 to ``length``
+    steps.
     """
     random = np.random.default_rng(SEED)
     radius, angle = reach * np.sqrt(random.random(PAIRS)), 2 * np.pi * random.random(PAIRS)
@@ -124,3 +112,58 @@ def _times_in_range(
         place -= sides * np.round(place / sides)
         times[step] = times[step - 1] + ((place**2).sum(0) <= reach**2)
     return times
+
+
+def audible(
+    space: Space,
+    reach: float,
+    delivered: float,
+    explored: float,
+    ends: Array,
+    weights: Array,
+    explorers_hear: bool,
+) -> Array:
+    """Return the probability per step that a sender is heard, for the last time before the hearer decides.
+
+    ``reach`` is the range of the radio, in units; ``delivered`` is the probability that a message arrives,
+    and ``explored`` that an exploration ends in a step. Each duration of dissemination has its probability
+    per step to end in ``ends``, and its own in ``weights``: shape (opinions, durations).
+
+    The shape is (opinions, 1 + durations, 2): by opinion and phase of the hearer, and by opinion of the
+    sender, given that the sender broadcasts.
+    """
+    opinions, durations = ends.shape
+    found = np.zeros((opinions, SENDING + durations, 2))
+    for sender in (0, 1):
+        moves = _moves(space, reach, explored, ends[sender], weights[sender])
+        states = len(moves)
+        heard = np.arange(states) > states // 2  # in range and broadcasting
+        unheard = moves * np.where(heard, 1 - delivered, 1.0)
+        sending = weights[sender] / ends[sender]
+        share = delivered * space.in_range(reach) * sending / sending.sum()
+        for hearer in range(opinions):
+            last = _last(unheard, explored, ends[hearer], weights[hearer])
+            found[hearer, :, sender] = last[:, heard] @ share
+    if not explorers_hear:
+        found[:, EXPLORING] = 0
+    return found
+
+
+def _last(unheard: Array, explored: float, ends: Array, weights: Array) -> Array:
+    """Return the chance that nothing more is heard, by the hearer's phase and the sender's state."""
+    states = len(unheard)
+    last = np.zeros((SENDING + len(ends), states))
+    for k, end in enumerate(ends, SENDING):
+        last[k] = np.linalg.solve(np.eye(states) - (1 - end) * unheard, np.full(states, end))
+    then = explored * unheard @ (weights @ last[SENDING:])
+    last[EXPLORING] = np.linalg.solve(np.eye(states) - (1 - explored) * unheard, then)
+    return last
+
+
+def _moves(space: Space, reach: float, explored: float, ends: Array, weights: Array) -> Array:
+    """Return the chances of a sender to move: out of range and in range, each by phase."""
+    inside, coming = space.in_range(reach), space.coming(reach)
+    enter, leave = coming / (1 - inside), coming / inside
+    phases = np.diag(1 - np.concatenate([[explored], ends]))
+    phases[0, 1:], phases[1:, 0] = explored * weights, ends
+    return np.kron(np.array([[1 - enter, enter], [leave, 1 - leave]]), phases)

@@ -119,12 +119,8 @@ def durations(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return ends per step of `DURATIONS` geometric durations, and their probabilities: Gauss's quadrature.
 
-    Parameters
-    ----------
-    chances : float64 array, shape (GRID + 1,)
-        Probability of each quality.
-    steps : float64 array, shape (GRID + 1,)
-        Mean number of steps, rounded up, of a dissemination of each quality.
+    ``chances`` has the probability of each quality, and ``steps`` the mean number of steps, rounded up, of a
+    dissemination of each: shape (GRID + 1,).
     """
     points, diagonal, beside = np.zeros(GRID + 1), [], [0.0]
     now = np.sqrt(chances)  # Lanczos: the Jacobi matrix of the orthogonal polynomials
@@ -153,14 +149,8 @@ def company(
 ) -> NDArray[np.float64]:
     """Return how often robots of each duration met another one before, relative to the mean: (durations,).
 
-    Parameters
-    ----------
-    rated : float64 array, shape (2, GRID + 1)
-        Probability of each quality: the rows of `qualities`.
-    steps : float64 array, shape (GRID + 1,)
-        Mean number of steps of a dissemination of each quality.
-    ends, weights : float64 array, shape (durations,)
-        The geometric durations that stand for ``steps``; means of quadratic functions of them are kept.
+    ``rated`` has the rows of `qualities`, and ``steps`` the mean steps of a dissemination of each quality.
+    Means of quadratic functions of the geometric durations ``ends`` and ``weights`` are kept.
     """
     found = np.ones(len(ends))
     used = np.flatnonzero(weights)

@@ -69,26 +69,19 @@ def check_fields(scenario: Scenario) -> None:
 
 def _wrong_fields(scenario: Scenario) -> Iterator[Problem]:
     """Yield a problem for each supported field whose value is beyond reach."""
-    decision = scenario.decision
+    decision, (_, lying, stubborn) = scenario.decision, scenario.faulty
     if decision.strategy not in ERRORS:
-        yield Problem(
-            "decision.strategy", decision.strategy, RULE, f"use one of {', '.join(ERRORS)}{OTHERWISE}"
-        )
+        yield _wrong(scenario, "decision.strategy", RULE, f"use one of {', '.join(ERRORS)}")
     if decision.inbox != "latest-per-robot":
-        yield Problem("decision.inbox", decision.inbox, RULE, f'use "latest-per-robot"{OTHERWISE}')
+        yield _wrong(scenario, "decision.inbox", RULE, 'use "latest-per-robot"')
     if decision.listen not in ("always", "dissemination"):
-        yield Problem("decision.listen", decision.listen, RULE, f'use "always" or "dissemination"{OTHERWISE}')
-    _, lying, stubborn = scenario.faulty
+        yield _wrong(scenario, "decision.listen", RULE, 'use "always" or "dissemination"')
     if lying and scenario.faults.byzantine_says not in SAYS:
         says = ", ".join(f'"{each}"' for each in SAYS)
-        yield Problem(
-            "faults.byzantine_says", scenario.faults.byzantine_says, RULE, f"use one of {says}{OTHERWISE}"
-        )
+        yield _wrong(scenario, "faults.byzantine_says", RULE, f"use one of {says}")
     if lying + stubborn and decision.strategy not in WITH_FAULTS:
-        remedy = f"use one of {', '.join(WITH_FAULTS)} with faulty robots{OTHERWISE}"
-        yield Problem(
-            "decision.strategy", decision.strategy, "with faulty robots its error is larger", remedy
-        )
+        remedy = f"use one of {', '.join(WITH_FAULTS)} with faulty robots"
+        yield _wrong(scenario, "decision.strategy", "with faulty robots its error is larger", remedy)
     if lying + stubborn > (most := int(FAULTY * scenario.robots.count)):
         path = "faults.byzantine" if lying else "faults.stubborn"
         rule = f"the theory was tested with up to {FAULTY:.0%} of faulty robots"
@@ -98,24 +91,27 @@ def _wrong_fields(scenario: Scenario) -> Iterator[Problem]:
         ("decision.exploration", 6.0, "the theory needs new neighbours in each round"),
         ("robots.speed", 0.2 * scenario.radio.range, "the theory needs new neighbours in each round"),
     ):
-        if (value := scenario.get(path)) < least:
-            yield Problem(path, value, rule, f"use {least:g} or more{OTHERWISE}")
+        if scenario.get(path) < least:
+            yield _wrong(scenario, path, rule, f"use {least:g} or more")
     yield from _wrong_walks(scenario)
+
+
+def _wrong(scenario: Scenario, path: str, rule: str, remedy: str) -> Problem:
+    """Return the problem of a field, with its value."""
+    return Problem(path, scenario.get(path), rule, f"{remedy}{OTHERWISE}")
 
 
 def _wrong_walks(scenario: Scenario) -> Iterator[Problem]:
     """Yield a problem if robots leave their neighbours more slowly than in the test."""
-    (low, high), run = sorted(scenario.arena.size), scenario.walk.mean_run
+    low, high = sorted(scenario.arena.size)
     if high > NARROW * low:
         rule = f"the theory was tested with sides of up to {NARROW:g} to 1"
         remedy = f"use a square of {math.sqrt(low * high):.3g}{OTHERWISE}"
         yield Problem("arena.side", list(scenario.arena.size), rule, remedy)
-    if scenario.robots.speed * run < scenario.radio.range:
+    if scenario.robots.speed * scenario.walk.mean_run < scenario.radio.range:
         rule = "the theory needs runs as long as the range of the radio"
-        remedy = (
-            f"use {math.ceil(100 * scenario.radio.range / scenario.robots.speed) / 100:g} or more{OTHERWISE}"
-        )
-        yield Problem("walk.mean_run", run, rule, remedy)
+        least = math.ceil(100 * scenario.radio.range / scenario.robots.speed) / 100
+        yield _wrong(scenario, "walk.mean_run", rule, f"use {least:g} or more")
 
 
 def check_swarm(scenario: Scenario, swarm: Swarm) -> None:
@@ -124,18 +120,15 @@ def check_swarm(scenario: Scenario, swarm: Swarm) -> None:
     problems = []
     if sending < SENDING:
         rule = f"{sending:.2g} robots broadcast at a time, and the theory needs {SENDING:g}"
-        problems.append(
-            Problem("decision.gain", scenario.decision.gain, rule, f"use a larger gain{OTHERWISE}")
-        )
+        problems.append(_wrong(scenario, "decision.gain", rule, "use a larger gain"))
     if not HEARD[0] <= heard <= HEARD[1]:
         rule = (
             f"a robot hears {heard:.2g} others per round, and the theory needs {HEARD[0]:g} to {HEARD[1]:g}"
         )
         factor = (HEARD[heard > HEARD[1]] / heard) ** 0.5  # between those of short and of long contacts
-        remedy = f"try {scenario.radio.range * factor:.2g}{OTHERWISE}"
-        problems.append(Problem("radio.range", scenario.radio.range, rule, remedy))
+        problems.append(_wrong(scenario, "radio.range", rule, f"try {scenario.radio.range * factor:.2g}"))
     if scenario.decision.start != "coin" and (why := _beyond_first_sight(swarm)):
-        problems.append(Problem("decision.start", scenario.decision.start, why, f'use "coin"{OTHERWISE}'))
+        problems.append(_wrong(scenario, "decision.start", why, 'use "coin"'))
     if problems:
         raise ScenarioError(problems)
 

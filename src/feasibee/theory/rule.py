@@ -15,8 +15,7 @@ from feasibee.scenario.fields import Decision
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Inbox, Mind, Strategy
 from feasibee.theory.classes import Array, Swarm
-from feasibee.theory.geometry import Space, ending
-from feasibee.theory.hearing import audible
+from feasibee.theory.geometry import Space, audible, ending
 from feasibee.theory.quality import GRID, Sight, company, durations, qualities
 from feasibee.theory.saddle import changing
 

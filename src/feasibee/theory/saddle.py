@@ -145,9 +145,9 @@ class Tipping:
         """Share of the variance that is in the swarm from the start."""
         return self.coins / (self.coins + self.later)
 
-    def share(self, robots: int, begins: float = 0.5) -> float:
+    def share(self, robots: int) -> float:
         """Return the share of swarms that decide feasible: the formula, without a chain."""
-        deviation = robots * (begins - self.point) / math.sqrt(self.coins + self.later)
+        deviation = robots * (0.5 - self.point) / math.sqrt(self.coins + self.later)
         return 0.5 * (1 + math.erf(deviation / math.sqrt(2)))
 
 
