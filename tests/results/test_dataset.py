@@ -177,7 +177,7 @@ def test_curves_are_packed(tmp_path):
 @pytest.mark.skipif(os.name == "nt", reason="no limits of the size of files")
 @pytest.mark.parametrize("name", ["a.nc", "a.csv"])
 def test_a_full_disk_is_an_error_and_leaves_nothing(tmp_path, name, capfd, monkeypatch):
-    """No file may grow beyond some kilobytes here: nor may a compiled module, which Python would keep cut off."""
+    """No file may grow beyond some kilobytes: nor may a compiled module, which Python would keep cut off."""
     import resource
 
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
