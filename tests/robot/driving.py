@@ -29,7 +29,7 @@ STRICT = [
     *("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion"),
     *("-Wshadow", "-Wcast-qual", "-Wundef", "-Werror"),
 ]
-SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITIZED = ["-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 INBOX = 64
 SENDERS = 40
 STATE = struct.Struct("<BBBHId")
