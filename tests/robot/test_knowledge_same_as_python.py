@@ -65,11 +65,11 @@ def in_webassembly(tmp_path_factory):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_swarms_in_webassembly_do_what_they_do_in_python(name, in_webassembly):
-    assert_same(in_node(in_webassembly), name, 3_000)
+    assert_same(in_node(in_webassembly), name, 1_500)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
 def test_clocks_that_pass_a_power_of_two_in_whole_numbers(name, in_whole_numbers):
     fixed = {"first_steps": FIRST_STEPS}
-    assert_same([in_whole_numbers], name, 3_000, whole_numbers=True, fixed=fixed)
+    assert_same([in_whole_numbers], name, 2_000, whole_numbers=True, fixed=fixed)
