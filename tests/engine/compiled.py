@@ -151,10 +151,6 @@ class Draws:
         if rule == "dissemination":
             return self.share(), gain
         mind = self.mind(memory, parameters)
-        others = {
-            "decide": (self.inbox(),),
-            "lasting": (gain,),
-            "probability": ((), setting),
-        }
+        others = {"decide": (self.inbox(),), "lasting": (gain,), "probability": ((), setting)}
         assert rule in RULES
         return (mind, *others.get(rule, ()))

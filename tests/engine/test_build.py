@@ -51,9 +51,7 @@ def machine(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))  # for `python -m ziglang`
     monkeypatch.setattr(
-        compilers,
-        "find_spec",
-        lambda name: importlib.machinery.PathFinder.find_spec(name, [str(tmp_path)]),
+        compilers, "find_spec", lambda name: importlib.machinery.PathFinder.find_spec(name, [str(tmp_path)])
     )
     return install
 

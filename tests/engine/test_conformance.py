@@ -81,10 +81,10 @@ def check(kind: str, number: int, record: Record) -> None:
 
 
 MADE = {
-    "portable": (("cc",), "x86-64-v2", "-O1", "-DPORTABLE", "-DENOUGH=200u"),
+    "portable": (("cc",), "x86-64-v2", "-O0", "-DPORTABLE", "-DENOUGH=200u"),
     "gcc": (("gcc",), "x86-64-v3"),
     "clang": (("clang",), "x86-64-v3"),
-    "undefined": (("gcc",), "x86-64-v3", "-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all"),
+    "undefined": (("gcc",), "x86-64-v3", "-O0", "-fsanitize=undefined", "-fno-sanitize-recover=all"),
 }
 """Libraries that are compiled for these tests: compiler, level, and more options.
 

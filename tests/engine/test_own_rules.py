@@ -27,13 +27,7 @@ from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import ARGUMENTS, Manifest, Mind
 from feasibee.strategies.overflow import NAMES, checked
-from tests.engine.compiled import (
-    SANITIZED,
-    Draws,
-    Rules,
-    bits,
-    library,
-)
+from tests.engine.compiled import SANITIZED, Draws, Rules, bits, library
 from tests.engine.odd import EXPRESSIONS, text_of
 
 OPINIONS = [name for name, each in STRATEGIES.items() if not each.knowledge]

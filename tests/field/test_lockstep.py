@@ -150,7 +150,7 @@ WORLDS = {
         "events": [{"step": 5, "radio": {"loss": 0.7}}, {"step": 10, "sensing": {"miss": 0.7}}],
     },
     "robots that join and leave": {
-        "events": [{"step": 0, "robots": 1}, {"step": 10, "robots": -3}, {"step": 20, "robots": 4}],
+        "events": [{"step": 0, "robots": 1}, {"step": 10, "robots": -3}, {"step": 20, "robots": 4}]
     },
     "robots and tasks that come and go": STREAMS,
     "liars by name in a world that changes": {

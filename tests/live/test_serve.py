@@ -256,8 +256,7 @@ def test_a_port_that_is_taken(port):
 
 
 @pytest.mark.parametrize(
-    "host",
-    ["", " ", "a b", "256.0.0.1", "[::1]", "127.0.0.1:80", "x@localhost", "\x00", "\ud800", "é" * 300],
+    "host", ["", " ", "a b", "256.0.0.1", "[::1]", "127.0.0.1:80", "x@localhost", "\x00", "\ud800", "é" * 300]
 )
 def test_a_host_that_is_neither_address_nor_name_is_refused_in_a_line(host):
     with pytest.raises(FeasibeeError) as told:

@@ -237,17 +237,7 @@ def test_what_isnt_a_dataset_is_told(tmp_path, wrong):
 
 @pytest.mark.parametrize(
     "recipe",
-    [
-        None,
-        "pancakes",
-        "{}",
-        "[" * 100_000,
-        '{"scenario": ' * 50_000,
-        "[]",
-        '{"scenario": 5}',
-        5,
-        [1.0, 2.0],
-    ],
+    [None, "pancakes", "{}", "[" * 100_000, '{"scenario": ' * 50_000, "[]", '{"scenario": 5}', 5, [1.0, 2.0]],
     ids=lambda recipe: str(recipe)[:20],  # pytest puts it into the environment of the process that reads
 )
 def test_a_recipe_that_isnt_one_is_told(tmp_path, recipe):

@@ -202,8 +202,7 @@ class KilledWorker(Exception):  # noqa: N818
 
 
 @pytest.mark.parametrize(
-    ("error", "rule"),
-    [(KilledWorker("task"), "workers died 3 times"), (None, "the cluster has gone")],
+    ("error", "rule"), [(KilledWorker("task"), "workers died 3 times"), (None, "the cluster has gone")]
 )
 def test_what_a_cluster_may_say(tmp_path, error, rule):
     class Far(Executor):
@@ -359,8 +358,7 @@ class Kept:
 
 
 @pytest.mark.parametrize(
-    ("most", "ends"),
-    [(70, [120, 130, 145, 168, 170]), (68, [120, 130, 145, 168]), (20, [120])],
+    ("most", "ends"), [(70, [120, 130, 145, 168, 170]), (68, [120, 130, 145, 168]), (20, [120])]
 )
 def test_a_point_that_stays_unsure_is_looked_at_after_half_as_many_runs_more(most, ends):
     """Its runs begin with number 100; after the most runs there is no look."""

@@ -12,16 +12,7 @@ from feasibee.cli import main
 from feasibee.results.statistics import Interval, confidence_sequence
 from feasibee.studies import size as size_module
 from feasibee.studies.comparison import compare
-from feasibee.studies.size import (
-    Band,
-    Edge,
-    Finding,
-    Rule,
-    Sizing,
-    band_sentence,
-    edge_sentence,
-    size,
-)
+from feasibee.studies.size import Band, Edge, Finding, Rule, Sizing, band_sentence, edge_sentence, size
 from feasibee.studies.space import ladder
 
 SMALL = Scenario(
