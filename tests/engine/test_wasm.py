@@ -220,6 +220,7 @@ def decide(mind, inbox):
     ids=["opinions", "positions", "skeleton"],
 )
 def test_a_page_shows_the_run_of_a_users_own_strategy(tmp_path, text):
+    """Catches a translation, or mathematics of WebAssembly, that gives other bits in pages than here."""
     file = tmp_path / "dmmd.py"
     if text:
         file.write_text(text, encoding="utf-8")

@@ -81,6 +81,7 @@ def test_all_problems_come_at_once_each_with_its_path(port):
 
 
 def test_a_users_strategy_brings_its_engine_once_it_is_chosen(tmp_path):
+    """Catches a module that is sent again, or not at all; compiling it takes seconds."""
     pytest.importorskip("ziglang", reason="ziglang isn't installed: it compiles WebAssembly")
     file = tmp_path / "mine.py"
     file.write_text('def decide(mind, inbox):\n    """Return *what* it had."""\n    return mind.opinion\n')
