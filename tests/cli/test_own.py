@@ -142,7 +142,7 @@ QUIET = (Path(__file__).parents[2] / "examples" / "strategies" / "quiet_census.p
 
 @NEEDS_CC
 def test_a_check_says_all_of_a_strategy_in_one_screen_and_in_json(here, monkeypatch):
-    """Catches what the parts of a check don't: an answer that is left out, or that stands in one form only."""
+    """Catches what parts of a check do not: an answer left out, or one that stands in one form only."""
     (here / "mine.py").write_text(QUIET)
     real, kept = check.check, []
     monkeypatch.setattr(
