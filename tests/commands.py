@@ -30,7 +30,7 @@ def json_of(*arguments):
 
 
 WITHOUT_BYTECODE = os.environ | {"PYTHONDONTWRITEBYTECODE": "1"}
-"""For processes whose files may not grow: Python would keep compiled modules cut off, for all others, too."""
+"""For processes whose files may not grow: Python would keep compiled modules cut off, for all that follow."""
 
 
 def python(*words, **options):

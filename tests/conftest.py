@@ -39,7 +39,7 @@ def pytest_configure(config):
     )
     settings.register_profile(
         "tests",
-        max_examples=12 if "not slow" in config.option.markexpr else 80,
+        max_examples=12 if "not slow" in config.option.markexpr else 50,
         derandomize=True,
         database=None,
         deadline=None,

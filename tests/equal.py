@@ -5,9 +5,11 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+import pytest
 
 from feasibee import Swarm, reference
 from feasibee.base.record import Record
+from feasibee.reference.swarm import play
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.snapshot import FLAGS
@@ -29,15 +31,27 @@ def assert_equal(scenario, seed, runs=1, first_run=0):
     return record
 
 
-def assert_same_swarms(scenario, seed, run, steps):
-    """See that a swarm is the reference's at each step."""
-    swarm = Swarm(scenario, seed=seed, run=run)
-    plain = reference.Swarm(swarm.scenario, seed=seed, run=run)
-    for _ in range(steps):
-        assert_same_step(swarm, plain)
+def assert_same_swarms(scenario, runs):
+    """See that swarms are the reference's at each step, also after a run's end; return its record."""
+    both = []
+
+    def watched(scenario, seed, run):
+        swarm = Swarm(scenario, seed=seed, run=run)
+        for plain in play(scenario, seed, run):
+            both[:] = swarm, plain
+            swarm.advance(int(plain.time > 0))
+            assert_same_step(swarm, plain)
+            yield plain
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(reference.swarm, "play", watched)
+        record = reference.simulate(scenario, runs, curves=True)
+    swarm, plain = both
+    while plain.time < scenario.run.steps:
         swarm.advance()
         plain.step()
-    assert_same_step(swarm, plain)
+        assert_same_step(swarm, plain)
+    return record
 
 
 def assert_same_step(swarm, plain):

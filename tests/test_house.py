@@ -144,8 +144,7 @@ def test_nothing_outside_a_strategys_file_tests_for_its_name():
 
 
 @pytest.mark.parametrize(
-    "line",
-    ['x = name == "census"', 'x = name in ("tally", "census")', 'x = {"tally": 1}'],
+    "line", ['x = name == "census"', 'x = name in ("tally", "census")', 'x = {"tally": 1}']
 )
 def test_a_test_for_a_strategys_name_is_found(line, tmp_path):
     (tmp_path / "code.py").write_text(line)

@@ -28,11 +28,3 @@ def drawn(page, frames=2):
         count(); })""",
         frames,
     )
-
-
-def expect_rest(page, read):
-    """Expect that time stands still: what is on its way comes, one step at most, and no more."""
-    drawn(page)
-    there = read(page)
-    page.wait_for_timeout(500)
-    assert there <= read(page) <= there + 1

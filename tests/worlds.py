@@ -154,7 +154,7 @@ def drawn(draw: Random, robots: int, strategy: str, wanted: str, fields: Sequenc
     sight = draw.choice((0.03, 0.1, 0.2, 0.3, 0.5)) * shorter
     changes |= {
         "run.steps": min(  # the reference takes its time
-            draw.choice((1, 40, 90, 150)),
+            draw.choice((1, 40, 70, 100)),
             max(5 if robots < 1000 else 3, 80_000 // (robots * (robots + tasks))),
         ),
         "decision.strategy": strategy,

@@ -17,15 +17,7 @@ from click.testing import CliRunner
 from commands import invoke, json_of, output_of, refused, refused_in_a_line
 from declaring import declaring
 
-from feasibee import (
-    Scenario,
-    decision_rates,
-    decision_times,
-    open_results,
-    scenario_of,
-    simulate,
-    wilson,
-)
+from feasibee import Scenario, decision_rates, decision_times, open_results, scenario_of, simulate, wilson
 from feasibee.cli import main
 from feasibee.cli.commands import RENAMED
 from feasibee.cli.execution import _done

@@ -46,11 +46,7 @@ def here(folder, monkeypatch):
         pytest.fail("the work began")
 
     monkeypatch.chdir(folder)
-    for name in (
-        "engine.runner.simulate",
-        "engine.state.State",
-        "live.serve.Server",
-    ):
+    for name in ("engine.runner.simulate", "engine.state.State", "live.serve.Server"):
         monkeypatch.setattr(f"feasibee.{name}", began)
     before = {path.name for path in folder.iterdir()}
     yield folder

@@ -100,7 +100,7 @@ def kept(folder):
 def test_interrupts_are_clean_at_any_moment(tmp_path):
     """At the start, and at moments drawn at random; of what was computed, nothing is lost."""
     chance = random.Random(11)
-    for number, moment in enumerate([0.0, *(chance.uniform(0, 3) for _ in range(5))]):
+    for number, moment in enumerate([0.0, *(chance.uniform(0, 3) for _ in range(3))]):
         process = start(tmp_path / str(number), "sweep", "study.toml", "--workers", 2)
         time.sleep(moment)
         interrupt(process)
@@ -141,7 +141,7 @@ def test_a_second_interrupt_ends_at_once(tmp_path):
 )
 def test_other_commands_end_in_a_line(tmp_path, arguments):
     kept = r"no file was left half-written|(the|\d+) runs .*kept; the same command goes on"
-    for moment in (0.0, 1.0, 4.0):
+    for moment in (0.0, 2.0):
         process = start(tmp_path, *arguments)
         time.sleep(moment)
         interrupt(process)

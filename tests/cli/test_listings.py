@@ -20,10 +20,7 @@ def test_each_strategy_has_a_line_with_what_its_file_declares():
     assert [line.split()[0] for line in lines] == list(STRATEGIES)
     for row in json_of("show", "strategies"):
         manifest = STRATEGIES[row["strategy"]]
-        assert ("names" in row["needs"], "n" in row["needs"]) == (
-            manifest.needs_names,
-            manifest.needs_count,
-        )
+        assert ("names" in row["needs"], "n" in row["needs"]) == (manifest.needs_names, manifest.needs_count)
         assert row["declares"] == manifest.declares
         assert row["rule"].endswith(".")
 

@@ -142,6 +142,7 @@ QUIET = (Path(__file__).parents[2] / "examples" / "strategies" / "quiet_census.p
 
 @NEEDS_CC
 def test_a_check_says_all_of_a_strategy_in_one_screen_and_in_json(here, monkeypatch):
+    """Catches what parts of a check do not: an answer left out, or one that stands in one form only."""
     (here / "mine.py").write_text(QUIET)
     real, kept = check.check, []
     monkeypatch.setattr(
@@ -271,8 +272,9 @@ def without_sizes(text):
     return [line for line in lines if line and not line.startswith(("x86-64: ", "ATmega328P: "))]
 
 
+@pytest.mark.slow
 def test_a_reader_simulates_translates_and_flashes_a_strategy(here):
-    """Each block of commands prints what stands below it."""
+    """Each block of commands prints what stands below it: nothing else runs those of that page."""
     for tool in ("cc", "avr-gcc", "simavr"):
         if shutil.which(tool) is None:
             pytest.skip(f"no {tool}; Debian has it in gcc, gcc-avr and avr-libc, or simavr")

@@ -1,7 +1,7 @@
 /* One call of a strategy's function, with what the engine does where it fails. */
 
-#include "../../src/feasibee/engine/c/failures.c"
-#include "../../src/feasibee/engine/c/engine.h"
+#include "failures.c"
+#include "engine.h"
 
 struct call {
     const struct rules *rules;

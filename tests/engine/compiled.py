@@ -13,10 +13,11 @@ from cffi import FFI
 
 import feasibee.engine
 from feasibee.engine import build
-from feasibee.engine.generate import RULES, built_in_strategies
+from feasibee.engine.generate import RULES
 from feasibee.engine.given import struct_of
 from feasibee.engine.own import Failure
 from feasibee.strategies.contract import ARGUMENTS, Inbox, Mind, Setting
+from tests.once import made_once
 
 C = Path(feasibee.engine.__file__).parent / "c"
 CALLS = Path(__file__).with_name("calls.c")
@@ -36,28 +37,17 @@ def declarations() -> FFI:
     return ffi
 
 
-def library(folder: Path, name: str, source: Path | str, *flags: str) -> Path:
-    """Compile a file or a text in C to a library."""
-    made, file = folder / f"{name}.so", source
-    if isinstance(source, str):
-        file = folder / f"{name}.c"
-        file.write_text(source, encoding="utf-8")
-    (folder / "params.h").write_text(build.params_header(), encoding="utf-8")
-    includes = (f"-I{folder}", f"-I{C}")
-    command = [shutil.which("cc") or "gcc", *FLAGS, *flags, *includes, str(file), "-o", str(made), "-lm"]
-    subprocess.run(command, check=True)
-    return made
+def library(folder: Path, name: str, source: str, *flags: str) -> Path:
+    """Compile a text in C to a library, which has this name in the whole session."""
 
+    def make(made: Path) -> None:
+        own = made.parent
+        (own / "source.c").write_text(source, encoding="utf-8")
+        (own / "params.h").write_text(build.params_header(), encoding="utf-8")
+        command = [shutil.which("cc") or "gcc", *FLAGS, *flags, f"-I{own}", f"-I{C}", str(own / "source.c")]
+        subprocess.run([*command, "-o", str(made), "-lm"], check=True)
 
-def built_in_rules(folders: Any) -> Path:
-    """Compile all built-in strategies, with a sanitizer, once for all tests; without optimizing: 6 s."""
-    if not _built_in:
-        folder = folders.mktemp("built_in")
-        _built_in.append(library(folder, "strategies", built_in_strategies(), *SANITIZED, "-O0"))
-    return _built_in[0]
-
-
-_built_in: list[Path] = []
+    return made_once(folder, f"{name}.so", make)
 
 
 class Rules:
@@ -161,10 +151,6 @@ class Draws:
         if rule == "dissemination":
             return self.share(), gain
         mind = self.mind(memory, parameters)
-        others = {
-            "decide": (self.inbox(),),
-            "lasting": (gain,),
-            "probability": ((), setting),
-        }
+        others = {"decide": (self.inbox(),), "lasting": (gain,), "probability": ((), setting)}
         assert rule in RULES
         return (mind, *others.get(rule, ()))

@@ -101,10 +101,7 @@ def turned(step, degrees):
     """Return a step turned to the left."""
     angle = math.radians(degrees)
     x, y = step
-    return (
-        x * math.cos(angle) - y * math.sin(angle),
-        x * math.sin(angle) + y * math.cos(angle),
-    )
+    return (x * math.cos(angle) - y * math.sin(angle), x * math.sin(angle) + y * math.cos(angle))
 
 
 EAST = (0.5, 0.0)

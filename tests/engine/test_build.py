@@ -51,9 +51,7 @@ def machine(tmp_path, monkeypatch):
     monkeypatch.setenv("PATH", str(tmp_path / "bin"))
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))  # for `python -m ziglang`
     monkeypatch.setattr(
-        compilers,
-        "find_spec",
-        lambda name: importlib.machinery.PathFinder.find_spec(name, [str(tmp_path)]),
+        compilers, "find_spec", lambda name: importlib.machinery.PathFinder.find_spec(name, [str(tmp_path)])
     )
     return install
 
@@ -197,8 +195,9 @@ def test_what_is_there_needs_no_compiler(tmp_path, compiled, monkeypatch):
         build.build(LINUX, tmp_path / "other")
 
 
-def test_an_error_of_the_compiler_is_said(tmp_path):
-    """With the first error, and the level."""
+def test_an_error_of_the_compiler_is_said(tmp_path, monkeypatch):
+    """With the first error, and the level; the sources that are right are left out, for they take 10 s."""
+    monkeypatch.setattr(build, "SOURCES", tmp_path / "none")
     (tmp_path / "strategies.c").write_text("int broken(")
     found = compilers.zig() or compilers.system_compiler()
     target = platforms.native()

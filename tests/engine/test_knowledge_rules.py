@@ -30,10 +30,7 @@ FAILING = {  # what is written in place of what, line, words of the engine's err
         "OverflowError: 4611686018427387904 * 2 leaves 64 bits; compute with real numbers",
     ),
     "start": (START, "known[me.id] = 1 + 5 // (9 - me.id)", 18, "ZeroDivisionError: 5 // 0; test"),
-    "count": (
-        *("+= known[k]", "-= me.step > 15", 32),
-        "into counts; must be whole numbers from 0 to",
-    ),
+    "count": (*("+= known[k]", "-= me.step > 15", 32), "into counts; must be whole numbers from 0 to"),
     "bits": (BITS, "return length - 9999 * (me.step == 17)\n", 38, "must be a whole number from 0 to 1"),
     "judge": (BITS, JUDGE, 46, "returns 2; must be 1, 0, or -1 for none"),
 }

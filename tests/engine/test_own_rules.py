@@ -27,13 +27,7 @@ from feasibee.scenario.setting import setting_from
 from feasibee.strategies import STRATEGIES
 from feasibee.strategies.contract import ARGUMENTS, Manifest, Mind
 from feasibee.strategies.overflow import NAMES, checked
-from tests.engine.compiled import (
-    SANITIZED,
-    Draws,
-    Rules,
-    bits,
-    library,
-)
+from tests.engine.compiled import SANITIZED, Draws, Rules, bits, library
 from tests.engine.odd import EXPRESSIONS, text_of
 
 OPINIONS = [name for name, each in STRATEGIES.items() if not each.knowledge]
@@ -101,7 +95,7 @@ def odd(calls, tmp_path_factory):
     exec(compile(checked(ast.parse(MINE.source)), "odd.py", "exec"), names)
     ffi, loaded = calls
     text = own_strategy("odd.py", MINE.source)
-    own = ffi.dlopen(str(library(tmp_path_factory.mktemp("odd"), "own", text, *SANITIZED)))
+    own = ffi.dlopen(str(library(tmp_path_factory.mktemp("odd"), "odd", text, *SANITIZED)))
     own.feasibee_bind(ffi.addressof(loaded, "feasibee_fail"))
     return names, own, Rules(*calls, own.feasibee_rules(b""))
 
@@ -151,7 +145,7 @@ def test_a_result_that_breaks_its_rule_is_a_failure(calls, tmp_path, rule):
     text += "" if rule == "decide" else "\n\ndef decide(mind, inbox):\n    return mind.opinion\n"
     names: dict = {}
     exec(text, names)
-    own = calls[0].dlopen(str(library(tmp_path, "own", own_strategy("mine.py", text), *SANITIZED)))
+    own = calls[0].dlopen(str(library(tmp_path, f"own-{rule}", own_strategy("mine.py", text), *SANITIZED)))
     own.feasibee_bind(calls[0].addressof(calls[1], "feasibee_fail"))
     rules, draws, failures = Rules(*calls, own.feasibee_rules(b"")), Draws(7), 0
     setting = SETTING._replace(parameters=(0.0,), work=draws.random.choice([0.0, 3.0]))

@@ -13,14 +13,7 @@ from feasibee.figures.comparison import Panel as Sized
 from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time, draw_sizing
 from feasibee.figures.decisions import draw_opinion_panels
 from feasibee.figures.labels import spread
-from feasibee.figures.style import (
-    GREY,
-    PALETTE,
-    PLAIN,
-    are_spaced_by_ratio,
-    looks,
-    text_colour,
-)
+from feasibee.figures.style import GREY, PALETTE, PLAIN, are_spaced_by_ratio, looks, text_colour
 from feasibee.figures.sweep import Shown, draw_lines, draw_maps
 
 NAMES = [f"rule-{number}" for number in range(16)]

@@ -17,28 +17,65 @@ def port():
         yield port
 
 
+LOOKS = {"viewport", "color_scheme", "reduced_motion", "offline"}
+"""Options of a context that a page may change later."""
+
+
+@pytest.fixture(scope="module")
+def kept(browser):
+    """Give a function that returns a page which tests use in turn: each new one takes a second to start."""
+    pages = []
+
+    def page():
+        if not pages or pages[0].is_closed():
+            pages[:] = [browser.new_context().new_page()]
+        return pages[0]
+
+    return page
+
+
+def looking(page, viewport, color_scheme="light", reduced_motion="no-preference", offline=False):
+    """Return a page after it has got these options."""
+    page.set_viewport_size(viewport)
+    page.emulate_media(color_scheme=color_scheme, reduced_motion=reduced_motion)
+    page.context.set_offline(offline)
+    return page
+
+
 @pytest.fixture
-def new_page(browser):
+def new_page(browser, kept):
     """Give a function that makes a page; at the end, no page may have said an error on its console."""
-    contexts, errors = [], []
+    pages, errors = [], []
 
     def heard(message):
         if message.type in ("error", "warning"):
             errors.append(message.text)
 
+    def failed(error):
+        errors.append(str(error))
+
     def made(**options):
-        context = browser.new_context(**options)
-        context.set_default_timeout(60_000)  # milliseconds: the machine may be busy with other tests
-        contexts.append(context)
-        page = context.new_page()
+        if {"viewport"} <= set(options) <= LOOKS and kept() not in pages:
+            page = looking(kept(), **options)
+        else:
+            page = browser.new_context(**options).new_page()
+        page.context.set_default_timeout(60_000)  # milliseconds: the machine may be busy with other tests
+        pages.append(page)
         page.on("console", heard)
-        page.on("pageerror", lambda error: errors.append(str(error)))
+        page.on("pageerror", failed)
         return page
 
     made.errors = errors
     yield made
-    for context in contexts:
-        context.close()
+    for page in pages:
+        if page.is_closed() or page is not kept():
+            page.context.close()
+            continue
+        page.evaluate("() => { try { localStorage.clear(); } catch { /* a page without storage */ } }")
+        page.mouse.move(0, 0)
+        page.goto("about:blank")
+        page.remove_listener("console", heard)
+        page.remove_listener("pageerror", failed)
     assert not errors
 
 
@@ -49,7 +86,7 @@ def show(new_page, tmp_path):
     It stands still at step 0, unless it is opened with other options. A file may load nothing.
     """
     visiting = pytest.importorskip("visiting", reason="playwright isn't installed")
-    files = {}
+    files, listening = {}, []
 
     def asked(request):
         if not request.url.startswith(("file:", "data:", "blob:")):
@@ -62,6 +99,7 @@ def show(new_page, tmp_path):
         address = f"http://127.0.0.1:{of}/"
         if is_file:
             page.on("request", asked)
+            listening.append(page)
             path = files.setdefault((of, seed), tmp_path / f"{len(files)}.html")
             path.write_text(page_of(of, seed), encoding="utf-8")
             address = path.as_uri()
@@ -70,4 +108,6 @@ def show(new_page, tmp_path):
         return page
 
     yield opened
+    for page in listening:
+        page.remove_listener("request", asked)
     new_page.errors[:] = [each for each in new_page.errors if "422" not in each]  # told by the page, too

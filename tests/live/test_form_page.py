@@ -249,6 +249,7 @@ def installed(tmp_path, monkeypatch):
 
 
 def test_a_strategy_of_another_package_is_chosen_where_python_has_it(show, installed):
+    """Catches a page that goes on with the engine it was made with, without that strategy."""
     pytest.importorskip("ziglang", reason="ziglang isn't installed: it compiles WebAssembly")
     with serving_at(Catalogue(SCENARIO, seed=1)) as port:
         page = show(port)

@@ -6,15 +6,7 @@ from pathlib import Path
 
 import pytest
 from serving import serving_at
-from visiting import (
-    at,
-    expect_colours,
-    expect_run,
-    focus_nothing,
-    press,
-    seek,
-    type_into,
-)
+from visiting import at, expect_colours, expect_run, focus_nothing, press, seek, type_into
 from waiting import drawn, eventually
 from walled import PLACE, SIDE
 

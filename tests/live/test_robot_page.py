@@ -5,15 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from playing import swarm_at
-from visiting import (
-    at,
-    control_of,
-    expect_run,
-    focus_nothing,
-    point_at,
-    press,
-    seek,
-)
+from visiting import at, control_of, expect_run, focus_nothing, point_at, press, seek
 from waiting import eventually
 
 from feasibee import Scenario, Swarm

@@ -81,6 +81,7 @@ def test_all_problems_come_at_once_each_with_its_path(port):
 
 
 def test_a_users_strategy_brings_its_engine_once_it_is_chosen(tmp_path):
+    """Catches a module that is sent again, or not at all; compiling it takes seconds."""
     pytest.importorskip("ziglang", reason="ziglang isn't installed: it compiles WebAssembly")
     file = tmp_path / "mine.py"
     file.write_text('def decide(mind, inbox):\n    """Return *what* it had."""\n    return mind.opinion\n')
@@ -256,8 +257,7 @@ def test_a_port_that_is_taken(port):
 
 
 @pytest.mark.parametrize(
-    "host",
-    ["", " ", "a b", "256.0.0.1", "[::1]", "127.0.0.1:80", "x@localhost", "\x00", "\ud800", "é" * 300],
+    "host", ["", " ", "a b", "256.0.0.1", "[::1]", "127.0.0.1:80", "x@localhost", "\x00", "\ud800", "é" * 300]
 )
 def test_a_host_that_is_neither_address_nor_name_is_refused_in_a_line(host):
     with pytest.raises(FeasibeeError) as told:

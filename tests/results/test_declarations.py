@@ -85,12 +85,7 @@ def test_the_statistics_are_shares_with_intervals_and_quantiles_of_all_runs(quie
         "infeasible": 1 / 200,
         "ok": wilson(7, 10)._asdict(),
         "wrong": wilson(1, 10)._asdict(),
-        "step_90": {
-            "median": 105,
-            "p95": None,
-            "median_interval": [102, None],
-            "p95_interval": [108, None],
-        },
+        "step_90": {"median": 105, "p95": None, "median_interval": [102, None], "p95_interval": [108, None]},
     }
     again = declarations(to_dataset(record, quiet, 0), quiet)
     assert again == found

@@ -10,13 +10,7 @@ import pytest
 from scipy.stats import norm
 
 from feasibee import Scenario, decision_times, wilson
-from feasibee.results.measures import (
-    changes_of,
-    counts_of,
-    measures_of_runs,
-    tracking,
-    truth_intervals,
-)
+from feasibee.results.measures import changes_of, counts_of, measures_of_runs, tracking, truth_intervals
 from feasibee.results.statistics import (
     Quartiles,
     event_rate,

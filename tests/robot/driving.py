@@ -20,6 +20,7 @@ from benchmarks.sizes import names_in_c
 from feasibee.robot import Controller, Declare, Message, Settings
 from feasibee.robot.firmware import header
 from feasibee.strategies import STRATEGIES
+from tests.once import made_once
 
 HERE = Path(__file__).parent
 NAMES = names_in_c(knowledge=False)
@@ -28,7 +29,7 @@ STRICT = [
     *("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion"),
     *("-Wshadow", "-Wcast-qual", "-Wundef", "-Werror"),
 ]
-SANITIZED = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+SANITIZED = ["-g", "-O0", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
 INBOX = 64
 SENDERS = 40
 STATE = struct.Struct("<BBBHId")
@@ -79,25 +80,16 @@ def in_node(wasm):
 
 def compiled(folder, source, *options, command=None, name="program", text=None):
     """Return the program of a C file that includes feasibee.h; each is compiled once for all workers."""
-    import fcntl
-
     if command is None:
         needs("cc", "gcc")
     command = [*(command or ["cc"]), "-std=c99", *STRICT, *options]
-    # A folder of pytest is in that of its worker, which is in that of the session.
-    session = folder.parent.parent if folder.parent.name.startswith("popen-") else folder.parent
     key = hashlib.sha256(repr((source, command, text)).encode()).hexdigest()[:16]
-    shared = session / f"program-{key}"
-    shared.mkdir(exist_ok=True)
-    out = shared / name
-    with (shared / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not out.exists():
-            (shared / "feasibee.h").write_text(text or header())
-            unfinished = shared / "unfinished"
-            subprocess.run([*command, "-I", shared, HERE / source, "-o", unfinished, "-lm"], check=True)
-            unfinished.rename(out)
-    return out
+
+    def make(out):
+        (out.parent / "feasibee.h").write_text(text or header())
+        subprocess.run([*command, "-I", out.parent, HERE / source, "-o", out, "-lm"], check=True)
+
+    return made_once(folder, f"{key}-{name}", make)
 
 
 def program(folder, source, names, *options, without=(), **how):

@@ -26,15 +26,15 @@ BUILDS = [
     *(("ATmega328P", (), name) for name in WHOLE),
 ]
 STRATEGIES = [
-    *((*build, name, 300) for build in ARM for name in ("dmmd", "dc")),
+    *((*build, name, 200) for build in ARM for name in ("dmmd", "dc")),
     *(
-        pytest.param(*build, 2000 if build[2] == "bayes" else 4000, marks=pytest.mark.slow)
+        pytest.param(*build, 1000 if build[2] == "bayes" else 1500, marks=pytest.mark.slow)
         for build in BUILDS
     ),
 ]
 FRAMES = [
-    *(("ATmega328P", (), name, 100) for name in SMALL),
-    *(pytest.param("Cortex-M4", (DOUBLE,), name, 1000, marks=pytest.mark.slow) for name in KINDS),
+    *(("ATmega328P", (), name, 60) for name in SMALL),
+    *(pytest.param("Cortex-M4", (DOUBLE,), name, 400, marks=pytest.mark.slow) for name in KINDS),
 ]
 
 

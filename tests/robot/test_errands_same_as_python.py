@@ -105,10 +105,6 @@ def test_lives_in_c_are_those_in_python(program):
 
 
 def test_a_robot_without_room_for_a_task_goes_on(program):
-    lines = [
-        "b 0 0 0 1 1 0 0 0 0",
-        *(f"w {k} 1 0" for k in range(14)),
-        *(f"s {k} 0 0" for k in range(14)),
-    ]
+    lines = ["b 0 0 0 1 1 0 0 0 0", *(f"w {k} 1 0" for k in range(14)), *(f"s {k} 0 0" for k in range(14))]
     done = subprocess.run([program], input="\n".join(lines), capture_output=True, text=True, check=True)
     assert done.stdout.splitlines()[-1].split()[5:] == [f"{k}:0" for k in range(12)]

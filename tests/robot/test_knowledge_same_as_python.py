@@ -11,7 +11,8 @@ from tests.robot.swarms import IN_DOUBLE, KNOWLEDGE, NAMES, assert_same, extras
 
 NEED_DOUBLE = {name for name in NAMES if needs_double(STRATEGIES[name])}
 IN_WHOLE_NUMBERS = sorted(set(KNOWLEDGE) - NEED_DOUBLE)
-MANY = pytest.param(10_000, marks=pytest.mark.slow)
+MANY = pytest.param(6_000, marks=pytest.mark.slow)
+STEPS = pytest.mark.parametrize("steps", [1_500, MANY])
 
 
 @pytest.fixture(scope="module")
@@ -35,19 +36,20 @@ RARE = [
 """Settings whose limits random ones seldom reach."""
 
 
+@STEPS
 @pytest.mark.parametrize(("name", "fixed"), RARE)
-def test_swarms_at_limits_do_what_they_do_in_python(name, fixed, swarm):
-    assert_same([swarm], name, 4_000, fixed=fixed)
+def test_swarms_at_limits_do_what_they_do_in_python(name, fixed, steps, swarm):
+    assert_same([swarm], name, steps, fixed=fixed)
 
 
-@pytest.mark.parametrize("steps", [4_000, MANY])
+@STEPS
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_swarms_in_c_do_what_they_do_in_python(name, steps, swarm):
     assert_same([swarm], name, steps)
 
 
 @pytest.mark.quick(2)
-@pytest.mark.parametrize("steps", [3_000, MANY])
+@STEPS
 @pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
 def test_swarms_in_whole_numbers_do_what_they_do_in_python(name, steps, in_whole_numbers):
     assert_same([in_whole_numbers], name, steps, whole_numbers=True)
@@ -63,11 +65,11 @@ def in_webassembly(tmp_path_factory):
 @pytest.mark.slow
 @pytest.mark.parametrize("name", KNOWLEDGE)
 def test_swarms_in_webassembly_do_what_they_do_in_python(name, in_webassembly):
-    assert_same(in_node(in_webassembly), name, 3_000)
+    assert_same(in_node(in_webassembly), name, 1_500)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", IN_WHOLE_NUMBERS)
 def test_clocks_that_pass_a_power_of_two_in_whole_numbers(name, in_whole_numbers):
     fixed = {"first_steps": FIRST_STEPS}
-    assert_same([in_whole_numbers], name, 3_000, whole_numbers=True, fixed=fixed)
+    assert_same([in_whole_numbers], name, 2_000, whole_numbers=True, fixed=fixed)

@@ -111,9 +111,18 @@ def once(words):
     return (words[0], *names, *[0] * (len(words) - 1 - len(names)))
 
 
+SAYS = [None, "colluding", "opposite"]
+
+
 @pytest.mark.quick(8)
-@pytest.mark.parametrize("says", [None, "colluding", "opposite"])
-@pytest.mark.parametrize(("name", "parameters", "fields"), VARIANTS)
+@pytest.mark.parametrize(
+    ("name", "parameters", "fields", "says"),
+    [
+        (*variant, says)
+        for number, variant in enumerate(VARIANTS)
+        for says in (SAYS if STRATEGIES[variant[0]].knowledge else SAYS[number % 3 :][:1])
+    ],
+)
 def test_the_messages_of_a_run_survive_and_take_the_bits_that_it_accounts(name, parameters, fields, says):
     declares = says != "colluding" and not STRATEGIES[name].declares
     wire, messages = simulated(scenario_of(name, parameters, fields, declares, says))
@@ -300,7 +309,7 @@ def test_damaged_packets_are_rejected_and_no_message_has_two_frames():
     """Payloads with the right checksum are read strictly."""
     rng = random.Random(GENERATOR_SEED)
     wires = frames_of_all_strategies()
-    for _ in range(200_000):
+    for _ in range(50_000):
         wire, frames = rng.choice(wires)
         frame = rng.choice(frames)
         packet = mutated(frame, rng)

@@ -227,12 +227,7 @@ EDGES = {
     ],
     "events.0.at": [
         *(
-            (
-                {**HALL, "place.walls": [WEST], **event(**{kind: 1})},
-                [9, 9],
-                at,
-                f"{AT}{(*at,)}: is in a wall",
-            )
+            ({**HALL, "place.walls": [WEST], **event(**{kind: 1})}, [9, 9], at, f"{AT}{(*at,)}: is in a wall")
             for kind, at in (("tasks", [1.0, 1.0]), ("task", [0.5, 0.5]), ("robot", [4.1, 1.0]))
         ),
         (event(tasks=1), [0, 19.9], [0, 20], f"{AT}(0.0, 20.0): must be inside the arena"),

@@ -11,15 +11,7 @@ from commands import json_of, output_of
 from jsonschema import Draft202012Validator
 from remedies import problems_of
 
-from feasibee import (
-    Scenario,
-    ScenarioError,
-    Swarm,
-    plot_arena,
-    plot_decision_steps,
-    plot_opinions,
-    simulate,
-)
+from feasibee import Scenario, ScenarioError, Swarm, plot_arena, plot_decision_steps, plot_opinions, simulate
 from feasibee.scenario import units
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.supported import takes_fast_path

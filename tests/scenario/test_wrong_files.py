@@ -167,9 +167,7 @@ TRIED = {
         ("return length", "return -1", "line 38: ", f"returns -1; {WHOLE}"),
         ("return length", "return length / 2", "line 38: ", WHOLE),
     ],
-    "quiet": [
-        (SURE, "    return 2", DECLARE, "returns 2; must be 1, 0, or -1 for none"),
-    ],
+    "quiet": [(SURE, "    return 2", DECLARE, "returns 2; must be 1, 0, or -1 for none")],
     "fading": [(JUDGED, "    return 2", JUDGE)],
     "layout": [
         ("[k], 1)", "[k], 2)", "mine.py: layout writes 14 bits of ", "bits returns 7; they must be"),

@@ -12,12 +12,7 @@ from feasibee.reference import play
 from feasibee.reference.mind import HONEST
 from tests.equal import assert_equal
 
-ACTING = {
-    "arena.side": 12.0,
-    "acting.start": 0,
-    "run.steps": 400,
-    "run.stop_when_taken": True,
-}
+ACTING = {"arena.side": 12.0, "acting.start": 0, "run.steps": 400, "run.stop_when_taken": True}
 SMALL = {**ACTING, "robots.count": 8, "tasks.count": 8}
 LIAR = {"faults.byzantine": {"count": 1}}
 SKILLED = {

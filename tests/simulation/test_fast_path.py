@@ -28,9 +28,7 @@ def changed(path, value):
     """Return the default scenario with another value in this field alone, whether or not that is valid."""
     scenario, (section, key) = Scenario(), path.split(".")
     given = TypeAdapter(SECTIONS[section].model_fields[key].annotation).validate_python(value)
-    return scenario.model_copy(
-        update={section: getattr(scenario, section).model_copy(update={key: given})},
-    )
+    return scenario.model_copy(update={section: getattr(scenario, section).model_copy(update={key: given})})
 
 
 def test_every_field_is_tested_with_another_value():

@@ -27,7 +27,6 @@ from feasibee.studies.report import MARGIN, Trial, in_points, sections
 from feasibee.studies.size import Dimension, dimension
 from tests.places import rectangle
 
-HARD = Scenario(tasks={"count": 18}, decision={"strategy": "census"}, run={"steps": 70})
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
 
 

@@ -150,9 +150,5 @@ def cases() -> Iterator[tuple[str, Callable[[], Any]]]:
             yield f"{name}: {kind}", partial(call, thing)
 
 
-FINE = {
-    ("from_toml", "a word"),
-    ("points", "a data array"),
-    ("a side", "a number"),
-}
+FINE = {("from_toml", "a word"), ("points", "a data array"), ("a side", "a number")}
 """Calls that are right, or that fail elsewhere."""
