@@ -19,7 +19,7 @@ from threading import Thread
 from typing import Any
 
 from feasibee import Scenario
-from feasibee.field.plan import Plan
+from feasibee.field.plan import FieldPlan
 from feasibee.field.supervisor import Field
 
 QUICK = "--quick" in sys.argv
@@ -143,7 +143,7 @@ def figures() -> dict[str, Any]:
     scenario = Scenario().replace(
         {"robots.count": ROBOTS, "run.steps": LAST + 20, "run.stop_at_decision": False}
     )
-    plan = Plan(scenario, 1, 0, False, HZ, 0.0, 0.0, 0.0, (), 20.0, 120.0)
+    plan = FieldPlan(scenario, 1, 0, False, HZ, 0.0, 0.0, 0.0, (), 20.0, 120.0)
     watch = Watch()
     package = "feasibee_ros.field" if ROS else "feasibee.field"
     with tempfile.TemporaryDirectory() as folder:

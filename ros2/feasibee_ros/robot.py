@@ -153,12 +153,12 @@ class Robot(LifecycleNode):
 
     def _scenario(self) -> Scenario:
         """Return the scenario with the changes of ``set``, and the ``decision.FIELD`` that differ."""
-        from feasibee.cli.options import Given
+        from feasibee.cli.options import GivenScenario
         from feasibee.scenario.fields import SECTIONS
         from feasibee.scenario.paths import read_value
 
         file = self.value("scenario")
-        base = Given(Path(file) if file else None, tuple(self.value("set") or ())).read()
+        base = GivenScenario(Path(file) if file else None, tuple(self.value("set") or ())).read()
         held, changes = base.to_dict()["decision"], {}
         for field in SECTIONS["decision"].model_fields:
             name = f"decision.{field}"

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 from feasibee import Scenario
-from feasibee.field.plan import Plan
+from feasibee.field.plan import FieldPlan
 from feasibee.field.supervisor import Field
 from feasibee.reference import play
 
@@ -52,7 +52,7 @@ def small(robots=4, steps=40, **changes):
 
 def a_plan(scenario, lockstep=True, **changes):
     usual = {"hz": 50.0, "drift": 0.0, "jitter": 0.0, "delay": 0.0, "faults": (), "patience": 20.0}
-    return Plan(scenario, 1, 0, lockstep, **{**usual, "wait": 60.0, **changes})
+    return FieldPlan(scenario, 1, 0, lockstep, **{**usual, "wait": 60.0, **changes})
 
 
 def run(plan, folder, follow=None, **options):

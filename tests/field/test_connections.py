@@ -17,7 +17,7 @@ from feasibee.field.connections import (
     REFUSED,
     SAID,
     WELCOME,
-    Server,
+    Connections,
     connection_to,
     packed,
 )
@@ -31,7 +31,7 @@ def server(request, tmp_path):
     """Give a server, in a folder whose path is too long for a Unix socket if it has a long name."""
     folder = tmp_path / request.param
     folder.mkdir(exist_ok=True)
-    with closing(Server(folder)) as server:
+    with closing(Connections(folder)) as server:
         yield server
 
 
@@ -71,7 +71,7 @@ def test_another_key_or_a_world_that_has_ended_is_an_error(server):
 
 
 def test_a_number_has_one_robot(tmp_path):
-    with closing(Server(tmp_path)) as server:
+    with closing(Connections(tmp_path)) as server:
         world = World(a_plan(small()), server, lambda event: None, tmp_path / "log.jsonl")
         kinds = []
         for number in (1, 1, 9):

@@ -9,7 +9,7 @@ from matplotlib.text import Text
 from matplotlib.transforms import Bbox
 
 from feasibee import wilson
-from feasibee.figures.comparison import Panel as Sized
+from feasibee.figures.comparison import Side as Sized
 from feasibee.figures.comparison import draw_against_bits, draw_against_ratio, draw_against_time, draw_sizing
 from feasibee.figures.decisions import draw_opinion_panels
 from feasibee.figures.labels import spread

@@ -12,7 +12,7 @@ from playing import swept
 
 from feasibee import FeasibeeError, Scenario, Swarm
 from feasibee.cli.watch import PICKS as OFFERED
-from feasibee.live.catalogue import PICKS, Asked, Catalogue, read_catalogue
+from feasibee.live.catalogue import PICKS, Catalogue, Request, read_catalogue
 from feasibee.live.form import STRATEGY, form, shown, typed
 from feasibee.scenario.fields import fields
 from feasibee.scenario.plugins import registered
@@ -60,7 +60,7 @@ VALUES = {
 def test_a_wrong_value_is_refused_at_its_path(path):
     for value in REFUSED[path]:
         with pytest.raises(FeasibeeError) as told:
-            Catalogue(Scenario()).chosen(Asked(changes={path: value}))
+            Catalogue(Scenario()).chosen(Request(changes={path: value}))
         first, *_ = told.value.problems
         assert first.path.startswith(path), (value, first)
         if path.startswith("place.") or str(value).endswith((".csv", "/zero")):
@@ -85,7 +85,7 @@ def test_the_runs_that_decided_wrong_are_listed_as_they_were(results):
     assert (str(catalogue.seed), str(catalogue.run)) == (listed[0]["seed"], listed[0]["run"])
     assert catalogue.point == listed[0]["point"]
     for each in listed[:: len(listed) // 5]:
-        asked = Asked(point=each["point"], seed=each["seed"], run=each["run"])
+        asked = Request(point=each["point"], seed=each["seed"], run=each["run"])
         scenario, runs = catalogue.chosen(asked)
         assert each["values"] == {path: str(scenario.get(path)) for path in each["values"]}
         swarm = Swarm(scenario, runs.seed, runs.first)
@@ -135,8 +135,8 @@ def test_a_strategys_text_of_a_folder_runs_if_it_is_the_users_own_or_trusted(tmp
     assert catalogue.scenario.manifest.name == "dmmd"  # the first that may run
     own = next(point for point, row in catalogue.points.items() if row.scenario.manifest.source)
     with pytest.raises(FeasibeeError, match=r"isn't that of a file of yours.*--trust"):
-        catalogue.chosen(Asked(point=own))[0].strategy.memory  # noqa: B018
-    asked = Asked(point=own, changes={"decision.strategy": str(file), "tasks.count": 30})
+        catalogue.chosen(Request(point=own))[0].strategy.memory  # noqa: B018
+    asked = Request(point=own, changes={"decision.strategy": str(file), "tasks.count": 30})
     scenario, _ = read_catalogue(folder, "all", trust=True).chosen(asked)
     assert scenario.strategy.source == text
     for trust, what in (

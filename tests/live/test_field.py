@@ -16,7 +16,7 @@ from serving import got, serving_at
 from feasibee import FeasibeeError, Scenario
 from feasibee.base.codes import FLAGS
 from feasibee.cli import watch
-from feasibee.field.plan import Plan
+from feasibee.field.plan import FieldPlan
 from feasibee.field.recording import AT_ONCE, NO_TASK
 from feasibee.field.supervisor import Field
 from feasibee.live.field import routes_of_field
@@ -27,7 +27,7 @@ SILENT = "has logged nothing for more than 5 s"
 
 
 def a_plan(scenario, seed=1):
-    return Plan(scenario, seed, 0, True, 20.0, 0.0, 0.0, 0.0, (), 20.0, 60.0)
+    return FieldPlan(scenario, seed, 0, True, 20.0, 0.0, 0.0, 0.0, (), 20.0, 60.0)
 
 
 def small(steps, **changes):

@@ -18,7 +18,7 @@ from feasibee.scenario.supported import takes_fast_path
 from feasibee.scenario.units import with_numbers
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.simulation.plan import study_of
-from feasibee.studies.size import Dimension, dimension
+from feasibee.studies.size import Axis, dimension
 
 HALL = Scenario(units={"metres": 0.5, "seconds": 2.0}, run={"steps": 50})
 
@@ -155,8 +155,8 @@ def test_options_that_mean_a_field_take_its_units(tmp_path):
     sizes = ("--arena", "10 m", "--range", "2 m", "--steps", "1 min")
     found = json_of("assess", file, *sizes, "--runs", 3, "--robots", 4, "--tasks", 4)["scenario"]
     assert (found["arena"]["side"], found["sensing"]["range"], found["run"]["steps"]) == (20.0, 4.0, 30)
-    assert dimension(HALL, "radio.range=1 m:2 m") == Dimension("radio.range", 2.0, 4.0)
-    assert dimension(HALL, "run.steps=1 min|.5 h") == Dimension("run.steps", choices=(30, 900))
+    assert dimension(HALL, "radio.range=1 m:2 m") == Axis("radio.range", 2.0, 4.0)
+    assert dimension(HALL, "run.steps=1 min|.5 h") == Axis("run.steps", choices=(30, 900))
     with pytest.raises(ScenarioError, match="must be a length, not a time"):
         dimension(HALL, "radio.range=1 s:2 s")
 

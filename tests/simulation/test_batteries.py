@@ -142,9 +142,9 @@ def test_which_robots_count_is_told():
 
 
 def test_robots_of_a_field_dont_charge(tmp_path):
-    from feasibee.field.plan import Plan
+    from feasibee.field.plan import FieldPlan
     from feasibee.field.supervisor import Field
 
     pace = {"hz": 10.0, "drift": 0.0, "jitter": 0.0, "delay": 0.0, "faults": (), "patience": 1.0, "wait": 1.0}
     with pytest.raises(FeasibeeError, match=r"robots.work = 12: robots of a field don't charge"):
-        Field(Plan(in_world(), 1, 0, True, **pace), tmp_path, print)
+        Field(FieldPlan(in_world(), 1, 0, True, **pace), tmp_path, print)

@@ -24,7 +24,7 @@ from feasibee.studies.comparison import compare, wait_for
 from feasibee.studies.files import write_report
 from feasibee.studies.needs import suitable, untested_in_words
 from feasibee.studies.report import MARGIN, Trial, in_points, sections
-from feasibee.studies.size import Dimension, dimension
+from feasibee.studies.size import Axis, dimension
 from tests.places import rectangle
 
 SHORT = Scenario(arena={"side": 12.0}, tasks={"count": 8}, run={"steps": 150})
@@ -182,7 +182,7 @@ def test_the_command_takes_short_options():
 def test_ranges_are_read_and_checked():
     texts = "decision.gain", "robots.count", "radio.loss=0:0.5", "decision.own_vote", "arena.boundary"
     space = [dimension(Scenario(), text) for text in texts]
-    assert space[0] == Dimension("decision.gain", 2.0, 50.0)
+    assert space[0] == Axis("decision.gain", 2.0, 50.0)
     assert (space[1].at(0.0), space[1].at(1.0)) == (4, 100)
     assert (space[2].at(0.5), space[2].by_ratio) == (0.25, False)
     assert space[3].choices == (False, True)

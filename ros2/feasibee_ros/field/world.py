@@ -31,7 +31,7 @@ from feasibee.field.connections import (
     Frame,
 )
 from feasibee.field.node import Status
-from feasibee.field.plan import ROBOTS_LIMIT, Plan, plan_from
+from feasibee.field.plan import ROBOTS_LIMIT, FieldPlan, plan_from
 from feasibee.field.world import main
 from feasibee.scenario.scenario import Scenario
 from feasibee_ros.messages import (
@@ -89,7 +89,7 @@ class Endpoint:
 class Topics:
     """The world's side of a field's topics; it does what `feasibee.field.connections.Server` does."""
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: FieldPlan) -> None:
         scenario = plan.scenario
         self.node = rclpy.create_node("feasibee_world")
         # Where robots of DDS find each other: the port that RTPS gives a domain.

@@ -21,7 +21,7 @@ class Need(NamedTuple):
     """Returns whether a scenario has it."""
 
 
-class Outcome(NamedTuple):
+class Column(NamedTuple):
     """A column of results: an integer per run, or per run and step."""
 
     name: str
@@ -59,69 +59,69 @@ SAYS: Final = Need("a strategy's own `probability`", lambda scenario: scenario.g
 ACTS: Final = Need("`acting.start`", lambda scenario: scenario.acts)
 WORKS: Final = Need("`tasks.work`", lambda scenario: scenario.tasks.work is not None)
 OUTCOMES: Final = (
-    Outcome(
+    Column(
         "decision",
         "collective decision of the honest robots that still work",
         *("", "int8", UNDECIDED),
         codes=DECISIONS,
     ),
-    Outcome(
+    Column(
         "decision_step",
         "first step at which the swarm had decided",
         *("step", "int32", -1),
         missing="undecided",
     ),
-    Outcome("bits_sent", "total length of all messages sent", "bit", "int64", 0),
-    Outcome(
+    Column("bits_sent", "total length of all messages sent", "bit", "int64", 0),
+    Column(
         "declare_step",
         "first step at which more than the threshold's share of the robots had declared",
         *("step", "int64", -1),
         missing="never",
         needs=DECLARES,
     ),
-    Outcome(
+    Column(
         "declared_feasible",
         "honest working robots that had declared feasible by the end of the run",
         needs=DECLARES,
     ),
-    Outcome(
+    Column(
         "declared_infeasible",
         "honest working robots that had declared infeasible by the end of the run",
         needs=DECLARES,
     ),
-    Outcome("feasible_at_end", "honest working robots with opinion feasible at the end of the run"),
-    Outcome("infeasible_at_end", "honest working robots with opinion infeasible at the end of the run"),
-    Outcome("last_step", "last step of the run", *("step", "int64", 0), needs=STOPS),
-    Outcome(
+    Column("feasible_at_end", "honest working robots with opinion feasible at the end of the run"),
+    Column("infeasible_at_end", "honest working robots with opinion infeasible at the end of the run"),
+    Column("last_step", "last step of the run", *("step", "int64", 0), needs=STOPS),
+    Column(
         "said_at_end",
         "sum of the probabilities that the honest working robots give to feasible at the end of the run",
         f"1/{CERTAIN}",
         needs=SAYS,
     ),
-    Outcome(
+    Column(
         "first_taken_step",
         "first step at which a robot stood at a task",
         *("step", "int64", -1),
         missing="never",
         needs=ACTS,
     ),
-    Outcome(
+    Column(
         "all_taken_step",
         "first step at which robots stood at all tasks, or at as many as honest working robots could take",
         *("step", "int64", -1),
         missing="never",
         needs=ACTS,
     ),
-    Outcome("tasks_taken", "tasks at which robots stood at the end of the run", "tasks", needs=ACTS),
-    Outcome(
+    Column("tasks_taken", "tasks at which robots stood at the end of the run", "tasks", needs=ACTS),
+    Column(
         "distance_walked",
         "steps that all robots walked up to and including all_taken_step, or in the whole run",
         *("robot-steps", "int64", 0),
         needs=ACTS,
     ),
-    Outcome("vain_arrivals", "arrivals of robots at tasks that they didn't get", "arrivals", needs=ACTS),
-    Outcome("starts_in_vain", "robots that took a task although the tasks were infeasible", needs=ACTS),
-    Outcome(
+    Column("vain_arrivals", "arrivals of robots at tasks that they didn't get", "arrivals", needs=ACTS),
+    Column("starts_in_vain", "robots that took a task although the tasks were infeasible", needs=ACTS),
+    Column(
         "all_done_step",
         "first step at whose beginning all tasks were done that an honest working robot could do",
         *("step", "int64", -1),
@@ -132,13 +132,13 @@ OUTCOMES: Final = (
 """Outcomes per run, in the order of a table's columns: append only."""
 
 CURVES: Final = (
-    Outcome(
+    Column(
         "feasible_count",
         "honest working robots with opinion feasible",
         *("robots", "int32", -1),
         missing="after the end of the run",
     ),
-    Outcome(
+    Column(
         "infeasible_count",
         "honest working robots with opinion infeasible",
         *("robots", "int32", -1),
@@ -148,28 +148,28 @@ CURVES: Final = (
 """Outcomes per run and step, from step 0 on, kept if asked for."""
 
 TRACES: Final = (
-    Outcome(
+    Column(
         "truth",
         "ground truth for the robots and tasks present at the step",
         *("", "int8", -1),
         codes={FEASIBLE: DECISIONS[FEASIBLE], INFEASIBLE: DECISIONS[INFEASIBLE]},
         needs=CHANGES,
     ),
-    Outcome(
+    Column(
         "held",
         "opinion of more than the threshold's share of the honest working robots",
         *("", "int8", UNDECIDED),
         codes=DECISIONS,
         needs=CHANGES,
     ),
-    Outcome(
+    Column(
         "robots_present",
         "robots present at the step, whether they work or not",
         *("robots", "int32", -1),
         missing="after the end of the run",
         needs=CHANGES,
     ),
-    Outcome(
+    Column(
         "tasks_present",
         "tasks present at the step, whether seen or not",
         *("tasks", "int32", -1),

@@ -12,7 +12,7 @@ import click
 
 from feasibee.base.errors import FeasibeeError
 from feasibee.cli.options import (
-    Given,
+    GivenScenario,
     argument,
     command,
     console,
@@ -43,7 +43,7 @@ def show() -> None:
 @command(make=show.command)
 def truth(
     *,
-    given: Given,
+    given: GivenScenario,
     seed: int,
     run: int,
     step: int = option("Step, if the world changes.", int, 0),
@@ -76,7 +76,7 @@ def truth(
 
 
 @command(make=show.command)
-def scenario(*, given: Given) -> None:
+def scenario(*, given: GivenScenario) -> None:
     """Print a scenario with all its fields, as TOML; comments say what each means, and its unit.
 
     FILE is a scenario in TOML; without it, the paper's swarm of 20 robots and 20 tasks.
@@ -125,7 +125,7 @@ def new(
         made, then = render("strategy.txt", file=file.name, knowledge=knowledge), "check"
     else:
         exclude(str(file), "only a strategy has it", "knowledge")
-        made, then = commented_toml(Given(None, changes).read()), "run"
+        made, then = commented_toml(GivenScenario(None, changes).read()), "run"
     write_text(file, made)
     click.echo(f"Wrote {file}. Edit it, then: feasibee {then} {file}")
 
@@ -175,7 +175,7 @@ def _print_verdict(verdict: Verdict, scenario: Scenario) -> None:
 
 
 @command(make=show.command)
-def strategies(given: Given, as_json: bool) -> None:
+def strategies(given: GivenScenario, as_json: bool) -> None:
     """List the strategies: what each needs, the length of its messages in bits, and its rule.
 
     Needs: names (robots recognise tasks), ids (robots' ids are never misread), n (robots know their number).

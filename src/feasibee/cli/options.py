@@ -139,7 +139,7 @@ def _frames(context: click.Context, parameter: click.Parameter, text: str | None
         raise click.BadParameter("must be a step, or two; such as 100 or 50:100.") from None
 
 
-class Given(NamedTuple):
+class GivenScenario(NamedTuple):
     """A scenario as a command asks for it."""
 
     file: Path | None
@@ -192,7 +192,7 @@ class Workforce(NamedTuple):
         return executors.threads(self.workers)
 
 
-class Look(NamedTuple):
+class Film(NamedTuple):
     """What an animation shows, and how, as a command asks for it."""
 
     frames: tuple[int, int] | None
@@ -239,7 +239,7 @@ SHARED: dict[str, Any] = {
         metavar="FIELD=VALUE",
         shell_complete=complete_change,
     ),
-    "given": Given,
+    "given": GivenScenario,
     "seed": option("Seed of the random numbers, 0 to 2**64 - 1; the same seed gives the same runs.", int, 0),
     "run": option("Number of the run, or of the first of several.", click.IntRange(0), 0),
     "steps": option('Steps, or time as "10 min": short for --set run.steps=...', read_value, metavar="STEPS"),
@@ -261,7 +261,7 @@ SHARED: dict[str, Any] = {
     ),
     "size": option("Animation: width in pixels.", click.IntRange(240, 4096), 480),
     "dark": option("Animation: use a dark background."),
-    "look": Look,
+    "look": Film,
     "trust": option("Run a strategy from the text in the results; read it before."),
     "as_json": option("Print one JSON object.", name="--json"),
 }

@@ -11,7 +11,7 @@ import click
 from feasibee.base.errors import FeasibeeError, ScenarioError
 from feasibee.base.files import FIGURES, check_output
 from feasibee.cli.options import (
-    Given,
+    GivenScenario,
     command,
     complete_field,
     console,
@@ -37,7 +37,7 @@ POINTS = 9
 @command()
 def predict(
     *,
-    given: Given,
+    given: GivenScenario,
     against: int | None = option(
         "Also simulate so many runs, and say whether they agree.", click.IntRange(1), metavar="RUNS"
     ),

@@ -16,7 +16,7 @@ from feasibee.cli.execution import executing, leave_if_stopped
 from feasibee.cli.options import (
     RUNS,
     FiniteRange,
-    Given,
+    GivenScenario,
     Workforce,
     command,
     complete_strategy,
@@ -48,7 +48,7 @@ BITS = FiniteRange(0, 1e9, min_open=True)
 @command()
 def compare(
     *,
-    given: Given,
+    given: GivenScenario,
     strategies: tuple[str, ...] = option(
         "Strategies to compare; by default all built-in ones.",
         callback=listed,
@@ -176,7 +176,7 @@ def _tasks_of(scenario: Scenario, tasks: tuple[int, ...], runs: int, seed: int) 
 @command()
 def assess(
     *,
-    given: Given,
+    given: GivenScenario,
     robots: int | None = option("Short for --set robots.count=...", int),
     tasks: int | None = option("Short for --set tasks.count=...", int),
     arena: Any = option("Side of the arena: short for --set arena.side=...", read_value, metavar="LENGTH"),
@@ -238,7 +238,7 @@ def assess(
 @command()
 def size(
     *,
-    given: Given,
+    given: GivenScenario,
     right: float,
     steps: int | None,
     over: str = option(

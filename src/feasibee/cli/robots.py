@@ -16,9 +16,9 @@ import click
 from feasibee.base.errors import FeasibeeError, one_line
 from feasibee.cli.options import (
     ANIMATIONS,
+    Film,
     FiniteRange,
-    Given,
-    Look,
+    GivenScenario,
     argument,
     command,
     complete_strategy,
@@ -35,7 +35,7 @@ from feasibee.cli.options import (
     progress,
     with_flooding,
 )
-from feasibee.field.plan import Fault, Plan, fault_in_words, parse_fault, parse_length, schedule
+from feasibee.field.plan import Fault, FieldPlan, fault_in_words, parse_fault, parse_length, schedule
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def robot() -> None:
 @command(make=robot.command)
 def launch(
     *,
-    given: Given,
+    given: GivenScenario,
     seed: int,
     run: int,
     lockstep: bool = option("Wait for all robots in each step; the result is that of the run."),
@@ -124,7 +124,7 @@ def launch(
     options = {"kill": kill, "pause": pause, "partition": partition}
     faults = _faults(options, hz, scenario, starts_robots=not no_robots)
     clocks = (lockstep, hz, drift, jitter, parse_length("--delay", delay, hz))
-    plan = Plan(scenario, one.seed, one.first, *clocks, faults, patience, wait)
+    plan = FieldPlan(scenario, one.seed, one.first, *clocks, faults, patience, wait)
     if ros and not all(map(find_spec, ("rclpy", "feasibee_ros"))):
         raise FeasibeeError("--ros: needs ROS 2 and feasibee_ros; see ros2/README.md in the repository")
     package = "feasibee_ros.field" if ros else "feasibee.field"
@@ -207,7 +207,7 @@ def _in_words(result: Mapping[str, Any]) -> str:
 @command(make=robot.command)
 def join(
     *,
-    given: Given,
+    given: GivenScenario,
     connect: Path | None = option(
         "Where the world of a field on this machine is, as feasibee robot launch prints.",
         file_type,
@@ -280,7 +280,7 @@ def replay(
         "Draw the field whose folder LOG is, instead: .gif, .webp, .mp4, or .png for the last frame.",
         animation=(*ANIMATIONS, ".png"),
     ),
-    look: Look,
+    look: Film,
     as_json: bool,
 ) -> None:
     """Replay logs of robots, and check that each decision is the same to the bit.
@@ -311,7 +311,7 @@ def replay(
         )
 
 
-def _animate(folders: Sequence[Path], out: Path, look: Look) -> None:
+def _animate(folders: Sequence[Path], out: Path, look: Film) -> None:
     """Draw a field from its world's log."""
     from feasibee.figures.animation import animate_field
 

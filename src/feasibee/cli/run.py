@@ -13,8 +13,8 @@ from feasibee.base.errors import FeasibeeError
 from feasibee.base.files import FIGURES, RESULTS
 from feasibee.cli.options import (
     ANIMATIONS,
-    Given,
-    Look,
+    Film,
+    GivenScenario,
     NamedPath,
     command,
     count_type,
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 @command()
 def run(
     *,
-    given: Given,
+    given: GivenScenario,
     runs: int = option("Number of runs.", count_type, 100),
     seed: int,
     run: int,
@@ -52,7 +52,7 @@ def run(
         animation=ANIMATIONS,
         page=(".html",),
     ),
-    look: Look,
+    look: Film,
     again: tuple[Path, ...] = option(
         "Simulate saved results again, and compare every byte: .nc, the folder of a sweep, or the card of a "
         "benchmark, .json. Repeat it for figures; by default those named as the file, or in the folder.",
@@ -105,7 +105,7 @@ def run(
         click.echo(f"Wrote {', '.join(map(str, outputs.values()))}")
 
 
-def _show(outputs: dict[str, Path], scenario: Scenario, runs: Runs, look: Look, name: str) -> None:
+def _show(outputs: dict[str, Path], scenario: Scenario, runs: Runs, look: Film, name: str) -> None:
     """Write what needs no record of the runs, before these are simulated: errors come early."""
     if "page" in outputs:
         from feasibee.live.page import write_page

@@ -10,7 +10,16 @@ import click
 
 from feasibee.base.errors import FeasibeeError
 from feasibee.base.files import named
-from feasibee.cli.options import Given, argument, command, exclude, only, option, path_type, with_flooding
+from feasibee.cli.options import (
+    GivenScenario,
+    argument,
+    command,
+    exclude,
+    only,
+    option,
+    path_type,
+    with_flooding,
+)
 from feasibee.scenario.runs import Runs
 
 if TYPE_CHECKING:
@@ -118,5 +127,5 @@ def _routes(
                 click.echo(f"feasibee: {manifest.name}, SHA-256 {digest_of(manifest)}: {what}", err=True)
         return routes_of(catalogue)
     one = Runs.single(seed or 0, run or 0)
-    scenario = with_flooding(Given(source, changes).read())
+    scenario = with_flooding(GivenScenario(source, changes).read())
     return routes_of(Catalogue(scenario, one.seed, one.first, source.name if source else ""))

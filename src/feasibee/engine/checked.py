@@ -30,7 +30,7 @@ from feasibee.robot.language import (
     Value,
     text_of,
 )
-from feasibee.robot.translate import Body, Translation
+from feasibee.robot.translate import FunctionBody, Translation
 
 _READ_ONLY: Final = {"parameters": ("feasibee_constants_of({})", CONSTANTS, ())}
 OWN: Final = ENGINE._replace(
@@ -50,12 +50,12 @@ class CheckedTranslation(Translation):
     target: Target = OWN
 
     @property
-    def body(self) -> type[Body]:
+    def body(self) -> type[FunctionBody]:
         """Return what translates the body of one function."""
-        return Checked
+        return CheckedBody
 
 
-class Checked(Operations):
+class CheckedBody(Operations):
     """The body of one function, in C with Python's checks."""
 
     def _assert(self, statement: ast.Assert, depth: int) -> None:

@@ -26,7 +26,7 @@ from feasibee.robot.language import (
     promoted,
     text_of,
 )
-from feasibee.robot.translate import Body, Translation
+from feasibee.robot.translate import FunctionBody, Translation
 from feasibee.strategies.overflow import MOST
 
 MATH_REMEDIES: Final = {
@@ -37,7 +37,7 @@ MATH_REMEDIES: Final = {
 }
 
 
-class Operations(Body):
+class Operations(FunctionBody):
     """The expressions of one function."""
 
     def __init__(self, translation: Translation, function: Definition) -> None:

@@ -45,7 +45,7 @@ class Grid(NamedTuple):
     scale_y: np.uint64
 
 
-class Band(NamedTuple):
+class BandParams(NamedTuple):
     """Squared distances in coarse units of which the exact one may lie on either side of a range."""
 
     low: np.uint32  # surely in range if the squared distance is below this
@@ -119,7 +119,7 @@ class RobotParams(NamedTuple):
     knows_count: bool
     apart_limit: np.uint64  # discs overlap if the squared distance is below this
     meet_limit: np.uint64  # discs can't meet within a step unless the squared distance is below this
-    meet_band: Band  # in units of 2**16
+    meet_band: BandParams  # in units of 2**16
     placement: PlacementParams
     grid: Grid
 
@@ -129,7 +129,7 @@ class ListParams(NamedTuple):
 
     bits: int  # 2**bits cells a side; 0: no lists
     shift: np.uint32  # bits of a coordinate below those of a place in a list
-    band: Band  # in units of 2**shift
+    band: BandParams  # in units of 2**shift
 
 
 class TaskParams(NamedTuple):
@@ -156,7 +156,7 @@ class SensingParams(NamedTuple):
     """Observation of robots and tasks (model.md 4.2, 6.3)."""
 
     limit: np.uint64  # in sight if the squared distance is below this
-    band: Band  # in units of 2**16
+    band: BandParams  # in units of 2**16
     count_self: int  # 0 or 1
     unique: bool  # whether a thing counts once
     by_class: bool  # whether robots or tasks have classes
@@ -178,7 +178,7 @@ class RadioParams(NamedTuple):
     """Messages (model.md 1.4, 6.5)."""
 
     limit: np.uint64  # in radio range if the squared distance is below this
-    band: Band  # in units of 2**16
+    band: BandParams  # in units of 2**16
     loss: np.uint64  # probability times 2**32
     id_bits: int  # length of an id
     delay: int  # steps

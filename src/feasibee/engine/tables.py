@@ -25,7 +25,7 @@ Int64s = NDArray[np.int64]
 Limits = NDArray[np.uint64]
 
 
-class Event(IntEnum):
+class EventColumn(IntEnum):
     """Columns of `Tables.events`."""
 
     STEP = 0

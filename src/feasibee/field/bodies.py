@@ -8,7 +8,7 @@ from typing import Any, cast
 
 from feasibee.field.errands import RemoteErrand, check_tasks
 from feasibee.field.node import Status, sighting_of
-from feasibee.reference.mind import BYZANTINE, HONEST, Mind, Settings, plain_settings
+from feasibee.reference.mind import BYZANTINE, HONEST, Mind, MindSettings, plain_settings
 from feasibee.reference.robot import Robot
 from feasibee.reference.swarm import Swarm
 from feasibee.reference.world import Place
@@ -19,7 +19,7 @@ from feasibee.scenario.scenario import Scenario
 class RemoteMind:
     """What is known here of a mind in another process: its settings, and what it last reported."""
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: MindSettings) -> None:
         self.settings = settings
         # As that of a fresh mind, whose first phase has begun.
         self.report([-1, -1, False, 1, settings.phases + 1])
@@ -51,7 +51,7 @@ class Body(Robot):
     knows: Mapping[str, Any] | None = None
     """The insight of a Byzantine robot that its process last got."""
 
-    def mind_of(self, settings: Settings) -> Mind:
+    def mind_of(self, settings: MindSettings) -> Mind:
         """Return the place for what the robot reports."""
         return cast(Mind, RemoteMind(settings))
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from feasibee.base.purposes import FIRST_OPINION, PHASE
-from feasibee.reference.mind import STUBBORN, Draw, Mind, Settings
+from feasibee.reference.mind import STUBBORN, Draw, Mind, MindSettings
 from feasibee.robot import firmware
 from feasibee.robot.compiler import run_compiler
 from feasibee.robot.given import LARGEST, numbers_of
@@ -76,7 +76,7 @@ class CompiledMind(Mind):
         self,
         library: Path,
         strategy: Strategy,
-        settings: Settings,
+        settings: MindSettings,
         words: Draw,
         task_of: Callable[[int], int] | None = None,
     ) -> None:

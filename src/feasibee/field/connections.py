@@ -55,7 +55,7 @@ class Frame(NamedTuple):
     """A `Channel`, or what another network has instead, with the number of the ``robot``."""
 
 
-class Server:
+class Connections:
     """The world's side of all connections. It listens in a folder, which must exist."""
 
     def __init__(self, folder: Path) -> None:

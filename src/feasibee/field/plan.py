@@ -122,7 +122,7 @@ def numbers_in_words(numbers: Sequence[int]) -> str:
     return ", ".join(shown) + (f" and {left} more" if left else "")
 
 
-class Plan(NamedTuple):
+class FieldPlan(NamedTuple):
     """What a field does: the scenario, the clock of its robots, and the faults."""
 
     scenario: Scenario
@@ -149,7 +149,7 @@ class Plan(NamedTuple):
         return self.scenario.radio.delay + self.delay
 
 
-def plan_from(plain: Mapping[str, Any]) -> Plan:
+def plan_from(plain: Mapping[str, Any]) -> FieldPlan:
     """Return a plan from its plain form, as `plain_plan` makes it."""
     from feasibee.scenario.scenario import Scenario  # heavy: only in the world's process
 
@@ -157,10 +157,12 @@ def plan_from(plain: Mapping[str, Any]) -> Plan:
     if flooding is not None:
         scenario = scenario.with_flooding(flooding)
     faults = tuple(Fault(**{**each, "robots": tuple(each["robots"])}) for each in plain["faults"])
-    return Plan(**{name: plain[name] for name in Plan._fields} | {"scenario": scenario, "faults": faults})
+    return FieldPlan(
+        **{name: plain[name] for name in FieldPlan._fields} | {"scenario": scenario, "faults": faults}
+    )
 
 
-def plain_plan(plan: Plan) -> dict[str, Any]:
+def plain_plan(plan: FieldPlan) -> dict[str, Any]:
     """Return a plan as plain values."""
     faults = [fault._asdict() for fault in plan.faults]
     scenario = {"scenario": plan.scenario.to_toml(), "flooding": plan.scenario.flooding}

@@ -18,7 +18,7 @@ from typing import Any, Final
 from feasibee.base.errors import FeasibeeError
 from feasibee.field.errands import check_tasks
 from feasibee.field.logs import locked, remove_older
-from feasibee.field.plan import KILL, PAUSE, RESUME, Plan, plain_plan
+from feasibee.field.plan import KILL, PAUSE, RESUME, FieldPlan, plain_plan
 
 GRACE: Final = 2.0
 """Seconds that processes have to end by themselves."""
@@ -42,7 +42,7 @@ class Field:
 
     def __init__(
         self,
-        plan: Plan,
+        plan: FieldPlan,
         folder: Path | None,
         tell: Callable[[Mapping[str, Any]], None],
         *,

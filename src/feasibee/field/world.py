@@ -41,11 +41,11 @@ from feasibee.field.connections import (
     STEP,
     TICK,
     WELCOME,
+    Connections,
     Frame,
-    Server,
 )
 from feasibee.field.logs import VERSION, LineLog
-from feasibee.field.plan import PARTITION, PROCESS, ROBOTS_LIMIT, Plan, plan_from
+from feasibee.field.plan import PARTITION, PROCESS, ROBOTS_LIMIT, FieldPlan, plan_from
 from feasibee.field.robot import own_output
 from feasibee.reference.swarm import WORKED
 from feasibee.results.measures import tracked
@@ -60,8 +60,8 @@ class World:
 
     def __init__(
         self,
-        plan: Plan,
-        server: Server,
+        plan: FieldPlan,
+        server: Connections,
         report: Callable[[Mapping[str, Any]], None],
         log: Path,
         wait_for_go: Callable[[], object] = lambda: None,
@@ -492,13 +492,13 @@ class FreeRunning(World):
         return self.step + (time.monotonic() - self._passed_at >= 1.0 / self.plan.hz)
 
 
-def _serve(order: Mapping[str, Any]) -> AbstractContextManager[Server]:
+def _serve(order: Mapping[str, Any]) -> AbstractContextManager[Connections]:
     """Listen for robots in the temporary folder of an order."""
-    return closing(Server(Path(order["temporary"])))
+    return closing(Connections(Path(order["temporary"])))
 
 
 Serve = Callable[[Mapping[str, Any]], AbstractContextManager[Any]]
-"""Gives the world's side of the connections with the robots, such as a `Server`, for an order."""
+"""Gives the world's side of the connections with the robots, such as a `Connections`, for an order."""
 
 
 def main(serve: Serve = _serve) -> None:

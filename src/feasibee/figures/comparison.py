@@ -23,7 +23,7 @@ from feasibee.figures.style import (
     PALETTE,
     PERCENT,
     PLAIN,
-    Look,
+    LineStyle,
     along,
     also_in_seconds,
     draw_intervals,
@@ -52,7 +52,7 @@ def draw_against_ratio(
     label: str = "swarms that are right at the end (%)",
     wrong: Mapping[str, Sequence[Interval]] = MappingProxyType({}),
     *,
-    before: Mapping[str, Look] | None = None,
+    before: Mapping[str, LineStyle] | None = None,
 ) -> Figure:
     """Draw each contender's share of swarms at each ratio of robots to tasks, with intervals.
 
@@ -97,7 +97,7 @@ def draw_against_time(
     shares: Mapping[str, NDArray[np.float64]],
     *,
     keep: Sequence[str] | None = None,
-    before: Mapping[str, Look] | None = None,
+    before: Mapping[str, LineStyle] | None = None,
     seconds: float | None = None,
 ) -> Figure:
     """Draw the share of right swarms at each step: the mean over the ratios, and the least.
@@ -130,7 +130,7 @@ def draw_calibration(
     found: Mapping[str, Calibration],
     *,
     keep: Sequence[str] | None = None,
-    before: Mapping[str, Look] | None = None,
+    before: Mapping[str, LineStyle] | None = None,
 ) -> Figure:
     """Draw calibration curves: on the diagonal, tasks are feasible as often as the swarms say.
 
@@ -158,7 +158,7 @@ def draw_against_bits(
     label: str = "swarms that are right at the end (%)",
     *,
     keep: Sequence[str] | None = None,
-    before: Mapping[str, Look] | None = None,
+    before: Mapping[str, LineStyle] | None = None,
 ) -> Figure:
     """Draw accuracy against bits per robot-step, with the Pareto front and names at the points.
 
@@ -181,7 +181,7 @@ def _against_bits(
     heights: Mapping[str, tuple[float, ...]],
     scores: Mapping[str, float],
     keep: Sequence[str] | None,
-    before: Mapping[str, Look] | None,
+    before: Mapping[str, LineStyle] | None,
 ) -> Iterator[tuple[Figure, Axes]]:
     """Yield a figure of contenders against bits, with the Pareto front, which is highlighted; then name them.
 
@@ -232,7 +232,7 @@ def _finish_ratios(ax: Axes, ratios: NDArray[np.float64], tasks: Sequence[int]) 
     above.set_xlabel(name_of_axis("tasks.count"), fontsize="medium")
 
 
-def _beside(found: Mapping[str, Look], ratios: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+def _beside(found: Mapping[str, LineStyle], ratios: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     """Return the places of each highlighted line along the axis of ratios."""
     names = [name for name, look in found.items() if look.highlighted]
     shifts = BESIDE * (np.arange(len(names)) - (len(names) - 1) / 2)
@@ -244,7 +244,7 @@ def _factor(ratios: NDArray[np.float64], share: float) -> float:
     return float(max(ratios.max() / ratios.min(), 1.2) ** share)
 
 
-def _draw_crosses(ax: Axes, places: NDArray[np.float64], wrong: Sequence[Interval], look: Look) -> None:
+def _draw_crosses(ax: Axes, places: NDArray[np.float64], wrong: Sequence[Interval], look: LineStyle) -> None:
     """Mark the shares above 0 of swarms in which a robot declared wrongly."""
     marked = 100 * np.array([each.estimate for each in wrong])
     some = np.flatnonzero(marked)
@@ -255,7 +255,7 @@ def draw_right_over_time(
     shares: Mapping[str, NDArray[np.float64]],
     infeasible: NDArray[np.float64],
     *,
-    before: Mapping[str, Look] | None = None,
+    before: Mapping[str, LineStyle] | None = None,
 ) -> Figure:
     """Draw each contender's share of right swarms at each step, with the truth as a band behind.
 
@@ -279,7 +279,7 @@ def draw_delay_against_bits(
     contenders: Mapping[str, tuple[float, Quartiles]],
     steps: int,
     *,
-    before: Mapping[str, Look] | None = None,
+    before: Mapping[str, LineStyle] | None = None,
 ) -> Figure:
     """Draw the delay of detection against bits per robot-step, with the Pareto front: the frontier.
 
@@ -303,7 +303,7 @@ def draw_delay_against_bits(
     return drawn
 
 
-class Panel(NamedTuple):
+class Side(NamedTuple):
     """One side of the figure."""
 
     label: str
@@ -318,7 +318,7 @@ class Panel(NamedTuple):
     """Largest feasible number of tasks."""
 
 
-def draw_sizing(panels: Sequence[Panel], target: float) -> Figure:
+def draw_sizing(panels: Sequence[Side], target: float) -> Figure:
     """Draw the share of right swarms against the values of one or two panels, with the share asked for."""
     size = 1.0 + 3.4 * len(panels), 3.0
     with figure(*size, columns=len(panels), sharey=True, squeeze=False) as (drawn, axes):
@@ -330,7 +330,7 @@ def draw_sizing(panels: Sequence[Panel], target: float) -> Figure:
     return drawn
 
 
-def _draw(ax: Any, panel: Panel, target: float) -> None:
+def _draw(ax: Any, panel: Side, target: float) -> None:
     values = [value for value, _ in panel.points]
     ax.axhline(100 * target, color="0.45", linewidth=0.8, linestyle="--", zorder=0)
     look = {"color": PALETTE[0], "marker": "o", "markersize": 3.5, "linewidth": 1.2, "elinewidth": 0.7}

@@ -22,7 +22,7 @@ from feasibee.figures.style import (
     PALETTE,
     PERCENT,
     RATIO,
-    Look,
+    LineStyle,
     also_in_seconds,
     as_text,
     axes_for,
@@ -164,7 +164,7 @@ def plot_decisions(
         robots_per_task(axes)
         last = int(np.argmax(ratios))
         ends = {name: (ratios[last], 100 * intervals[last][0]) for name, intervals in rates.items()}
-        label_ends(axes, ends, {name: Look(COLOURS[name], MARKERS[name]) for name in rates})
+        label_ends(axes, ends, {name: LineStyle(COLOURS[name], MARKERS[name]) for name in rates})
         return axes
 
 
@@ -183,7 +183,7 @@ def plot_decision_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
         raise FeasibeeError("the results have no decisions of runs; use the results of feasibee.simulate")
     spoken, steps = results["decision"].values, results["decision_step"].values
     taken = {name: steps[spoken == code] for code, name in DECISIONS.items() if code != UNDECIDED}
-    found = {name: Look(COLOURS[name], dashes="-" if name == "feasible" else "--") for name in taken}
+    found = {name: LineStyle(COLOURS[name], dashes="-" if name == "feasible" else "--") for name in taken}
     with axes_for(ax, 3.6, 2.7) as axes:
         draw_shares(axes, taken, steps.size, scenario.run.steps, "runs that had decided (%)", found)
         also_in_seconds(axes, scenario.units.seconds)
@@ -197,7 +197,7 @@ def draw_shares(
     runs: int,
     steps: int,
     label: str,
-    found: Mapping[str, Look],
+    found: Mapping[str, LineStyle],
 ) -> None:
     """Draw the percentage of runs whose step in ``taken`` had passed by each step.
 
@@ -370,7 +370,10 @@ def plot_declare_steps(results: xr.Dataset, ax: Axes | None = None) -> Axes:
     declare_step = results["declare_step"].values
     wrong = declared_wrong(results, scenario)
     right_name, wrong_name = ("feasible", "infeasible") if feasible else ("infeasible", "feasible")
-    shown = {"rightly": Look(COLOURS[right_name]), "a robot wrongly": Look(COLOURS[wrong_name], dashes="--")}
+    shown = {
+        "rightly": LineStyle(COLOURS[right_name]),
+        "a robot wrongly": LineStyle(COLOURS[wrong_name], dashes="--"),
+    }
     spoken = {"rightly": ~wrong, "a robot wrongly": wrong}
     taken = {name: declare_step[chosen & (declare_step >= 0)] for name, chosen in spoken.items()}
     with axes_for(ax, 3.6, 2.7) as axes:

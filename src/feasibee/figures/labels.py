@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.transforms import Bbox, blended_transform_factory, offset_copy
 from numpy.typing import NDArray
 
-from feasibee.figures.style import GREY, PLAIN, Look, as_text, text_colour
+from feasibee.figures.style import GREY, PLAIN, LineStyle, as_text, text_colour
 
 SIZE: Final = 8.0
 """Size of labels, in points."""
@@ -34,7 +34,7 @@ BETTER: Final = ((-1, 0), (-1, 1), (0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1
 def label_ends(
     ax: Axes,
     ends: Mapping[str, tuple[float, float]],
-    looks: Mapping[str, Look],
+    looks: Mapping[str, LineStyle],
     scores: Mapping[str, float] = MappingProxyType({}),
     *,
     markers: bool = True,
@@ -109,7 +109,7 @@ class Point(NamedTuple):
     name: str
     x: float
     y: float
-    look: Look
+    look: LineStyle
     low: float
     high: float
     """Ends of its bar."""
@@ -159,7 +159,7 @@ def label_points(ax: Axes, points: Sequence[Point]) -> None:
         taken.append(Bbox.from_bounds(*corner, size.width, size.height))
 
 
-def _text(look: Look) -> dict[str, Any]:
+def _text(look: LineStyle) -> dict[str, Any]:
     colour = text_colour(look.colour) if look.highlighted else "0.4"
     return {"fontsize": SIZE if look.highlighted else SIZE - 1, "color": colour, "ha": "left", "va": "bottom"}
 
@@ -192,7 +192,7 @@ def _room(
     return None
 
 
-def _leader(offset: tuple[float, float], size: tuple[float, float], look: Look) -> dict[str, Any] | None:
+def _leader(offset: tuple[float, float], size: tuple[float, float], look: LineStyle) -> dict[str, Any] | None:
     """Return the line from a label to its point, if they are far apart."""
     nearest = [max(start, 0.0, -(start + length)) for start, length in zip(offset, size, strict=True)]
     if max(nearest) <= DISTANCES[0] + 1:

@@ -64,7 +64,7 @@ DASHES: Final = ("-", (0, (4, 1.4)), (0, (1.4, 1)), (0, (6, 1.4, 1.4, 1.4)), (0,
 """Dashes of each colour of `PALETTE`: of two lines in one place, both are seen."""
 
 
-class Look(NamedTuple):
+class LineStyle(NamedTuple):
     """How a line is drawn."""
 
     colour: str
@@ -93,13 +93,15 @@ class Look(NamedTuple):
         return {"color": self.colour, "zorder": above, **shape}
 
 
-PLAIN: Final = Look(GREY)
+PLAIN: Final = LineStyle(GREY)
 """Look of a line that isn't highlighted."""
 
 
 def looks(
-    scores: Mapping[str, float], keep: Sequence[str] | None = None, before: Mapping[str, Look] | None = None
-) -> dict[str, Look]:
+    scores: Mapping[str, float],
+    keep: Sequence[str] | None = None,
+    before: Mapping[str, LineStyle] | None = None,
+) -> dict[str, LineStyle]:
     """Return the look of each line of a figure: as many as `PALETTE` has colours are highlighted.
 
     ``scores`` has what the figure shows of each line, as one number: the lines with the largest ones are
@@ -111,7 +113,7 @@ def looks(
     chosen = list(dict.fromkeys([*kept, *ranked]))[: len(PALETTE)]
     found = {name: before[name] for name in chosen if before and name in before and before[name].highlighted}
     taken = [look.colour for look in found.values()]
-    free = (Look(*each) for each in zip(PALETTE, MARKS, DASHES, strict=True) if each[0] not in taken)
+    free = (LineStyle(*each) for each in zip(PALETTE, MARKS, DASHES, strict=True) if each[0] not in taken)
     found |= {name: next(free) for name in chosen if name not in found}
     return {name: found.get(name, PLAIN) for name in scores}
 

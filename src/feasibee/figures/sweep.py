@@ -22,7 +22,7 @@ from feasibee.base.outcomes import ACTS, CHANGES
 from feasibee.figures.labels import label_ends
 from feasibee.figures.style import (
     PERCENT,
-    Look,
+    LineStyle,
     along,
     as_text,
     fill_band,
@@ -160,7 +160,7 @@ def draw_lines(
 
 
 def _draw(
-    ax: Any, lines: Mapping[Any, Line], found: Mapping[str, Look], shown: Shown
+    ax: Any, lines: Mapping[Any, Line], found: Mapping[str, LineStyle], shown: Shown
 ) -> dict[str, tuple[float, float]]:
     """Draw the lines of a panel; return the end of each."""
     ends = {}

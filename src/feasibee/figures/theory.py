@@ -14,7 +14,7 @@ from feasibee.figures.labels import label_ends
 from feasibee.figures.style import (
     PALETTE,
     PERCENT,
-    Look,
+    LineStyle,
     along,
     draw_intervals,
     figure,
@@ -57,7 +57,7 @@ def _draw_times(ax: Axes, prediction: Prediction, agreement: Agreement | None) -
         if agreement is not None:
             draw_intervals(ax, [last], [agreement.rates[name]], color=colour, clip_on=False, **ENGINE)
     over_time(ax, "swarms that have decided (%)", last)
-    label_ends(ax, ends, {name: Look(COLOURS[name]) for name in ends}, markers=False)
+    label_ends(ax, ends, {name: LineStyle(COLOURS[name]) for name in ends}, markers=False)
     ax.set_title("dots: engine, at the end" if agreement else "", loc="left", color="0.3")
 
 

@@ -33,7 +33,7 @@ LISTED: Final = 500
 """Most runs that are listed."""
 
 
-class Replay(NamedTuple):
+class SweptRun(NamedTuple):
     """A run of a sweep that can be replayed."""
 
     point: StoredPoint
@@ -42,7 +42,7 @@ class Replay(NamedTuple):
     decision_step: int
 
 
-class Asked(BaseModel):
+class Request(BaseModel):
     """Request of a page for a scenario: changes to that of a point, or to the one to start with."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
@@ -69,7 +69,7 @@ class Catalogue:
     replays: Mapping[str, Any] | None = None
     """Runs of these points, as a page lists them."""
 
-    def chosen(self, asked: Asked) -> tuple[Scenario, Runs]:
+    def chosen(self, asked: Request) -> tuple[Scenario, Runs]:
         """Return the scenario and the run that a page asks for.
 
         Raise a FeasibeeError if scenario, seed or run is invalid or beyond the limits of a page; it lists all
@@ -126,13 +126,13 @@ def read_catalogue(folder: Path, pick: str, trust: bool = False) -> Catalogue:
     return Catalogue(start.scenario, start.seed, first.run, str(folder), start.id, points, replays)
 
 
-def picked_runs(folder: Path, pick: str) -> tuple[list[Replay], int]:
+def picked_runs(folder: Path, pick: str) -> tuple[list[SweptRun], int]:
     """Return runs whose decision matches one of `PICKS`, and how many there are.
 
     ``"wrong"`` selects runs whose first decision differs from the ground truth of its step. At most `LISTED`
     are returned, as many of each point. Raise a FeasibeeError if the folder has no results, or no such run.
     """
-    picked: list[list[Replay]] = []
+    picked: list[list[SweptRun]] = []
     found = 0
     store = Store(folder)
     for row in store.points:
@@ -142,7 +142,7 @@ def picked_runs(folder: Path, pick: str) -> tuple[list[Replay], int]:
         if len(runs):
             columns = (results.run, results.decision, results.decision_step)
             listed = zip(*(each[runs[:LISTED]].tolist() for each in columns), strict=True)
-            picked.append([Replay(row, *run) for run in listed])
+            picked.append([SweptRun(row, *run) for run in listed])
     store.check()
     if not picked:
         which = "runs" if pick == "all" else f"runs that are {pick}"
@@ -160,7 +160,7 @@ def _are_picked(results: Any, scenario: Scenario, pick: str) -> NDArray[np.bool_
     return matches[pick]
 
 
-def _listed(replay: Replay) -> dict[str, Any]:
+def _listed(replay: SweptRun) -> dict[str, Any]:
     """Return a run as a page lists it: values of its point with metres and seconds, if they are known."""
     row = replay.point
     values = {

@@ -20,7 +20,7 @@ from pydantic import ValidationError
 
 from feasibee.base.errors import FeasibeeError, Problem
 from feasibee.base.files import named
-from feasibee.live.catalogue import Asked, Catalogue
+from feasibee.live.catalogue import Catalogue, Request
 from feasibee.live.form import form
 from feasibee.live.guard import HEADERS, Guard
 from feasibee.live.packet import wasm_of
@@ -57,13 +57,13 @@ def routes_of(catalogue: Catalogue) -> Routes:
     )
 
     def opened(body: bytes) -> Any:
-        asked = Asked.model_validate_json(body)
+        asked = Request.model_validate_json(body)
         scenario, runs = catalogue.chosen(asked)
         wasm = None if scenario.manifest.source == first.manifest.source else wasm_of(scenario)
         return opened_of(scenario, runs) | {"point": asked.point, "wasm": wasm}
 
     def predicted(body: bytes) -> Any:
-        return prediction_of(catalogue.chosen(Asked.model_validate_json(body))[0])
+        return prediction_of(catalogue.chosen(Request.model_validate_json(body))[0])
 
     return {("GET", "/"): lambda _: page, ("POST", "/open"): opened, ("POST", "/predict"): predicted}
 

@@ -23,7 +23,7 @@ HONEST, STOPPED, BYZANTINE, STUBBORN = "honest", "stopped", "byzantine", "stubbo
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settings(controller.Settings):
+class MindSettings(controller.Settings):
     """The settings of one simulated mind: plain values, those of the scenario and those of the robot."""
 
     setting: Setting
@@ -48,8 +48,8 @@ class Mind(Controller):
     coordinates.
     """
 
-    def __init__(self, strategy: Strategy, settings: Settings, words: Draw | None = None) -> None:
-        self.settings: Settings = settings
+    def __init__(self, strategy: Strategy, settings: MindSettings, words: Draw | None = None) -> None:
+        self.settings: MindSettings = settings
         self.phases = settings.phases
         self._words = words or partial(philox, *settings.coordinates)
         self._remembered: set[tuple[bool, int]] = set()
@@ -126,7 +126,7 @@ class Mind(Controller):
         return duration(word, mean)
 
 
-def plain_settings(settings: Settings) -> dict[str, Any]:
+def plain_settings(settings: MindSettings) -> dict[str, Any]:
     """Return settings as plain values, which JSON keeps exactly."""
     rule = settings.declare
     return vars(settings) | {
@@ -140,12 +140,12 @@ def setting_from(plain: Mapping[str, Any]) -> Setting:
     return Setting(**{**plain, "plan": bytes.fromhex(plain.get("plan", ""))})
 
 
-def settings_from(plain: Mapping[str, Any]) -> Settings:
+def settings_from(plain: Mapping[str, Any]) -> MindSettings:
     """Return settings from the form of `plain_settings`."""
     rule = plain["declare"]
     if rule is not None:
         rule = Declare(**{**rule, "quorum": Fraction(rule["quorum"])})
-    return Settings(
+    return MindSettings(
         **{
             **plain,
             "coordinates": tuple(plain["coordinates"]),

@@ -11,7 +11,7 @@ from typing import Any, Final
 from feasibee.base.codes import COS_EIGHTH, exact
 from feasibee.base.purposes import BATTERY, FAILURE, WALK
 from feasibee.reference.draws import choose, cos_sin, duration, happens
-from feasibee.reference.mind import STOPPED, Mind, Settings
+from feasibee.reference.mind import STOPPED, Mind, MindSettings
 from feasibee.reference.place import QUARTERS, Ground
 from feasibee.reference.world import Names, Place, World
 from feasibee.robot import controller
@@ -91,7 +91,7 @@ class Robot:
         self._run: Place | None = None
         self._waits = True
 
-    def mind_of(self, settings: Settings) -> Mind:
+    def mind_of(self, settings: MindSettings) -> Mind:
         """Return the robot's mind; that of a robot of ``feasibee robot launch`` is in another process."""
         return Mind(self._scenario.strategy, settings)
 
@@ -166,14 +166,14 @@ class Robot:
         self.velocity = (math.floor(self.reach * cosine + 0.5), math.floor(self.reach * sine + 0.5))
         self._walk_left = duration(lasting, self._scenario.walk.mean_run)
 
-    def _settings(self, phases: int, step: int) -> Settings:
+    def _settings(self, phases: int, step: int) -> MindSettings:
         """Return the settings of the robot's mind."""
         own = {
             "me": self._names.me(self.number, self.kind),
             "place": self._world.in_units(self.place),
             "step": max(0, step - 1),
         }
-        return Settings(
+        return MindSettings(
             **vars(settings_of(self._scenario)) | own,
             coordinates=(*self._world.run, self.number),
             joined=self.joined,

@@ -17,7 +17,7 @@ import xarray as xr
 from feasibee.base.codes import MODEL_VERSION
 from feasibee.base.errors import FeasibeeError, quoted
 from feasibee.base.files import RESULTS, atomic_write, check_output, write_csv
-from feasibee.base.outcomes import CURVES, OUTCOMES, TRACES, Outcome
+from feasibee.base.outcomes import CURVES, OUTCOMES, TRACES, Column
 from feasibee.base.record import Record
 from feasibee.results.measures import measures_of_runs
 from feasibee.results.reading import reading
@@ -50,7 +50,7 @@ def to_dataset(record: Record, scenario: Scenario, seed: int) -> xr.Dataset:
     return xr.Dataset(data, coordinates, about)
 
 
-def attributes_of(outcome: Outcome) -> dict[str, Any]:
+def attributes_of(outcome: Column) -> dict[str, Any]:
     """Return the attributes of an outcome's variable, by the CF conventions."""
     if not outcome.codes:
         return {"long_name": outcome.meaning, "units": outcome.unit}

@@ -364,7 +364,7 @@ def _changed(truths: NDArray[Any]) -> NDArray[np.bool_]:
     return changed
 
 
-class Acting(NamedTuple):
+class Achieved(NamedTuple):
     """What robots that act achieved in all runs together, with 95 % confidence intervals (model.md 6.25)."""
 
     done: Interval
@@ -407,13 +407,13 @@ def acts_of(results: Any, scenario: Scenario) -> Acts:
     return acts
 
 
-def achieved(parts: Sequence[Acts]) -> Acting | None:
+def achieved(parts: Sequence[Acts]) -> Achieved | None:
     """Return what robots achieved in the runs of all parts; None without runs."""
     if not sum(each["distance"].size for each in parts):
         return None
     acts = {name: np.concatenate([each[name] for each in parts]) for name in parts[0]}
     runs, done = acts["distance"].size, acts["all_done_step"]
-    return Acting(
+    return Achieved(
         wilson(int((acts["all_taken_step"] >= 0).sum()), runs),
         wilson(int((acts["starts_in_vain"] > 0).sum()), runs),
         declare_times(acts["first_taken_step"]),
@@ -552,7 +552,7 @@ class Measured(NamedTuple):
         return summarised([self.followed] if self.followed else [])
 
     @property
-    def acting(self) -> Acting | None:
+    def acting(self) -> Achieved | None:
         """What robots that act achieved; None without runs, or if they don't act."""
         return achieved([self.acts] if self.acts else [])
 
@@ -601,7 +601,7 @@ def together(parts: Sequence[Measured], name: str) -> Interval:
         runs = sum(each.counts[name] for each in counted), sum(each.runs for each in counted)
         interval = confidence_sequence if any(each.sequential for each in counted) else wilson
         return interval(*runs) if counted else NONE
-    of_all: Tracking | Acting | None
+    of_all: Tracking | Achieved | None
     if name in TRACKED:
         of_all = summarised([each.followed for each in parts if each.followed])
     else:

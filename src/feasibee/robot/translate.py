@@ -57,9 +57,9 @@ class Translation:
     _trees: dict[str, ast.Module] = field(default_factory=dict)
 
     @property
-    def body(self) -> type[Body]:
+    def body(self) -> type[FunctionBody]:
         """Return what translates the body of one function."""
-        return Body
+        return FunctionBody
 
     def entry(self, name: str, function: FunctionType, prefix: str = "", source: str = "") -> Signature:
         """Translate a function of the contract; its module's text is needed if that isn't a file."""
@@ -127,7 +127,7 @@ class Translation:
         return definition_of(function, self._trees[name])
 
 
-class Body(Expressions):
+class FunctionBody(Expressions):
     """The body of one function, in C."""
 
     def __init__(self, translation: Translation, function: Definition) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from feasibee.base.errors import FeasibeeError, quoted
 from feasibee.scenario.fields import RobotClass, Robots, TaskClass, Tasks
-from feasibee.scenario.ground import Ground, ground_of
+from feasibee.scenario.ground import Surface, ground_of
 from feasibee.scenario.sections import Sections
 
 ANY = "any"
@@ -188,7 +188,7 @@ def who_counts(scenario: Sections) -> str:
     return f"Robots that charge {whom}."
 
 
-def _verdict_by_piece(scenario: Sections, ground: Ground) -> Verdict:
+def _verdict_by_piece(scenario: Sections, ground: Surface) -> Verdict:
     """Return the verdict about the first piece whose tasks are infeasible, or that all are feasible."""
     total: Counter[tuple[str, str, str]] = Counter()
     pieces = list[Piece]()
@@ -205,7 +205,7 @@ def _verdict_by_piece(scenario: Sections, ground: Ground) -> Verdict:
     return Verdict(total, None, pieces=tuple(pieces))
 
 
-def _piece(ground: Ground, number: int, assignment: Mapping[tuple[str, str, str], int]) -> Piece:
+def _piece(ground: Surface, number: int, assignment: Mapping[tuple[str, str, str], int]) -> Piece:
     """Return a piece of a place, with the box around its cells."""
     cell, inside = ground.plan.cell, ground.pieces == number
     columns, rows = (np.flatnonzero(inside.any(axis=axis)) for axis in (0, 1))

@@ -96,7 +96,7 @@ class Stands(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Ground:
+class Surface:
     """The passable cells of a place for robots of a size and speed."""
 
     plan: Plan
@@ -152,7 +152,7 @@ class Sited(Protocol):
         """What they look for."""
 
 
-def ground_of(scenario: Sited) -> Ground | None:
+def ground_of(scenario: Sited) -> Surface | None:
     """Return where robots can be in a scenario's place; None if it has none."""
     if not scenario.place.exists:
         return None
@@ -169,7 +169,7 @@ def _points(section: Placed) -> tuple[Point, ...] | None:
 @lru_cache(maxsize=16)
 def _ground(
     text: str, size: tuple[float, float], bodies: tuple[float, float], robots: Any, tasks: Any
-) -> Ground:
+) -> Surface:
     plan, radius, passable, pieces = _surface(text, size, bodies)
     most = _least(bodies, plan, radius) // (16 * 4**plan.bits)
     (count, zone, points), (tasks_count, tasks_zone, tasks_points) = robots, tasks
@@ -188,7 +188,7 @@ def _ground(
     sketch = plan.walls.astype(np.uint8) * WALL
     sketch.flat[others.cells] |= TASKS
     sketch.flat[cells_at(plan, tasks_points or ())] |= TASKS
-    return Ground(plan, radius, passable, most, pieces, own, others, sketch.tobytes())
+    return Surface(plan, radius, passable, most, pieces, own, others, sketch.tobytes())
 
 
 @lru_cache(maxsize=16)

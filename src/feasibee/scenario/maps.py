@@ -40,7 +40,7 @@ class _WrongError(Exception):
     """A file that isn't a floor plan: the rule that it breaks, and a remedy."""
 
 
-class Frame(NamedTuple):
+class MapFrame(NamedTuple):
     """The grid of a place, and where it lies in the coordinates of files."""
 
     cell: Fraction
@@ -65,7 +65,7 @@ class Frame(NamedTuple):
         ]
 
 
-UNKNOWN: Final = Frame(Fraction(1), Fraction(1), Fraction(0), Fraction(0), (1, 1))
+UNKNOWN: Final = MapFrame(Fraction(1), Fraction(1), Fraction(0), Fraction(0), (1, 1))
 """In place of a frame that follows from wrong values."""
 
 
@@ -122,7 +122,7 @@ def with_plans(place: Mapping[str, Any], side: object, metres: object) -> tuple[
     return table, problems
 
 
-def _frame(place: Mapping[str, Any], side: object, metres: object) -> Frame:
+def _frame(place: Mapping[str, Any], side: object, metres: object) -> MapFrame:
     """Return the grid of a place whose map, if any, isn't a file; `UNKNOWN` if values are wrong."""
     own = {key: place[key] for key in ("map", "cell") if key in place and not isinstance(place[key], str)}
     try:
@@ -133,16 +133,16 @@ def _frame(place: Mapping[str, Any], side: object, metres: object) -> Frame:
         return UNKNOWN
     cell, shape = exact(known.map.cell if known.map else known.cell), shape_of(known, size)
     left, low = map(exact, known.map.origin if known.map else (0.0, 0.0))
-    frame = Frame(cell, Fraction(1) if unit is None else exact(unit), left, low, shape)
+    frame = MapFrame(cell, Fraction(1) if unit is None else exact(unit), left, low, shape)
     return frame if max(shape) <= MOST else UNKNOWN
 
 
-def _bitmap(frame: Frame, cells: Cells) -> Table:
+def _bitmap(frame: MapFrame, cells: Cells) -> Table:
     origin = float(frame.left), float(frame.low)
     return {"cell": float(frame.cell), "origin": origin, "image": image_of(cells)}
 
 
-def _map(name: str, frame: Frame, has_side: bool) -> tuple[Frame, Cells]:
+def _map(name: str, frame: MapFrame, has_side: bool) -> tuple[MapFrame, Cells]:
     """Read the file of a map; return its grid and which cells are closed."""
     if _is_polygons(name):
         polygons = _polygons(name)
@@ -150,10 +150,10 @@ def _map(name: str, frame: Frame, has_side: bool) -> tuple[Frame, Cells]:
         return frame, touched(frame.placed(polygons), frame.cell, frame.shape)
     found = _ros_map(name)
     cell = _rounded(found.resolution / frame.metres)
-    return Frame(cell, frame.metres, found.left, found.low, found.closed.shape), found.closed
+    return MapFrame(cell, frame.metres, found.left, found.low, found.closed.shape), found.closed
 
 
-def _around(polygons: Polygons, frame: Frame) -> Frame:
+def _around(polygons: Polygons, frame: MapFrame) -> MapFrame:
     """Return the smallest grid with all corners of polygons."""
     xs, ys = zip(*(point for each in polygons for ring in each for point in ring), strict=True)
     step = frame.cell * frame.metres
@@ -165,7 +165,7 @@ def _around(polygons: Polygons, frame: Frame) -> Frame:
     return frame._replace(left=min(xs), low=min(ys), shape=(rows, columns))
 
 
-def _keepout(name: str, frame: Frame) -> Cells:
+def _keepout(name: str, frame: MapFrame) -> Cells:
     """Read the file of cells that robots must not enter, in the grid of a place."""
     if _is_polygons(name):
         return touched(frame.placed(_polygons(name)), frame.cell, frame.shape)
@@ -193,7 +193,7 @@ def _keepout(name: str, frame: Frame) -> Cells:
     return cells
 
 
-def _zone(name: str, frame: Frame) -> list[list[list[float]]]:
+def _zone(name: str, frame: MapFrame) -> list[list[list[float]]]:
     """Read the file of a zone; return its polygons in units."""
     if not _is_polygons(name):
         raise _WrongError("must be a file of polygons", "name a .geojson file")

@@ -12,7 +12,7 @@ import numpy as np
 from feasibee.base.codes import exact
 from feasibee.scenario.cells import MOST, cells_of
 from feasibee.scenario.fields import Place
-from feasibee.scenario.ground import Ground, cells_at, ground_of, nearest, shape_of, size_of
+from feasibee.scenario.ground import Surface, cells_at, ground_of, nearest, shape_of, size_of
 from feasibee.scenario.rules import Breaks, Conflict, Rule, both, rows
 from feasibee.scenario.sections import Sections
 
@@ -122,7 +122,7 @@ def standing(scenario: Sections) -> Iterator[Conflict]:
     yield from found
 
 
-def _full(scenario: Sections, ground: Ground) -> Conflict:
+def _full(scenario: Sections, ground: Surface) -> Conflict:
     """Return the problem of a place without a passable cell: that of the field that closes most cells."""
     place, plan = scenario.place, ground.plan
     mapped = int(cells_of(place.map.image).sum()) if place.map else 0
@@ -141,7 +141,7 @@ def _full(scenario: Sections, ground: Ground) -> Conflict:
     return Conflict(path, rule, f"use smaller robots; {_NEGATE}", value)
 
 
-def _robots(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
+def _robots(scenario: Sections, ground: Surface) -> Iterator[Conflict]:
     robots = scenario.robots
     if robots.placement == "points":
         for number in np.flatnonzero(ground.robots.piece == 0):
@@ -161,7 +161,7 @@ def _robots(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
             yield Conflict("robots.count", rule, remedy)
 
 
-def _tasks(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
+def _tasks(scenario: Sections, ground: Surface) -> Iterator[Conflict]:
     tasks = scenario.tasks
     if tasks.placement != "points":
         if not len(ground.tasks.cells):
@@ -175,7 +175,7 @@ def _tasks(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
         yield Conflict("tasks.points", rule, "move the point", tasks.points[number])
 
 
-def _changing(scenario: Sections, ground: Ground) -> Iterator[Conflict]:
+def _changing(scenario: Sections, ground: Surface) -> Iterator[Conflict]:
     if scenario.dynamic and not ground.is_one:
         rule = "has parts that no robot leaves, but the world of this scenario changes"
         remedy = "open a way between them, set robots.zone, or leave out events, rates and missing robots"

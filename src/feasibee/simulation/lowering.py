@@ -11,8 +11,8 @@ import numpy as np
 
 from feasibee.base.codes import exact
 from feasibee.engine import params as numbers
-from feasibee.engine.params import Band, Lie, Placement
-from feasibee.engine.tables import FEW, WORD, Event, Int32s, Int64s, Lowered, Tables
+from feasibee.engine.params import BandParams, Lie, Placement
+from feasibee.engine.tables import FEW, WORD, EventColumn, Int32s, Int64s, Lowered, Tables
 from feasibee.scenario.feasibility import can_do, ranks_of, status_bits, truth
 from feasibee.scenario.fields import Placed, Point, Robots, Tasks
 from feasibee.scenario.messages import bare_bits
@@ -361,7 +361,7 @@ def _events(scenario: Scenario, params: numbers.Params) -> Int64s:
         ]
         for event in sorted(scenario.events, key=lambda event: event.step)
     ]
-    return np.array(rows, np.int64).reshape(-1, len(Event))
+    return np.array(rows, np.int64).reshape(-1, len(EventColumn))
 
 
 def _adds(scenario: Scenario) -> Any:
@@ -437,7 +437,7 @@ def limit_of(squared: int) -> np.uint64:
     return np.uint64(min(squared, 2**63 + 1))
 
 
-def band_of(limit: int, shift: int) -> Band:
+def band_of(limit: int, shift: int) -> BandParams:
     """Return the squared distances that leave open whether a point is in range, without ``shift`` bits.
 
     A rounded coordinate is off by less than 1, a difference of two likewise, and a distance by less than 1.5.
@@ -447,13 +447,13 @@ def band_of(limit: int, shift: int) -> Band:
     low = math.floor(max(reach - 1.5, 0) ** 2)
     high = math.ceil((reach + 1.5) ** 2)
     if low == 0 or high > TURN // 2:
-        return Band(np.uint32(0), np.uint32(TURN - 1))
-    return Band(np.uint32(low), np.uint32(min(high - low, TURN - 1)))
+        return BandParams(np.uint32(0), np.uint32(TURN - 1))
+    return BandParams(np.uint32(low), np.uint32(min(high - low, TURN - 1)))
 
 
-def _widened(band: Band) -> Band:
+def _widened(band: BandParams) -> BandParams:
     """Return a band that leaves nothing in doubt, for what may be found although it is too far."""
-    return Band(band.low + band.width, np.uint32(0)) if band.low > 0 else band
+    return BandParams(band.low + band.width, np.uint32(0)) if band.low > 0 else band
 
 
 def probability(share: float) -> np.uint64:

@@ -13,8 +13,7 @@ from feasibee.base.codes import MOST_WALLS, exact
 from feasibee.engine.params import PlaceParams
 from feasibee.engine.tables import Ground, Int32s
 from feasibee.scenario.cells import Cells
-from feasibee.scenario.ground import Ground as Surface
-from feasibee.scenario.ground import Plan, ground_of
+from feasibee.scenario.ground import Plan, Surface, ground_of
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import Most
 

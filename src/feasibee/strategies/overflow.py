@@ -1,7 +1,7 @@
 """A user's strategy in Python: whole numbers that leave 64 bits are errors, and loops that don't end, too.
 
-The text's operations become calls of `Checked` ones, which Python computes, and its loops count their passes.
-The engine has its own checks, in ``checked.h``.
+The text's operations become calls of `CheckedOperation`, which Python computes, and its loops count their
+passes. The engine has its own checks, in ``checked.h``.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def passed(passes: int) -> int:
     return passes + 1
 
 
-class Checked:
+class CheckedOperation:
     """An operation on numbers that raises an OverflowError if its result is whole and leaves 64 bits."""
 
     def __init__(self, operation: Callable[..., Any], form: str) -> None:
@@ -59,16 +59,16 @@ def _is_int(number: Any) -> bool:
 _PREFIX: Final = "__feasibee_"
 _PLACE: Final = f"{_PREFIX}place"
 _PASSED, _PASSES = f"{_PREFIX}passed", f"{_PREFIX}passes"
-OPERATIONS: Final[Mapping[type[ast.AST] | str, Checked]] = {
-    ast.Add: Checked(operator.add, "{} + {}"),
-    ast.Sub: Checked(operator.sub, "{} - {}"),
-    ast.Mult: Checked(operator.mul, "{} * {}"),
-    ast.FloorDiv: Checked(operator.floordiv, "{} // {}"),
-    ast.Pow: Checked(operator.pow, "{} ** {}"),
-    ast.LShift: Checked(operator.lshift, "{} << {}"),
-    ast.USub: Checked(operator.neg, "-({})"),
-    "abs": Checked(abs, "abs({})"),
-    "int": Checked(int, "int({})"),
+OPERATIONS: Final[Mapping[type[ast.AST] | str, CheckedOperation]] = {
+    ast.Add: CheckedOperation(operator.add, "{} + {}"),
+    ast.Sub: CheckedOperation(operator.sub, "{} - {}"),
+    ast.Mult: CheckedOperation(operator.mul, "{} * {}"),
+    ast.FloorDiv: CheckedOperation(operator.floordiv, "{} // {}"),
+    ast.Pow: CheckedOperation(operator.pow, "{} ** {}"),
+    ast.LShift: CheckedOperation(operator.lshift, "{} << {}"),
+    ast.USub: CheckedOperation(operator.neg, "-({})"),
+    "abs": CheckedOperation(abs, "abs({})"),
+    "int": CheckedOperation(int, "int({})"),
 }
 """By an operator or a function of Python, what computes it."""
 NAMES: Final = {
@@ -76,7 +76,7 @@ NAMES: Final = {
     for kind, each in OPERATIONS.items()
 } | {_PASSED: passed}
 """What the text of a checked strategy needs in its module."""
-_NAME_OF: Final = {each: name for name, each in NAMES.items() if isinstance(each, Checked)}
+_NAME_OF: Final = {each: name for name, each in NAMES.items() if isinstance(each, CheckedOperation)}
 
 
 def checked(tree: ast.Module) -> ast.Module:

@@ -51,7 +51,7 @@ SIDES: Final = ("feasible", "infeasible")
 Side = Literal["feasible", "infeasible"]
 
 
-class World(NamedTuple):
+class SuiteWorld(NamedTuple):
     """A world of a suite."""
 
     name: str
@@ -103,7 +103,7 @@ class Suite:
         return sha256(self.text.encode()).hexdigest()
 
     @cached_property
-    def worlds(self) -> tuple[World, ...]:
+    def worlds(self) -> tuple[SuiteWorld, ...]:
         """Its worlds, in their order."""
         return tuple(_world(**each) for each in tomllib.loads(self.text)["world"])
 
@@ -111,9 +111,9 @@ class Suite:
 FOLDER: Final = files("feasibee.studies") / "suites"
 
 
-def _world(sides: list[Any], set: Mapping[str, Any] | None = None, **about: Any) -> World:  # noqa: A002
+def _world(sides: list[Any], set: Mapping[str, Any] | None = None, **about: Any) -> SuiteWorld:  # noqa: A002
     one, other = (merged(set or {}, each) for each in sides)
-    return World(**about, sides=(one, other))
+    return SuiteWorld(**about, sides=(one, other))
 
 
 def merged(one: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Any]:
@@ -225,7 +225,7 @@ class Card(BaseModel):
         write_text(path, f'{head[:-2]},\n "rows": [\n{rows}\n ]\n}}\n')
 
     @cached_property
-    def worlds(self) -> tuple[World, ...]:
+    def worlds(self) -> tuple[SuiteWorld, ...]:
         """The worlds of its suite, which must be one of this package, with the same text."""
         suite = Suite.read()
         if (self.suite, self.suite_sha256) != (suite.version, suite.digest):
@@ -303,7 +303,7 @@ def _so_far(rows: Sequence[Row]) -> str:
     return f"right most often so far: {best}, {100 * sum(found) / len(found):.1f} % over {len(found)} sides"
 
 
-def _contender(worlds: Sequence[World], name: str, source: str, *, trusted: bool = True) -> Contender:
+def _contender(worlds: Sequence[SuiteWorld], name: str, source: str, *, trusted: bool = True) -> Contender:
     """Return what a strategy is given and takes, in the plain world."""
     plain = next(world for world in worlds if world.name == PLAIN)
     scenario = plain.scenario(SIDES[0], name, source or None, trusted=trusted)
@@ -325,11 +325,11 @@ def _flash(scenario: Scenario) -> int | None:
         return None
 
 
-Design = tuple[DesignPoint, World]
+Design = tuple[DesignPoint, SuiteWorld]
 
 
 def designs_of(
-    worlds: Sequence[World], sources: Mapping[str, str], seed: int, *, trusted: bool = True
+    worlds: Sequence[SuiteWorld], sources: Mapping[str, str], seed: int, *, trusted: bool = True
 ) -> Iterator[Design]:
     """Yield the sides that each contender can take, with the same numbers of runs for all.
 

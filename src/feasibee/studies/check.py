@@ -13,7 +13,7 @@ import numpy as np
 
 from feasibee.base.errors import FeasibeeError
 from feasibee.field.brain import CompiledMind, compiled
-from feasibee.reference.mind import BYZANTINE, Mind, Settings
+from feasibee.reference.mind import BYZANTINE, Mind, MindSettings
 from feasibee.reference.robot import Robot
 from feasibee.reference.swarm import Swarm
 from feasibee.robot import firmware
@@ -195,7 +195,7 @@ class Twin(Mind):
     `feasibee.field.brain.compiled` made.
     """
 
-    def __init__(self, library: Path, strategy: Strategy, settings: Settings) -> None:
+    def __init__(self, library: Path, strategy: Strategy, settings: MindSettings) -> None:
         setting = settings.setting
         id_bits = max(setting.id_bits, (max(setting.robots, setting.robot_ids) - 1).bit_length())
         settings = replace(settings, setting=setting._replace(id_bits=id_bits))
@@ -271,7 +271,7 @@ def live(scenario: Scenario, library: Path, seed: int, run: int) -> None:
     class TwinRobot(Robot):
         """A robot with two minds, unless it is Byzantine."""
 
-        def mind_of(self, settings: Settings) -> Mind:
+        def mind_of(self, settings: MindSettings) -> Mind:
             if settings.fault == BYZANTINE:
                 return Mind(scenario.strategy, settings)
             return Twin(library, scenario.strategy, settings)

@@ -30,7 +30,7 @@ from feasibee.studies.comparison import check_stays, ending_early, origin, round
 from feasibee.studies.needs import possible
 
 if TYPE_CHECKING:
-    from feasibee.figures.comparison import Panel
+    from feasibee.figures.comparison import Side
 
 
 @dataclass(frozen=True)
@@ -355,9 +355,9 @@ def _end(verb: str, low: int | None, high: int | None, beyond: str) -> str:
     return f"{verb} at {known[0]} {beyond}" if len(known) == 1 else f"{verb} between {low} and {high}"
 
 
-def panels_of(sizing: Sizing) -> list[Panel]:
+def panels_of(sizing: Sizing) -> list[Side]:
     """Return what the figure of a sizing shows: its field, and tasks with the blind band."""
-    from feasibee.figures.comparison import Panel
+    from feasibee.figures.comparison import Side
     from feasibee.figures.style import name_of_axis
 
     def points(*edges: Edge) -> list[tuple[float, Interval]]:
@@ -367,12 +367,12 @@ def panels_of(sizing: Sizing) -> list[Panel]:
     label = name_of_axis(sizing.edge.path, unit=unit)
     least = None if sizing.edge.enough is None else factor * sizing.edge.enough
     tested = [(factor * value, share) for value, share in points(sizing.edge)]
-    panels = [Panel(label, tested, least=least)]
+    panels = [Side(label, tested, least=least)]
     band = sizing.band
     if band is not None:
         ends = None if band.empty else (band.first, band.last)
         tested, most = points(band.below, band.above), sizing.scenario.robots.count
-        panels.append(Panel(name_of_axis(TASKS), tested, band=ends, truth=most))
+        panels.append(Side(name_of_axis(TASKS), tested, band=ends, truth=most))
     return panels
 
 
@@ -528,7 +528,7 @@ FACTOR = 5.0
 
 
 @dataclass(frozen=True)
-class Dimension:
+class Axis:
     """A field and its values: numbers from ``low`` to ``high``, or ``choices``.
 
     Numbers are spaced evenly, or by ratio if they are all above 0.
@@ -556,7 +556,7 @@ class Dimension:
         return round(value) if self.whole else value
 
 
-def dimension(scenario: Scenario, text: str) -> Dimension:
+def dimension(scenario: Scenario, text: str) -> Axis:
     """Parse a field to vary: ``decision.gain``, ``decision.gain=2:50``, or ``decision.own_vote=true|false``.
 
     Raise a FeasibeeError if there is no such field, or its values can't be read.
@@ -571,24 +571,24 @@ def dimension(scenario: Scenario, text: str) -> Dimension:
     if given:
         return _checked(scenario, _read(scenario, path, given, now))
     if isinstance(now, bool):
-        return Dimension(path, choices=(False, True))
+        return Axis(path, choices=(False, True))
     if isinstance(now, int | float):
         return _checked(scenario, _around(path, now, "0:0.5"))
     choices = tuple(each for each in get_args(kind) if isinstance(each, str))
     if not choices:
         raise FeasibeeError(f"{path}: name its values, such as {path}=a|b|c")
-    return Dimension(path, choices=choices)
+    return Axis(path, choices=choices)
 
 
-def _around(path: str, now: float, such: str) -> Dimension:
+def _around(path: str, now: float, such: str) -> Axis:
     """Return a number's default range; of 0, there is none."""
     if now <= 0:
         raise FeasibeeError(f"{path} = {now:g}: has no default range; give one, such as {path}={such}")
     whole = isinstance(now, int)
-    return Dimension(path, max(1, now / FACTOR) if whole else now / FACTOR, now * FACTOR, whole)
+    return Axis(path, max(1, now / FACTOR) if whole else now / FACTOR, now * FACTOR, whole)
 
 
-def _read(scenario: Scenario, path: str, given: str, now: Any) -> Dimension:
+def _read(scenario: Scenario, path: str, given: str, now: Any) -> Axis:
     low, colon, high = given.partition(":")
     if colon:
         try:
@@ -597,8 +597,8 @@ def _read(scenario: Scenario, path: str, given: str, now: Any) -> Dimension:
             first = last = math.nan
         if not first < last:
             raise FeasibeeError(f"{path}={given}: must be LOW:HIGH; such as {path}=2:50")
-        return Dimension(path, first, last, isinstance(now, int) and not isinstance(now, bool))
-    return Dimension(path, choices=tuple(_typed(scenario, path, text) for text in given.split("|")))
+        return Axis(path, first, last, isinstance(now, int) and not isinstance(now, bool))
+    return Axis(path, choices=tuple(_typed(scenario, path, text) for text in given.split("|")))
 
 
 def _typed(scenario: Scenario, path: str, text: str) -> Any:
@@ -607,7 +607,7 @@ def _typed(scenario: Scenario, path: str, text: str) -> Any:
     return scenario.replace({path: value}).get(path) if isinstance(value, str) else value
 
 
-def _checked(scenario: Scenario, varied: Dimension) -> Dimension:
+def _checked(scenario: Scenario, varied: Axis) -> Axis:
     """Raise an error if a choice, or an end of the range, is invalid in the scenario."""
     for value in varied.choices:
         scenario.replace({varied.path: value})

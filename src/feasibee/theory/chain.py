@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from feasibee.theory.classes import CLASS, Array, Swarm
+from feasibee.theory.classes import CLASS, Array, Moves
 from feasibee.theory.saddle import Manifold, manifold
 
 SHARES = np.array([0.004, 0.015, *np.linspace(0.04, 0.96, 17), 0.985, 0.996])
@@ -60,7 +60,7 @@ class Chain:
         return states, decided
 
 
-def chain_of(swarm: Swarm, needed: tuple[int, int], along: Manifold | None = None) -> tuple[Chain, Manifold]:
+def chain_of(swarm: Moves, needed: tuple[int, int], along: Manifold | None = None) -> tuple[Chain, Manifold]:
     """Return the effective chain of a swarm, and the states that it was made of.
 
     ``needed`` is the least number of robots that change their opinion, for feasible and for infeasible, that
@@ -93,7 +93,7 @@ def chain_of(swarm: Swarm, needed: tuple[int, int], along: Manifold | None = Non
     ), along
 
 
-def opinions_over_time(swarm: Swarm, along: Manifold, steps: int) -> Array:
+def opinions_over_time(swarm: Moves, along: Manifold, steps: int) -> Array:
     """Return the share of robots for feasible by step, also of swarms that have decided: (steps + 1, 3).
 
     The columns are the mean over swarms, and its 5 and 95 % quantiles to the next half robot.
@@ -110,7 +110,7 @@ def opinions_over_time(swarm: Swarm, along: Manifold, steps: int) -> Array:
     return found.clip(0, 1)
 
 
-def _unmixed(swarm: Swarm, along: Manifold, steps: int) -> Array:
+def _unmixed(swarm: Moves, along: Manifold, steps: int) -> Array:
     """Return by how much the mean share for feasible exceeds that of a mixed swarm, in the first steps.
 
     Robots draw a coin first. They hold what their exploration favours, if they begin so, from its end on.
@@ -125,7 +125,7 @@ def _unmixed(swarm: Swarm, along: Manifold, steps: int) -> Array:
     return np.array(found) / swarm.robots
 
 
-def _beginning(swarm: Swarm, along: Manifold, places: Array) -> tuple[float, float]:
+def _beginning(swarm: Moves, along: Manifold, places: Array) -> tuple[float, float]:
     """Return the place at which the chain begins, and the share of the coins' variance that it begins with.
 
     All robots begin to explore at once, with empty inboxes. Until their rounds mix, the swarm has less noise
@@ -147,7 +147,7 @@ def _beginning(swarm: Swarm, along: Manifold, places: Array) -> tuple[float, flo
     return place, max(0.1, 1 - float(missing) / swarm.coins)
 
 
-def _start(swarm: Swarm, spread: float, numbers: NDArray[np.int64]) -> Array:
+def _start(swarm: Moves, spread: float, numbers: NDArray[np.int64]) -> Array:
     """Return the probability of each number of feasible opinions at the start; the ends hold all beyond them.
 
     ``spread`` is the share of the variance of the coins that the start has.

@@ -56,7 +56,7 @@ class Hearing(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Swarm:
+class Moves:
     """The numbers that one robot's moves between classes depend on."""
 
     robots: int

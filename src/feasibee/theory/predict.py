@@ -15,7 +15,7 @@ from feasibee.results.statistics import Interval, Quartiles, decision_rates, dec
 from feasibee.scenario.feasibility import truth
 from feasibee.scenario.scenario import Scenario
 from feasibee.theory.chain import Chain, chain_of, opinions_over_time
-from feasibee.theory.classes import Array, Swarm
+from feasibee.theory.classes import Array, Moves
 from feasibee.theory.reach import check_fields, check_swarm, tested_error, time_error, warnings_for
 from feasibee.theory.rule import swarm_of
 from feasibee.theory.saddle import Manifold, Tipping, tipping
@@ -42,7 +42,7 @@ class Prediction:
     """The effective chain; if there are stubborn robots, with half of them for each opinion."""
     along: Manifold
     """States of the swarm from one consensus to the other."""
-    swarm: Swarm
+    swarm: Moves
     """The numbers of one robot."""
 
     @cached_property

@@ -10,7 +10,7 @@ from typing import Final, NamedTuple
 from feasibee.base.errors import Problem, ScenarioError
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.supported import THEORY, unsupported
-from feasibee.theory.classes import Swarm
+from feasibee.theory.classes import Moves
 from feasibee.theory.rule import SAYS
 from feasibee.theory.saddle import Tipping, tipping
 
@@ -114,7 +114,7 @@ def _wrong_walks(scenario: Scenario) -> Iterator[Problem]:
         yield _wrong(scenario, "walk.mean_run", rule, f"use {least:g} or more")
 
 
-def check_swarm(scenario: Scenario, swarm: Swarm) -> None:
+def check_swarm(scenario: Scenario, swarm: Moves) -> None:
     """Raise a `ScenarioError` if robots broadcast too seldom, or hear too few robots or too many."""
     sending, heard = swarm.activity()
     problems = []
@@ -133,7 +133,7 @@ def check_swarm(scenario: Scenario, swarm: Swarm) -> None:
         raise ScenarioError(problems)
 
 
-def _beyond_first_sight(swarm: Swarm) -> str | None:
+def _beyond_first_sight(swarm: Moves) -> str | None:
     """Return why a swarm begins too far from balance, if it does: the theory is linear in this."""
     low, high = BEGINS
     if not low <= swarm.begins <= high:
@@ -146,7 +146,7 @@ def _beyond_first_sight(swarm: Swarm) -> str | None:
     return f"the tipping point moves by {moved:.2f}, and the theory needs {MOVED:g} or less"
 
 
-class Edge(NamedTuple):
+class Doubt(NamedTuple):
     """Why the error of a prediction may be larger than elsewhere."""
 
     path: str
@@ -159,39 +159,39 @@ class Edge(NamedTuple):
     """Largest error of the median step that was measured there, as a share of it."""
 
 
-def edges(scenario: Scenario) -> Iterator[Edge]:
+def doubts(scenario: Scenario) -> Iterator[Doubt]:
     """Yield where a scenario is near the edge of the theory's reach."""
     decision = scenario.decision
     if (error := ERRORS[decision.strategy]) > SMALL_ERROR:
         why = "robots without an opinion are taken as in balance; it matters if m is near n"
-        yield Edge("decision.strategy", why, error)
+        yield Doubt("decision.strategy", why, error)
     if decision.strategy in DRIFTING:
-        yield Edge(
+        yield Doubt(
             "decision.strategy", "opinions don't tip, and half decide sooner than predicted", error, 0.2
         )
     if (robots := scenario.robots.count) > TESTED_ROBOTS[1]:
         why = f"above {TESTED_ROBOTS[1]} robots, swarms lean to feasible if m is near n"
-        yield Edge("robots.count", why, 0.07 if robots <= 200 else 0.2)
+        yield Doubt("robots.count", why, 0.07 if robots <= 200 else 0.2)
     if decision.gain > LONG * decision.exploration:
-        yield Edge("decision.gain", f"above {LONG:g} times the exploration, robots meet senders again", 0.05)
+        yield Doubt("decision.gain", f"above {LONG:g} times the exploration, robots meet senders again", 0.05)
     if scenario.robots.speed < SLOW_ROBOTS * scenario.radio.range:
         why = f"below {SLOW_ROBOTS:g} times the range of the radio, robots stay among the same ones"
-        yield Edge("robots.speed", why, 0.04)
+        yield Doubt("robots.speed", why, 0.04)
     if decision.exploration < SHORT:
-        yield Edge("decision.exploration", f"below {SHORT:g}, robots stay among the same ones", 0.045)
+        yield Doubt("decision.exploration", f"below {SHORT:g}, robots stay among the same ones", 0.045)
     if scenario.faulty[1] and scenario.faults.byzantine_says in ("feasible", "infeasible"):
-        yield Edge("faults.byzantine_says", "they broadcast as long as their opinion's quality says", 0.07)
+        yield Doubt("faults.byzantine_says", "they broadcast as long as their opinion's quality says", 0.07)
     if scenario.faulty[1] and scenario.faults.byzantine_says == "opposite":
-        yield Edge("faults.byzantine_says", "half decide sooner than predicted", UNRELIABLE, 0.26)
+        yield Doubt("faults.byzantine_says", "half decide sooner than predicted", UNRELIABLE, 0.26)
     if decision.start != "coin":
         why = "robots that meet begin alike, and hold a coin until their first exploration ends"
         error, time = (0.075, 0.85) if decision.strategy in DRIFTING else (0.06, 0.35)
-        yield Edge("decision.start", why, error if decision.own_vote else 0.08, time)
+        yield Doubt("decision.start", why, error if decision.own_vote else 0.08, time)
 
 
 def warnings_for(scenario: Scenario, tips: Tipping | None) -> Iterator[str]:
     """Yield why the error may be larger, or a number missing, each with what was measured."""
-    for path, why, error, time in edges(scenario):
+    for path, why, error, time in doubts(scenario):
         late = f", of the median step up to {time:.0%}" if time > TIME_ERROR else ""
         yield f"{path} = {scenario.get(path)}: {why}; measured errors of shares up to {error:g}{late}"
     if tips is None:
@@ -205,9 +205,9 @@ def tested_error(scenario: Scenario) -> float:
     radio, sensing = scenario.radio, scenario.sensing
     unreliable = any((radio.loss, sensing.miss, radio.range != sensing.range, *scenario.faulty))
     errors = [ERRORS[scenario.decision.strategy], UNRELIABLE if unreliable else 0.0]
-    return max([*errors, *(edge.error for edge in edges(scenario))])
+    return max([*errors, *(each.error for each in doubts(scenario))])
 
 
 def time_error(scenario: Scenario) -> float:
     """Return the largest error of the median step that was measured in such scenarios, as a share of it."""
-    return max([TIME_ERROR, *(edge.time for edge in edges(scenario))])
+    return max([TIME_ERROR, *(each.time for each in doubts(scenario))])

@@ -14,7 +14,7 @@ import numpy as np
 from feasibee.scenario.fields import Decision
 from feasibee.scenario.scenario import Scenario
 from feasibee.strategies.contract import Inbox, Mind, Strategy
-from feasibee.theory.classes import Array, Swarm
+from feasibee.theory.classes import Array, Moves
 from feasibee.theory.geometry import Space, audible, ending
 from feasibee.theory.quality import GRID, Sight, company, durations, qualities
 from feasibee.theory.saddle import changing
@@ -36,7 +36,7 @@ SAYS: Final = {
 """What Byzantine robots broadcast, feasible and infeasible, by the opinion that they hold."""
 
 
-def swarm_of(scenario: Scenario, feasible_ones: int | None = None) -> Swarm:
+def swarm_of(scenario: Scenario, feasible_ones: int | None = None) -> Moves:
     """Return the numbers of one robot of a scenario; it isn't checked that the theory covers the scenario.
 
     Of the stubborn robots, ``feasible_ones`` hold feasible; half of them by default.
@@ -60,7 +60,7 @@ def swarm_of(scenario: Scenario, feasible_ones: int | None = None) -> Swarm:
     heard = audible(space, scenario.radio.range, delivered, explored, ends, weights, hear)
     sending = (weights / ends).sum(1)[:2]
     free, speaking, stubborn = _others(scenario, feasible_ones, sending / (1 / explored + sending))
-    swarm = Swarm(
+    swarm = Moves(
         free,
         rule(1),
         explored,

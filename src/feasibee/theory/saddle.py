@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from feasibee.theory.classes import CLASS, EXPLORING, SENDING, Array, Hearing, Swarm
+from feasibee.theory.classes import CLASS, EXPLORING, SENDING, Array, Hearing, Moves
 
 ITERATIONS = 400
 """Most iterations for the value of the classes, and for the share of robots without an opinion."""
@@ -46,7 +46,7 @@ class Manifold:
         return held
 
 
-def manifold(swarm: Swarm, shares: Array) -> Manifold:
+def manifold(swarm: Moves, shares: Array) -> Manifold:
     """Return the states at which these shares of all rounds with an opinion begin with *feasible*."""
     states, hearing, _, _ = _balanced(swarm, shares)
     value, growth = _values(swarm, states, hearing)
@@ -54,7 +54,7 @@ def manifold(swarm: Swarm, shares: Array) -> Manifold:
     return Manifold(states, value, growth, (value * change).sum(CLASS), swarm.noise(states, value, hearing))
 
 
-def _rounds(swarm: Swarm, hearing: Hearing) -> tuple[Array, Array]:
+def _rounds(swarm: Moves, hearing: Hearing) -> tuple[Array, Array]:
     """Return the mean steps in each class in a round from each opinion, and chances of the next opinion."""
     visits = np.zeros((*hearing.feasible.shape[:-2], *swarm.adopting.shape[1:3]))
     visits[..., EXPLORING, 0, 0] = 1
@@ -70,7 +70,7 @@ def _rounds(swarm: Swarm, hearing: Hearing) -> tuple[Array, Array]:
     return visits, swarm.decided(senders)
 
 
-def _balanced(swarm: Swarm, shares: Array) -> tuple[Array, Hearing, Array, Array]:
+def _balanced(swarm: Moves, shares: Array) -> tuple[Array, Hearing, Array, Array]:
     """Return states, how votes add up there, rounds per step by opinion, and chances of the next opinion.
 
     Robots without an opinion are in balance with the others.
@@ -96,7 +96,7 @@ def _balanced(swarm: Swarm, shares: Array) -> tuple[Array, Hearing, Array, Array
     return states, hearing, rounds, chances
 
 
-def _values(swarm: Swarm, states: Array, hearing: Hearing) -> tuple[Array, Array]:
+def _values(swarm: Moves, states: Array, hearing: Hearing) -> tuple[Array, Array]:
     """Return the value of each class, a left eigenvector of the linear dynamics, and its eigenvalue."""
     counts, small = swarm.counts(states), 1e-4 * swarm.robots
     influence = []  # what one more of each kind that others hear changes
@@ -151,7 +151,7 @@ class Tipping:
         return 0.5 * (1 + math.erf(deviation / math.sqrt(2)))
 
 
-def tipping(swarm: Swarm) -> Tipping | None:
+def tipping(swarm: Moves) -> Tipping | None:
     """Return where a swarm tips; None if it has no such point, or opinions don't grow there."""
     low, high = 0.02, 0.98
     for points in (13, 6, 6):
@@ -175,13 +175,13 @@ def tipping(swarm: Swarm) -> Tipping | None:
     return Tipping(swarm.begins - moved / swarm.robots, growth, swarm.coins, later)
 
 
-def changing(swarm: Swarm) -> float:
+def changing(swarm: Moves) -> float:
     """Return the share of rounds that end with another opinion, at half and half."""
     _, _, _, chances = _balanced(swarm, np.array([0.5]))
     return float(1 - (chances[0, 0, 0] + chances[0, 1, 1]) / 2)
 
 
-def _flow(swarm: Swarm, shares: Array) -> Array:
+def _flow(swarm: Moves, shares: Array) -> Array:
     """Return the robots per step that change to feasible, less those that change to infeasible."""
     _, _, rounds, chances = _balanced(swarm, shares)
     flow = (rounds[:, None, :] @ chances)[:, 0] - rounds
