@@ -262,6 +262,13 @@ def test_wrong_fields_and_numbers_are_refused_with_a_line_each(here):
         ("--steps", 0, "steps"),
     ):
         assert word in refused("run", option, number)[-1]
+    for option, text, rule in (
+        ("--runs", "0", "'--runs': 0 must be at least 1."),
+        ("--runs", "ten", "'--runs': 'ten' must be a whole number."),
+        ("--workers", "1025", "'--workers': 1025 must be from 1 to 1024."),
+    ):
+        assert rule in refused("run", option, text)[-1]
+    assert "'--right': 95.0 must be above 0 and below 1." in refused("size", "--right", "95")[-1]
     assert "FIELD=VALUE" in refused("run", "--set", "tasks.count")[-1]
     assert "curves" in refused("run", "--out", "a.nc", "--runs", 100_000_000)[-1]
     assert names(here) == []

@@ -26,6 +26,9 @@ from feasibee.cli.run import run
 from feasibee.cli.sweeps import results, sweep
 from feasibee.cli.watch import watch
 
+_KINDS = {"integer": "a whole number", "float": "a number"}
+_LIMITS = {">": "above", ">=": "at least", "<": "below", "<=": "at most"}
+
 
 class Commands(click.Group):
     """The group of commands; an error of the input becomes one line per problem and exit status 2."""
@@ -84,7 +87,7 @@ def _errors_as_lines(path: str) -> Iterator[None]:
     except NoArgsIsHelpError:
         raise  # click prints the help
     except click.UsageError as error:
-        message = one_line(error.format_message())
+        message = _plainly(one_line(error.format_message()))
         stop = "" if message.endswith((".", "?")) else "."
         fail(f"{message}{stop} See '{error.ctx.command_path if error.ctx else path} --help'.")
     except MemoryError:
@@ -97,6 +100,26 @@ def _errors_as_lines(path: str) -> Iterator[None]:
             ("can't be written", "free some disk space") if full else ("can't be used", "use another")
         )
         fail(f"{one_line(str(error.filename or 'the output'))}: {rule}: {why_not(error)}; {remedy}")
+
+
+def _plainly(message: str) -> str:
+    """Return a message of click with the rule for a number in words: click writes ``x>=1``."""
+    kind = re.sub(
+        r" is not a valid (integer|float)( range)?\.$", lambda m: f" must be {_KINDS[m[1]]}.", message
+    )
+    rule = re.search(r" is not in the range (?:(\S+?)(<=?))?x(?:([<>]=?)(\S+))?\.$", kind)
+    if rule is None:
+        return kind
+    low, below, beyond, last = rule.groups()
+    if (below, beyond) == ("<=", "<="):
+        words = f"from {low} to {last}"
+    else:
+        ends = (
+            f"{_LIMITS[below.replace('<', '>')]} {low}" if below else "",
+            f"{_LIMITS[beyond]} {last}" if beyond else "",
+        )
+        words = " and ".join(filter(None, ends))
+    return f"{kind[: rule.start()]} must be {words}."
 
 
 def fail(message: str) -> NoReturn:
