@@ -494,6 +494,19 @@ def test_what_is_no_scenario_is_told_in_a_line_with_its_source(text, words):
     assert len(str(caught.value).splitlines()) == 1
 
 
+@pytest.mark.parametrize(
+    ("file", "remedy"),
+    [
+        ("mine.py", "use it as --set decision.strategy=mine.py"),
+        ("hall.yaml", "use it as --set place.map=hall.yaml"),
+        ("mine.toml", "correct that line"),
+    ],
+)
+def test_a_file_that_is_a_part_of_a_scenario_is_told_where_it_goes(file, remedy):
+    with pytest.raises(FeasibeeError, match=rf"^{file}: not TOML: .*; {remedy}$"):
+        Scenario.from_toml("tasks", file)
+
+
 # --- The JSON Schema ---
 
 

@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Mapping
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import tomli_w
@@ -20,6 +21,11 @@ WHOLE = ("preset", "events")
 _PART = r"""(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(rf"(?<![\w-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{4 * DEEPEST}}}")
 """Dotted keys of very many parts: tomllib needs time and memory that grow with their number squared."""
+_OTHERS = {
+    ".py": "use it as --set decision.strategy={}",
+    **dict.fromkeys((".yaml", ".geojson"), "use it as --set place.map={}"),
+}
+"""Remedies by the suffix of a file that isn't a scenario but may be a part of one."""
 _POINT = re.compile(r"\[\n +(-?[\d.e+-]+),\n +(-?[\d.e+-]+),\n +\]")
 """A point as tomli_w writes it within a list: each number on a line."""
 
@@ -37,7 +43,8 @@ def toml_tables(text: str, source: str) -> dict[str, Any]:
     except RecursionError:
         raise FeasibeeError(f"{source}: nested too deeply; use at most {DEEPEST} levels") from None
     except ValueError as error:
-        raise FeasibeeError(f"{source}: not TOML: {error}; correct that line") from None
+        remedy = _OTHERS.get(Path(source).suffix, "correct that line").format(source)
+        raise FeasibeeError(f"{source}: not TOML: {error}; {remedy}") from None
     return tables
 
 
