@@ -178,5 +178,5 @@ def test_progress_says_how_many_strategies_are_left_and_which_is_best():
     assert set(phases[1:]) <= {"testing strategies, 1 of 3", "testing strategies, 2 of 3"}
     assert told[0].so_far == ""
     so_far = [*dict.fromkeys(each.so_far for each in told)][1:]
-    assert so_far[0].endswith(", by 20 runs")
+    assert so_far[0].endswith(f" with {SMALL.tasks.count} tasks, by 20 runs")
     assert all(each.startswith("right most often so far: ") for each in so_far)

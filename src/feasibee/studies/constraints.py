@@ -450,7 +450,8 @@ class _Trials:
         if self.tells:
             best = max(found.values(), key=lambda each: each.judged.estimate)
             right = percent(best.judged)
-            self.rounds.tell(f"right most often so far: {best.contender}, {right}, by {runs:,} runs")
+            where = f"{right} with {best.tasks} tasks"  # the opposite truth has its own turn
+            self.rounds.tell(f"right most often so far: {best.contender}, {where}, by {runs:,} runs")
         return found
 
 
