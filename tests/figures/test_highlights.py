@@ -159,6 +159,11 @@ def test_no_text_of_a_sizing_lies_on_a_curve():
     assert not any(on_lines(box, ax) for box, ax in texts)
 
 
+def test_a_sizing_of_one_number_of_robots_has_no_fractions_of_it():
+    ax = draw_sizing([Sized("robots", [(10, wilson(100, 100))], least=10)], 0.95).axes[0]
+    assert list(ax.get_xticks()) == [10]
+
+
 @pytest.mark.parametrize("wanted", [[], [5], [1, 2, 3], [9, 9, 9, 9], [-5, -4, 20], [0, 0, 10, 10]])
 def test_places_are_a_gap_apart_and_within_limits(wanted):
     found = spread(wanted, 1.0, 0.0, 10.0)
