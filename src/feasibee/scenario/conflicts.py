@@ -185,7 +185,7 @@ OF_STRATEGY: Final[Mapping[str, Breaks]] = {
     "sensing.observation: {strategy} must see again what is still there, to notice what isn't"
     '; set observation = "repeated"': lambda s: s.manifest.judges and s.sensing.observation == "unique",
     "robots.know_count: {strategy} needs the number of robots"
-    "; set it to true, or choose a strategy without n": lambda s: (
+    "; set it to true, or choose a strategy that doesn't need it": lambda s: (
         s.manifest.needs_count and not s.robots.know_count
     ),
     **{
