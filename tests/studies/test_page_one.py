@@ -121,6 +121,9 @@ def test_the_cheapest_change_is_chosen_that_is_enough_in_both_worlds(assessment)
 def test_what_ended_early_is_not_taken_for_tried(assessment):
     early = replace(with_changes(assessment), missing=("comparing changes",))
     assert "Allow more time: not all of them were tried." in action(early)
+    excluded = {"map": "needs the number of robots", "dc": "right in 1 of 20"}
+    left = replace(early, recommendation=SimpleNamespace(tested=[], excluded=excluded))
+    assert action(left).endswith("map needs the number of robots: try --set robots.know_count=true.")
 
 
 def test_a_change_that_may_be_enough_has_all_runs_in_both_worlds(assessment, monkeypatch):

@@ -292,9 +292,13 @@ def _ways(found: Constrained) -> Iterator[str]:
             yield f"Of those that meet the others, {each.strategy} is best: right {right}."
         elif name != "--right":
             yield f"Without {name}, {each.strategy} does: right {right}."
-    uncounted = [name for name, why in found.excluded.items() if why == f"needs {COUNT}"]
-    if uncounted:
-        names, verb = " and ".join(uncounted), "needs" if len(uncounted) == 1 else "need"
+    yield from uncounted(found)
+
+
+def uncounted(found: Constrained) -> Iterator[str]:
+    """Yield in words which strategies were not tried because they need the number of robots, if any."""
+    if those := [name for name, why in found.excluded.items() if why == f"needs {COUNT}"]:
+        names, verb = " and ".join(those), "needs" if len(those) == 1 else "need"
         yield f"{names} {verb} {COUNT}: try --set robots.know_count=true."
 
 

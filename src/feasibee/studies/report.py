@@ -19,7 +19,7 @@ from feasibee.scenario.shown import render
 from feasibee.scenario.units import step_in_words, steps_in_words, when_in_words
 from feasibee.simulation.flooding import flooding_in_words
 from feasibee.studies.comparison import Outcome, calibration_of, latest, origin, wait_for, wait_interval
-from feasibee.studies.constraints import Candidate, Constrained, ranked
+from feasibee.studies.constraints import Candidate, Constrained, ranked, uncounted
 from feasibee.studies.needs import Asked, noisy_names_in_words, untested_in_words
 from feasibee.studies.size import Band, Sizing, band_sentence, sentences
 
@@ -280,8 +280,10 @@ def _nearest(a: Assessment) -> tuple[str, Trial | None]:
     best = next((each for each in a.strategies if each.difference.low > 0), None)
     if a.outcome.tracking is not None and best is not None:
         return _instead(own, best, ". No strategy or change tried is shown to be enough."), best
-    text = "None of the strategies and changes that were tried is shown to be enough."
-    return text + (" Allow more time: not all of them were tried." if a.missing else ""), None
+    lines = ["None of the strategies and changes that were tried is shown to be enough."]
+    lines += ["Allow more time: not all of them were tried."] * bool(a.missing)
+    lines += uncounted(a.recommendation) if a.recommendation else ()
+    return " ".join(lines), None
 
 
 def _instead(own: str, trial: Trial, ending: str = ".") -> str:
