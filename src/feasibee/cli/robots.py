@@ -305,8 +305,9 @@ def replay(
         return
     for _, found in replays:
         cut = "; the last line is incomplete and left out" if found.cut else ""
+        decisions = "1 decision" if found.decisions == 1 else f"{found.decisions} decisions"
         click.echo(
-            f"Robot {found.number}: {found.steps:,} steps and {found.decisions} decisions replayed, "
+            f"Robot {found.number}: {found.steps:,} steps and {decisions} replayed, "
             f"equal to the log; {found.opinion} at the end{cut}."
         )
 
