@@ -17,6 +17,7 @@ from feasibee.studies.comparison import (
     answer,
     by_contender,
     half_by,
+    in_bits,
     mean_bits,
     overall,
     overall_difference,
@@ -94,7 +95,7 @@ def _print_tracking(outcomes: Sequence[Outcome]) -> None:
             _delays(tracked.detection_delay),
             "" if tracked.missed is None else f"{100 * tracked.missed.estimate:.1f}",
             f"{tracked.false_alarms.estimate:.2g}",
-            f"{each.bits.mean():.3g}",
+            in_bits(each.bits.mean()),
         ]
         for each, tracked in sorted(found, key=lambda pair: -pair[1].right_share.estimate)
     ]
@@ -117,7 +118,7 @@ def _sums(group: list[Outcome], baseline: list[Outcome]) -> list[str]:
         f"{100 * worst.accuracy.estimate:.0f} at {worst.tasks}",
         f"{100 * difference.low:+.1f} to {100 * difference.high:+.1f}" if group is not baseline else "",
         f"{half_by(group):g}".replace("inf", "never"),
-        f"{mean_bits(group):.3g}",
+        in_bits(mean_bits(group)),
     ]
 
 
@@ -141,7 +142,7 @@ def _constrained_cells(row: Mapping[str, Any]) -> list[str]:
         return [row["strategy"], *[""] * 4, reasons]
     share = in_brackets([row[name] for name in ("right", "right_low", "right_high")], 0)
     step = "" if row["step"] is None else str(row["step"])
-    bits = f"{row['bits_per_robot_and_step']:.3g}"
+    bits = in_bits(row["bits_per_robot_and_step"])
     return [row["strategy"], share, step, bits, str(row["message_bits"]), reasons]
 
 

@@ -478,6 +478,17 @@ def mean_bits(group: Sequence[Outcome]) -> float:
     return float(np.mean([each.bits.mean() for each in group]))
 
 
+def in_bits(bits: float) -> str:
+    """Return a number of bits in three digits, with commas in thousands.
+
+    Examples
+    --------
+    >>> in_bits(2.0649), in_bits(548.2), in_bits(1043.7)
+    ('2.06', '548', '1,040')
+    """
+    return f"{float(f'{bits:.3g}'):,.10g}"
+
+
 SURE: Final = 0.95
 """Share of swarms that must be right for a time to be called sufficient."""
 
@@ -532,7 +543,7 @@ def answer(outcomes: Sequence[Outcome]) -> list[str]:
     soon = _delay_in_words(group) if tracks else _half_in_words(group)
     return [
         f"{best} is right{most} in {in_percent(shares[best], kind)}, with {tasks} tasks.{same}",
-        f"{soon}; it sends {mean_bits(group):.3g} bits per robot-step.",
+        f"{soon}; it sends {in_bits(mean_bits(group))} bits per robot-step.",
     ]
 
 

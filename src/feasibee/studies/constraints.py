@@ -23,6 +23,7 @@ from feasibee.studies.comparison import (
     check_stays,
     contenders_of,
     design_points,
+    in_bits,
     latest,
     origin,
     outcomes_of,
@@ -132,7 +133,7 @@ class Candidate:
         """Return which constraints it does not meet, by the option's name, each with the reason in words."""
         found = barred(self.asked, constraints)
         if constraints.bits is not None and self.bits > constraints.bits:
-            found["--bits"] = f"{self.bits:.3g} bits per robot-step"
+            found["--bits"] = f"{in_bits(self.bits)} bits per robot-step"
         tested = zip(self.worlds, self.tests, strict=True)
         if short := [(world.tasks, test) for world, test in tested if test.answer != "enough"]:
             found["--right"] = "; ".join(_short(*each, self.worlds[0].tasks) for each in short)

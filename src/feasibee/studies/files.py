@@ -39,6 +39,7 @@ from feasibee.studies.comparison import (
     by_contender,
     calibration_of,
     calibrations,
+    in_bits,
     mean_bits,
     overall,
 )
@@ -184,6 +185,7 @@ def write_report(assessment: Assessment, path: Path, command: str = "feasibee.st
         words=sections(assessment),
         percent=in_percent,
         points=in_points,
+        in_bits=in_bits,
         own=OWN,
         figures=[(title, encoded(drawn)) for title, drawn in _figures_of(assessment)],
     )

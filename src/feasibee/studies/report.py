@@ -18,7 +18,15 @@ from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.shown import render
 from feasibee.scenario.units import step_in_words, steps_in_words, when_in_words
 from feasibee.simulation.flooding import flooding_in_words
-from feasibee.studies.comparison import Outcome, calibration_of, latest, origin, wait_for, wait_interval
+from feasibee.studies.comparison import (
+    Outcome,
+    calibration_of,
+    in_bits,
+    latest,
+    origin,
+    wait_for,
+    wait_interval,
+)
 from feasibee.studies.constraints import Candidate, Constrained, ranked, uncounted
 from feasibee.studies.needs import Asked, noisy_names_in_words, untested_in_words
 from feasibee.studies.size import Band, Sizing, band_sentence, sentences
@@ -242,7 +250,9 @@ class Assessment:
 
     def _repr_html_(self) -> str:
         """Return the assessment as HTML, for notebooks."""
-        return render("cell.html", a=self, words=sections(self), percent=in_percent, points=in_points)
+        return render(
+            "cell.html", a=self, words=sections(self), percent=in_percent, points=in_points, in_bits=in_bits
+        )
 
     def _recommended_as_dict(self) -> dict[str, Any] | None:
         if self.recommended is None:
@@ -343,7 +353,7 @@ def _cells(a: Assessment, trial: Trial) -> dict[str, str]:
         shown = "as without it" if none else in_percent(fault.outcome.judged)
         cells[fault.name] = shown if last else ""
     return cells | {
-        "bits per robot-step": f"{trial.outcome.bits.mean():.3g}",
+        "bits per robot-step": in_bits(trial.outcome.bits.mean()),
         "longest message, bits": f"{asked.message_bits:,}",
         "memory of a robot, bytes": f"{math.ceil(asked.memory_bits / 8):,}",
         "robots need": ",\n".join(asked.needs) or "nothing",
@@ -363,7 +373,7 @@ def sections(assessment: Assessment) -> dict[str, list[str]]:
         "model_version": MODEL_VERSION,
         "SHARES": SHARES,
         "SIGNS": SIGNS,
-        **{each.__name__: each for each in (in_percent, in_points, band_sentence, step_in_words)},
+        **{each.__name__: each for each in (in_bits, in_percent, in_points, band_sentence, step_in_words)},
     }
     found: dict[str, list[str]] = {}
     for line in render("assessment.txt", a=a, **words).splitlines():
