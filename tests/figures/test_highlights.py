@@ -159,9 +159,10 @@ def test_no_text_of_a_sizing_lies_on_a_curve():
     assert not any(on_lines(box, ax) for box, ax in texts)
 
 
-def test_a_sizing_of_one_number_of_robots_has_no_fractions_of_it():
-    ax = draw_sizing([Sized("robots", [(10, wilson(100, 100))], least=10)], 0.95).axes[0]
-    assert list(ax.get_xticks()) == [10]
+@pytest.mark.parametrize("numbers", [[10], [12, 13, 14]])
+def test_a_sizing_of_few_numbers_of_robots_has_no_fractions_of_them(numbers):
+    ax = draw_sizing([Sized("robots", [(each, wilson(100, 100)) for each in numbers])], 0.95).axes[0]
+    assert all(float(tick).is_integer() for tick in ax.get_xticks())
 
 
 @pytest.mark.parametrize("wanted", [[], [5], [1, 2, 3], [9, 9, 9, 9], [-5, -4, 20], [0, 0, 10, 10]])

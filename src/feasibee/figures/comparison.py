@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from feasibee.figures.decisions import LIMITS, draw_truth
@@ -336,8 +337,8 @@ def _draw(ax: Any, panel: Side, target: float) -> None:
     look = {"color": PALETTE[0], "marker": "o", "markersize": 3.5, "linewidth": 1.2, "elinewidth": 0.7}
     draw_intervals(ax, values, [share for _, share in panel.points], **look)
     along(ax, panel.label, values)
-    if len(set(values)) == 1:  # else the axis would have fractions of a robot around it
-        ax.set_xticks(values[:1])
+    if ax.get_xscale() == "linear" and all(float(value).is_integer() for value in values):
+        ax.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))  # no half robots
     above: dict[str, Any] = {"where": ax.get_xaxis_transform(), "va": "bottom"}
     if panel.least is not None:
         ax.axvline(panel.least, color=PALETTE[0], linewidth=0.8, linestyle=":")
