@@ -53,6 +53,10 @@ def test_a_duration_is_the_exponential_rounded_up_and_at_least_one(word, mean):
     assert steps == 1 or steps - 1 < exponential <= steps
 
 
+def test_what_is_impossible_never_happens_and_what_is_certain_always():
+    assert [draws.happens(word, chance) for word, chance in ((0, 0.0), (2**32 - 1, 1.0))] == [False, True]
+
+
 def test_rounding_up_hides_the_last_bit_of_the_logarithm():
     """At no word does the mean of 10 come within 1e-12 of a whole step, so every libm gives the same."""
     steps = np.arange(1, 222)

@@ -89,17 +89,18 @@ def test_a_time_is_in_steps_seconds_or_milliseconds():
 
 
 def test_a_pause_ends_after_its_time_unless_the_field_ends_before():
-    faults = [parse_fault("pause", text, 10.0) for text in ("1@5:2s", "2@6:100", "1@7")]
+    faults = [parse_fault("pause", text, 10.0) for text in ("1@5:2500ms", "2@6:100", "1@7")]
     assert [each[:4] for each in schedule(faults, 5, 30)] == [
         (5, "pause", 1, (4,)),
         (6, "pause", 2, (2, 3)),
         (7, "pause", 1, (1,)),
-        (25, "resume", 1, (4,)),
+        (30, "resume", 1, (4,)),
     ]
 
 
 def test_faults_that_leave_no_robot_or_come_too_late_are_errors():
     with pytest.raises(FeasibeeError, match="use at most 3"):
         schedule([Fault(1, "kill", 4)], 4, 10)
-    with pytest.raises(FeasibeeError, match="from 1 to 10"):
-        schedule([Fault(11, "kill", 1)], 4, 10)
+    for step in (0, 11):
+        with pytest.raises(FeasibeeError, match="from 1 to 10"):
+            schedule([Fault(step, "kill", 1)], 4, 10)

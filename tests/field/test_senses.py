@@ -15,8 +15,9 @@ from pathlib import Path
 import pytest
 from commands import refused_in_a_line
 
-from feasibee import Scenario
+from feasibee import FeasibeeError, Scenario
 from feasibee.field.node import replay
+from feasibee.field.senses import _split_address
 
 DRIVER = Path(__file__).parents[2] / "examples" / "driver.py"
 SENSED = [
@@ -195,5 +196,18 @@ def test_an_acting_robot_that_loses_its_task_goes_on(tmp_path):
     assert "invalid object: 1" in done.stderr
 
 
-def test_a_source_without_address_is_an_error():
-    assert "must be HOST:PORT" in refused_in_a_line("robot", "join", "--id", 1, "--senses", "udp:7447")
+@pytest.mark.parametrize(
+    ("number", "source", "rule"),
+    [
+        (1, "udp:7447", "must be HOST:PORT"),
+        (20, "senses", "must be below robots.count, 20"),
+    ],
+)
+def test_a_source_without_address_and_a_number_without_robot_are_errors(number, source, rule):
+    assert rule in refused_in_a_line("robot", "join", "--id", number, "--senses", source)
+
+
+@pytest.mark.parametrize("port", [0, 65_536])
+def test_a_port_that_cannot_be_is_an_error(port):
+    with pytest.raises(FeasibeeError, match="must be HOST:PORT"):
+        _split_address(f"127.0.0.1:{port}")

@@ -16,7 +16,7 @@ from feasibee.engine import own
 from feasibee.live.packet import check_scenario
 from feasibee.live.page import page_of
 from feasibee.live.prediction import prediction_of
-from feasibee.live.scene import variants_of
+from feasibee.live.scene import patches, variants_of
 from feasibee.live.widget import Arena
 from feasibee.strategies import STRATEGIES
 
@@ -134,6 +134,11 @@ def test_a_hall_of_forty_obstacles_makes_the_page_30_kb_larger_at_most():
     shelves = hall.replace({"place.walls": walls, "place.cell": 0.05})
     assert shelves.plan.walls.shape == (400, 400)
     assert len(page_of(shelves).encode()) - len(page_of(hall).encode()) <= 30_000
+
+
+def test_a_page_changes_ranges_by_itself_where_nothing_else_follows_from_them():
+    others = ({"sensing.view": 180.0}, {"sensing.position_error": 0.1}, {"acting.start": 5})
+    assert [patches(Scenario().replace(each)) for each in ({}, *others)] == [True, False, False, False]
 
 
 def test_an_arena_is_a_frame_with_the_whole_page():

@@ -121,6 +121,7 @@ def test_what_is_no_request_is_answered_in_a_line(port, what):
 
 def test_a_body_that_is_too_long_or_of_unknown_length_is_refused(port):
     assert posted(port, "/open", b" " * 16_385) == (413, "must be at most 16384 bytes\n")
+    assert posted(port, "/open", b" " * 16_384)[0] == 400
     assert posted(port, "/open", b" " * 2_000_000, "")[0] == 413
     head = "POST /open HTTP/1.1\r\nHost: localhost\r\nOrigin: http://localhost\r\n"
     for more in ("", "Content-Length: -1\r\n", "Content-Length: x\r\n", "Transfer-Encoding: chunked\r\n"):
@@ -266,6 +267,13 @@ def test_a_host_that_is_neither_address_nor_name_is_refused_in_a_line(host):
     assert line.startswith("--host = ")
     assert line.endswith("must be an address or a name of this machine; use 127.0.0.1, or leave it out")
     assert len(line) < 250
+
+
+@pytest.mark.parametrize(
+    ("host", "name"), [("0.0.0.0", "127.0.0.1"), ("::", "[::1]"), ("10.0.0.1", "10.0.0.1")]
+)
+def test_a_browser_of_this_machine_finds_the_page(host, name):
+    assert serve.address_of(host, 8765) == f"http://{name}:8765/"
 
 
 def test_only_loopback_is_loopback():

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
@@ -19,6 +19,7 @@ from feasibee.results.statistics import (
     opinion_quartiles,
     paired_difference,
     pareto,
+    quartiles,
 )
 
 # --- Rates ---
@@ -78,6 +79,7 @@ def test_quartiles_of_times_by_hand(steps, q25, median, q75):
     assert all(step is None or type(step) is int for step in times)
 
 
+@example([*range(24)])  # the share of a quarter of them, a product of floats, is less than 1/4
 @given(st.lists(st.integers(-1, 30), min_size=1, max_size=40))
 def test_a_quartile_is_the_first_step_by_which_that_share_of_all_runs_had_decided(steps):
     def first(share):
@@ -87,6 +89,7 @@ def test_a_quartile_is_the_first_step_by_which_that_share_of_all_runs_had_decide
         return None
 
     assert decision_times(steps) == tuple(first(Fraction(quarter, 4)) for quarter in (1, 2, 3))
+    assert quartiles(steps, [30] * len(steps)) == decision_times(steps)
 
 
 # --- Quartiles of the opinions ---

@@ -244,6 +244,8 @@ def test_a_wire_says_what_it_needs():
         Wire(STRATEGIES["census"], 5)
     with pytest.raises(ValueError, match="id_bits = 0: must be from 1 to 32"):
         Wire(STRATEGIES["dmmd"], 0)
+    with pytest.raises(WireError, match="4294967296 isn't a word"):
+        BitWriter().word(2**32)
 
 
 def header(name, id_bits=5, tasks=5, classes=(0, 0), knows_count=True, **parameters):

@@ -62,6 +62,10 @@ def test_robots_with_most_skills_have_rank_1():
     team = Scenario(**TEAM, acting={"start": 1})
     assert ranks_of(team.robots) == [1, 2, 3]
     assert can_do(team.robots, team.tasks) == [[True, True], [True, False], [False, False]]
+    alike = team.replace(
+        {"robots.classes": [*team.to_dict()["robots"]["classes"], SKILLED[1] | {"name": "more"}]}
+    )
+    assert ranks_of(alike.robots) == [1, 2, 3, 2]
     assert ranks_of(Scenario().robots) == [1]
     assert can_do(Scenario().robots, Scenario().tasks) == [[True]]
 

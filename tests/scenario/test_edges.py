@@ -84,6 +84,7 @@ EDGES = {
         (PLACED, [20.1, 20.2], [20.1, 20.05], "must be a whole number of cells of place.cell = 0.1 units"),
         ({"place.map": MAP}, [10.0, 8.0], [10.0, 8.1], "must be the size of the map, 10 x 8 units"),
         ({}, 4.0, 3.9, "sensing.range = 2.0: must be at most half the side of the torus, 1.95"),
+        (PLACED, [409.6, 20.0], [409.7, 20.0], "place.cell = 0.1: makes 4097 x 200 cells, above 4096 x"),
     ],
     "place.cell": [
         ({**PLACED, "arena.side": [20.0, 2.0]}, 0.125, 0.001, "makes 20000 x 2000 cells, above 4096 x 4096"),

@@ -265,6 +265,11 @@ def test_cells_are_the_same_after_they_are_encoded(rows, columns, seed):
     assert (cells_of(image_of(cells)) == cells).all()
 
 
+def test_cells_are_closed_where_a_pixel_is_darker_than_half():
+    Image.fromarray(np.array([[127, 128]], np.uint8)).save(file := io.BytesIO(), "PNG")
+    assert cells_of(base64.b64encode(file.getvalue()).decode()).tolist() == [[True, False]]
+
+
 # --- Errors ---
 
 BOMB = "".join(f"a{k}: &a{k + 1} [*a{k}, *a{k}]\n" for k in range(30))
@@ -312,7 +317,7 @@ IMAGES = {
     "200 million cells": (bomb(20_000, 10_000), LARGE),
     "100 million cells": (bomb(12_000, 10_000), LARGE),
     "a column too many": (bomb(4097, 1), f"{LARGE}, not 4097 x 1"),
-    "a PNG with little": (bomb(4000, 4000), "is damaged: it can't be decoded"),
+    "a PNG with little": (bomb(4096, 4096), "is damaged: it can't be decoded"),
     "a PGM that ends": (b"P5 10 10 255\n123", "is damaged: it can't be decoded"),
     "16 bits": (b"P5 1 1 65535\n\0\0", "must have at most 8 bits per colour"),
     "a JPEG": (b"\xff\xd8\xff" + bytes(50), "must be a PNG or PGM image"),

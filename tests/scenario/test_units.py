@@ -34,7 +34,7 @@ def test_units_are_part_of_the_text_and_change_neither_the_hash_nor_a_run():
 
 
 def test_durations_in_words():
-    words = {0.25: "0.25 s", 59.96: "1 min", 89.6: "1 min 30 s", 3599.9: "1 h", 7322: "2 h 2 min"}
+    words = {0.25: "0.25 s", 59.96: "1 min", 89.6: "1 min 30 s", 3599.9: "1 h", 7359: "2 h 3 min"}
     assert {seconds: units.duration(seconds) for seconds in words} == words
 
 
@@ -69,7 +69,7 @@ QUANTITIES = {
     "robots.diameter": ("20 cm", 2 / 3),
     "sensing.range": ("6m", 20.0),
     "sensing.position_error": ("30 mm", 0.1),
-    "radio.delay": ("1050 ms", 2),
+    "radio.delay": ("1750 ms", 3),
     "walk.mean_run": ("10.5 s", 15.0),
     "decision.dissemination_floor": ("0 s", 0),
     "tasks.lifetime": ("1e-3 h", 3.6 / 0.7),
@@ -104,6 +104,8 @@ def test_quantities_leave_numbers_in_the_complete_form_and_the_hash():
     assert Scenario.from_toml(found.to_toml()).hash == found.hash
     swept = {"scenario": {"units": SIZES}, "sweep": {"sensing.range": ["1.5 m"]}}
     assert study_of({"runs": 1, **swept}, Path()).points[0].values == {"sensing.range": 5.0}
+    for size in (1e-9, 1e9):  # the least and the largest one
+        assert Scenario(units={"metres": size}, sensing={"range": f"{size} m"}).sensing.range == 1.0
 
 
 def test_positions_and_polygons_may_have_units():

@@ -8,6 +8,7 @@ import pytest
 from feasibee import FeasibeeError, Scenario, Swarm, truth, truth_at
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.runs import Runs
+from feasibee.simulation import ensemble
 from feasibee.simulation.ensemble import simulate_record
 
 SCENARIO = Scenario(
@@ -30,6 +31,17 @@ def test_the_curves_are_those_of_simulate(faults):
         np.testing.assert_array_equal(getattr(swarm, name), getattr(record, column)[0])
     assert len(set(swarm.truths)) == 2
     assert len(swarm.tasks) == swarm.task_counts[-1]
+
+
+@pytest.mark.parametrize(
+    ("scenario", "curves", "what"), [(SCENARIO, False, "truths"), (Scenario(), True, "curves")]
+)
+def test_what_would_not_fit_is_refused_before_the_work(scenario, curves, what, monkeypatch):
+    most = 4 * 2 * (scenario.run.steps + 1)
+    monkeypatch.setattr(ensemble, "CURVES_LIMIT", most)
+    simulate_record(scenario, Runs(2), curves=curves)
+    with pytest.raises(FeasibeeError, match=f"{what} of 3 runs .* at most 2 runs per call"):
+        simulate_record(scenario, Runs(3), curves=curves)
 
 
 def test_numbers_without_a_robot_show_none():

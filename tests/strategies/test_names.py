@@ -136,6 +136,15 @@ def test_a_colluding_lie_for_feasible_denies_all():
     assert own.lie(own.message(), 1, ()) == (0, 0)
 
 
+def test_a_colluding_census_denies_what_it_knows_only_for_feasible():
+    own = knowing("census", (20, 17), colluding=True)
+    own.observe(tasks(2, 9))
+    honest = own.message()
+    own.observe(tasks(17))
+    assert own.lie(honest, 0, tasks(17)) == own.message()
+    assert sum(each.bit_count() for each in own.lie(honest, 1, robots(20))) == 1
+
+
 @pytest.mark.parametrize(
     ("colluding", "robots_told"), [(True, range(20, 23)), (False, (0, 1, *range(20, 43)))]
 )

@@ -116,4 +116,5 @@ def test_no_message_is_longer_than_the_longest(name):
 def test_memory_grows_with_what_is_known():
     few, many = (Asked(scenario_of("census", **{"tasks.count": tasks})).memory_bits for tasks in (5, 50))
     assert many > 5 * few / 2
-    assert Asked(scenario_of("dmmd")).memory_bits == 19 * 6
+    for size, senders in ((None, 19), (3, 3), (30, 19)):
+        assert Asked(scenario_of("dmmd", **{"decision.inbox_size": size})).memory_bits == senders * 6

@@ -282,7 +282,9 @@ def test_errors_that_a_scenario_has_are_among_the_changes():
     scenario = Scenario(sensing={"false_tasks": 0.1}, radio={"loss": 0.2}, faults={"byzantine": 0.1})
     errors = {"a perfect sensor", "no message lost", "no faulty robot"}
     assert changes_of(scenario).keys() >= errors
-    assert not changes_of(Scenario()).keys() & errors
+    usual = changes_of(Scenario())
+    assert not usual.keys() & errors
+    assert usual["sight 1.5 times as far"].radio.range == Scenario().radio.range
 
 
 def test_single_faults_are_added_to_those_that_are_there():

@@ -205,7 +205,7 @@ def test_steps_in_time_lead_to_the_exact_shares_of_the_chain():
         ({"arena.boundary": "walls"}, "arena.boundary"),
         ({"sensing.range": 0.5}, "radio.range"),
         ({"faults.byzantine": 0.2}, "faults.byzantine"),
-        ({"faults.stubborn": {"count": 4}}, "faults.stubborn"),
+        ({"faults.stubborn": {"count": 4}, "robots.count": 25}, "faults.stubborn"),
         ({"faults.byzantine": 0.1, "faults.byzantine_says": "colluding"}, "faults.byzantine_says"),
         ({"faults.byzantine": 0.1, "decision.strategy": "voter"}, "decision.strategy"),
         ({"faults.stopped": 0.1}, "faults.stopped"),
@@ -260,6 +260,12 @@ def test_what_the_theory_would_miss_is_refused_and_the_remedy_works(changes, pat
     predict(scenario.replace({path: value if path == "decision.start" else float(value)}))
 
 
+@pytest.mark.parametrize(("reach", "near"), [(1.0, 1.1), (5.0, 4.7)])
+def test_the_remedy_for_too_few_or_too_many_heard_is_the_nearest_range(reach, near):
+    with pytest.raises(ScenarioError, match=f"try {near},"):
+        predict(Scenario(radio={"range": reach}))
+
+
 def test_first_sight_is_refused_where_it_moves_the_tipping_point():
     near = Scenario().replace({**CROWDED, "robots.count": 11, "tasks.count": 7})
     with pytest.raises(ScenarioError, match=r"tipping point moves by 0\.15"):
@@ -293,6 +299,7 @@ def test_warnings_name_what_was_measured():
         "decision.exploration",
     ]
     assert near.error == 0.05
+    assert predict(Scenario(arena={"side": [40.0, 10.0]})).warnings == ()  # the longest one in reach
     slow = predict(Scenario(run={"steps": 100}))
     assert any("slowly" in each for each in slow.warnings)
     assert slow.undecided > 0.5

@@ -313,7 +313,7 @@ def pareto(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
     Examples
     --------
     >>> from feasibee.results.statistics import pareto
-    >>> pareto([3.0, 1.0, 2.0, 2.0], [0.9, 0.5, 0.4, 0.8])
+    >>> pareto([3.0, 1.0, 2.0, 2.0], [0.9, 0.5, 0.6, 0.8])
     [1, 3, 0]
     """
     if len(costs) != len(gains) or any(map(math.isnan, (*costs, *gains))):

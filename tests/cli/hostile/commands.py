@@ -51,7 +51,7 @@ LINES = {
     "shard 0": ["sweep", "study.toml", "--shard", "0/3"],
     "shard with a sign": ["sweep", "study.toml", "--shard", "+1/3"],
     "dask without a port": ["sweep", "study.toml", "--dask", "tcp://127.0.0.1"],
-    "dask at a huge port": ["sweep", "study.toml", "--dask", "tcp://127.0.0.1:99999999"],
+    "dask at a huge port": ["sweep", "study.toml", "--dask", "tcp://127.0.0.1:65536"],
     "dask and workers": ["sweep", "study.toml", "--dask", "127.0.0.1:1", "--workers", "2"],
     "host elsewhere": ["watch", "--no-open", "--host", "192.0.2.1"],
     "a field without a port": ["watch", "--no-open", "--field", "localhost"],
