@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from feasibee.base.errors import Problem, ScenarioError
 from feasibee.engine.given import Given, struct_of
@@ -94,10 +95,15 @@ def _common(scenario: Scenario, lowered: Lowered) -> bytes:
         pieces = [robots.piece, surface.tasks.piece]
         first = [robots.first, tasks.first + (0 if alike else len(robots.cells))]
     arrays = (tables.class_of, tables.adds, tables.points, tables.ranks, tables.able)
-    steps = np.diff(cells.astype(np.int32), prepend=np.int32(0))  # compressed, they take fewer bytes
-    of_place = (ground.walls, ground.passable, ground.boxes, ground.tiles, steps)
+    boxes, stands = map(_differences, (ground.boxes, cells))
+    of_place = (ground.passable, boxes, ground.tiles, stands)
     where = (np.concatenate(pieces), np.concatenate(first).astype(np.int64), ground.lattice)
     return _packet(*(each.tobytes() for each in (*arrays, *of_place, *where)))
+
+
+def _differences(numbers: NDArray[np.integer[Any]]) -> NDArray[np.int32]:
+    """Return how much each number differs from the one before: compressed, these take fewer bytes."""
+    return np.diff(numbers.astype(np.int32).ravel(), prepend=np.int32(0))
 
 
 def _own(scenario: Scenario, lowered: Lowered) -> bytes:

@@ -19,7 +19,7 @@
 #define MOST_AT_ONCE (1 << 18) /* robots times steps of a run that is played by one call */
 
 /* The parts, in the order of packet.py. */
-enum common_part { CLASSES, ADDS, GIVEN_POINTS, RANKS, ABLE, WALLS, PASSABLE, BOXES, TILES, STANDS, PIECES, FIRSTS, LATTICE };
+enum common_part { CLASSES, ADDS, GIVEN_POINTS, RANKS, ABLE, PASSABLE, BOXES, TILES, STANDS, PIECES, FIRSTS, LATTICE };
 enum own_part { PARAMS, SETTING, PARAMETERS, NAME, LIMITS, SHAPE };
 
 /* The numbers of SHAPE. */
@@ -103,7 +103,8 @@ static struct {
     double reach, sight, radio, speed;
 } patch;
 static void *shown[ARRAYS];
-static int32_t *stands;
+static int32_t *stands, *boxes;
+static uint64_t *walls;
 
 /* --- Packets --- */
 
@@ -129,13 +130,27 @@ __attribute__((weak)) void feasibee_bind(void (*fail)(int32_t what, int32_t line
     (void)fail;
 }
 
-/* Store what of a place is the same in all runs. The packet has the difference of each cell of `stands` from the one before. */
+/* Return the numbers of a part, which has the difference of each from the one before. */
+static int32_t *summed(int k)
+{
+    const size_t size = (size_t)common[1 + k];
+    int32_t *sums = (int32_t *)copy_of(part_of(common, k), size);
+    for (size_t at = 1; at < size / sizeof *sums; at++)
+        sums[at] += sums[at - 1];
+    return sums;
+}
+
+/* Store what of a place is the same in all runs. Its walls are the cells of the boxes. */
 static void open_place(void)
 {
-    const size_t size = (size_t)common[1 + STANDS];
-    stands = (int32_t *)copy_of(part_of(common, STANDS), size);
-    for (size_t k = 1; k < size / sizeof *stands; k++)
-        stands[k] += stands[k - 1];
+    const struct place *place = &((const struct params *)part_of(own, PARAMS))->arena.place;
+    stands = summed(STANDS);
+    boxes = summed(BOXES);
+    walls = calloc((size_t)(place->row_words * place->rows), sizeof *walls);
+    for (const int32_t *box = boxes; box < boxes + place->boxes; box++)
+        for (int32_t row = box[2 * place->boxes]; row <= box[3 * place->boxes]; row++)
+            for (int32_t column = box[0]; column <= box[place->boxes]; column++)
+                walls[row * place->row_words + column / 64] |= UINT64_C(1) << (column & 63);
     before = room_taken();
 }
 
@@ -372,7 +387,7 @@ static void fit_place(bool is_given)
     const struct place *place = &params.arena.place;
     uint8_t *plan = malloc((size_t)setting.plan_length);
     for (int64_t k = 0; k < setting.plan_length; k++)
-        plan[k] = has_cell(place, part_of(common, WALLS), (uint32_t)(k % place->columns), (uint32_t)(k / place->columns));
+        plan[k] = has_cell(place, walls, (uint32_t)(k % place->columns), (uint32_t)(k / place->columns));
     for (int64_t piece = 0; piece < pieces; piece++)
         for (int64_t k = of_tasks[piece]; held[piece] > 0 && k < of_tasks[piece + 1]; k++)
             plan[stands[k]] |= TASKS_STAND;
@@ -404,8 +419,8 @@ static void fit_tables(bool is_given)
         .able = part_of(common, ABLE),
         .events = events,
         .event_count = event_count,
-        .ground = {part_of(common, WALLS), part_of(common, PASSABLE), part_of(common, BOXES), part_of(common, TILES),
-                   part_of(own, LIMITS), stands, NULL, part_of(common, LATTICE)},
+        .ground = {walls, part_of(common, PASSABLE), boxes, part_of(common, TILES), part_of(own, LIMITS), stands, NULL,
+                   part_of(common, LATTICE)},
     };
 }
 
