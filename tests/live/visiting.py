@@ -85,7 +85,7 @@ def scenario_of(page):
 
 def expect_scenario(page, scenario):
     def check():
-        assert scenario_of(page) == scenario
+        assert scenario_of(page) == scenario, page.locator("#notice").text_content()
 
     eventually(page, check)
 
