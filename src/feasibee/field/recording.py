@@ -22,7 +22,7 @@ from feasibee.field.plan import PARTITION, PROCESS, Fault, fault_in_words, numbe
 from feasibee.reference.mind import BYZANTINE, HONEST, STOPPED, STUBBORN
 from feasibee.results.measures import held_decision, least_quorum
 from feasibee.scenario.paths import toml_tables
-from feasibee.scenario.picture import Errands
+from feasibee.scenario.picture import Deeds
 from feasibee.scenario.runs import Runs
 from feasibee.scenario.scenario import Scenario
 
@@ -237,13 +237,13 @@ class Recording:
     """A log doesn't have it."""
 
     @property
-    def acting(self) -> Errands:
+    def acting(self) -> Deeds:
         """Targets of robots, tasks at which robots stand or which they have marked, and done tasks."""
         holders = np.full(self.scenario.most.tasks, -1, np.int32)
         holding = self.holds >= 0
         holders[self.holds[holding]] = np.flatnonzero(holding)
         holders[self.done] = -2
-        return Errands.of(self.targets, self.standing, holders, self.task_numbers)
+        return Deeds.of(self.targets, self.standing, holders, self.task_numbers)
 
     @property
     def feasible_counts(self) -> NDArray[np.int64]:

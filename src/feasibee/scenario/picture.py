@@ -108,7 +108,7 @@ def encoded(picture: Image.Image) -> str:
 Number = TypeVar("Number", np.float64, np.int64)
 
 
-class Errands(NamedTuple):
+class Deeds(NamedTuple):
     """What robots that act do at a step (model.md 6.25), as pictures and pages draw it."""
 
     aims: NDArray[np.int64]

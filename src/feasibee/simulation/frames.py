@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from feasibee.base.codes import COLOURS, DECISIONS, FEASIBLE, INFEASIBLE, NO_OPINION, TASK, UNDECIDED
-from feasibee.scenario.picture import Errands, between, encoded, images, paint_plan, segments
+from feasibee.scenario.picture import Deeds, between, encoded, images, paint_plan, segments
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.shown import render
 
@@ -167,7 +167,7 @@ class Painter:
             x, y = (DRAWN * round(each / DRAWN) for each in (far_x, far_y))
             pen.line((x, y, x + ahead[robot][0], y + ahead[robot][1]), self.theme.ink, thick)
 
-    def _aims(self, arena: Image.Image, swarm: Shown, acting: Errands) -> None:
+    def _aims(self, arena: Image.Image, swarm: Shown, acting: Deeds) -> None:
         """Draw a line from each robot to the task to which it walks, and a thick one if it stands there."""
         bound, walls = np.flatnonzero(acting.aims >= 0), self.scenario.arena.boundary == "walls"
         ends = swarm.positions[bound], swarm.tasks[acting.aims[bound]]

@@ -12,7 +12,7 @@ from feasibee.base.errors import FeasibeeError
 from feasibee.base.record import Record
 from feasibee.results.measures import held_decision
 from feasibee.scenario.feasibility import Verdict, explain, explain_kinds
-from feasibee.scenario.picture import Errands
+from feasibee.scenario.picture import Deeds
 from feasibee.scenario.runs import Runs, check_integer
 from feasibee.scenario.scenario import Scenario
 from feasibee.simulation.ensemble import STEPS_LIMIT, check_scenario, failure_of
@@ -385,9 +385,9 @@ class Swarm:
         return snapshot_of(self._state, self._side, self._params.robots.count)
 
     @property
-    def acting(self) -> Errands:
+    def acting(self) -> Deeds:
         """Targets of robots, and taken tasks, of this step; only if robots act (model.md 6.25)."""
-        return Errands.of(self.targets, self.standing, self.holders, self.task_numbers)
+        return Deeds.of(self.targets, self.standing, self.holders, self.task_numbers)
 
     def task_places(self) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
         """Return x and y of the tasks of this step, in the unit of ``Snapshot``."""
