@@ -51,7 +51,7 @@ def world_of(kind: str, number: int) -> Scenario:
 
 @pytest.fixture(scope="session", autouse=True)
 def shelf(tmp_path_factory):
-    """Say where all workers find the reference's records: most worlds are compared several times."""
+    """Make a folder of the reference's records for all workers: most worlds are compared several times."""
     _shelf[:] = [tmp_path_factory.mktemp("records")]
 
 
