@@ -11,8 +11,9 @@ import pytest
 
 from feasibee import Scenario, Swarm
 from feasibee.reference.place import ground_of as reference_ground
+from feasibee.scenario.runs import Runs
 from feasibee.simulation import place
-from tests.equal import assert_equal
+from tests.equal import assert_equal, assert_same_swarms
 from tests.places import bitmap, rectangle, rooms
 
 BODIES = {"robots.avoid_collisions": True, "robots.contact": "deflect"}
@@ -209,3 +210,23 @@ def test_crowded_dock():
     assert apart.min() >= 0.5
     assert positions.max() < 4.0
     assert_equal(scenario, 1)
+
+
+def test_of_equally_near_cells_the_first_leads_to_a_task():
+    """Tasks stand where robots can't: four sides of a kept-out cell are as near (model.md 6.20.9)."""
+    kept_out = np.zeros((24, 24), bool)
+    kept_out[[6, 16], [6, 14]] = True
+    scenario = in_place(
+        side=24.0,
+        place__keepout=bitmap(kept_out, 1.0),
+        place__cell=1.0,
+        robots__count=6,
+        robots__diameter=0.6,
+        robots__speed=0.6,
+        tasks__placement="points",
+        tasks__points=[[6.5, 6.5], [14.5, 16.5]],
+        acting__start=0,
+        sensing__range=6.0,
+        run__steps=120,
+    )
+    assert_same_swarms(scenario, Runs(1, 3))
