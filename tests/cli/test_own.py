@@ -82,6 +82,7 @@ def test_a_new_file_overwrites_nothing_and_is_of_a_known_kind(here):
         ("other.py", "--set", "tasks.count=3"): "leave out --set",
         ("mine.toml", "--knowledge"): "leave out --knowledge",
         ("strategy", "mine.py"): "unexpected extra argument (mine.py). See 'main new --help'.",
+        ("mine.toml", "--set"): "Option '--set' requires an argument. See 'main new --help'.",
     }.items():
         assert words in refused_in_a_line("new", *arguments)
     assert [(each.name, each.read_text()) for each in here.iterdir()] == [("mine.py", "x")]

@@ -54,6 +54,7 @@ def test_a_folder_keeps_the_runs(table, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("vary", "rule"),
     [
+        ({"tasks.count": []}, r"vary\['tasks.count'\] = \[\]: must be a list of values"),
         (3, r'vary = 3: must be fields with their values; such as \{"tasks.count": \[10, 20\]\}'),
         ({"tasks.count": 5}, r"vary\['tasks.count'\] = 5: must be a list of values"),
         ({"tasks.count": "abc"}, "must be a list of values"),

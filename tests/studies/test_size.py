@@ -175,6 +175,7 @@ def test_no_value_that_is_enough_is_said():
     ("over", "words"),
     [
         ("robots", "isn't a field with a number;"),
+        ("radio.rnage", "did you mean radio.range?"),
         ("decision.strategy", "isn't a field with a number;"),
         ("radio.range=5", "must be a range"),
         ("radio.range=3:2", "must be LOW:HIGH"),

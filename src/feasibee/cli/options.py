@@ -268,6 +268,18 @@ SHARED: dict[str, Any] = {
 """What parameters of these names stand for in all commands: an option, or the class of several."""
 
 
+class Command(click.Command):
+    """A command that errors about its options name, and so where its help is."""
+
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        """Parse the options."""
+        try:
+            return super().parse_args(context, args)
+        except click.UsageError as error:
+            error.ctx = error.ctx or context
+            raise
+
+
 def command(make: Callable[..., Any] = click.command) -> Callable[[Callable[..., None]], click.Command]:
     """Return a decorator that makes a command of a function, whose parameters are its options.
 
@@ -292,7 +304,7 @@ def command(make: Callable[..., Any] = click.command) -> Callable[[Callable[...,
             several = {name: of(*map(values.pop, of._fields)) for name, of in bundles.items()}
             function(**several, **values)
 
-        new: click.Command = make(params=options)(bundled)
+        new: click.Command = make(params=options, cls=Command)(bundled)
         return new
 
     return made

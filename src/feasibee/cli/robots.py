@@ -80,6 +80,7 @@ def robot() -> None:
 def launch(
     *,
     given: GivenScenario,
+    steps: int | None,
     seed: int,
     run: int,
     lockstep: bool = option("Wait for all robots in each step; the result is that of the run."),
@@ -119,7 +120,7 @@ def launch(
 
     if not hasattr(os, "killpg"):
         raise FeasibeeError("feasibee robot launch: needs groups of processes; use Linux, macOS or WSL")
-    scenario = with_flooding(given.read())
+    scenario = with_flooding(given.read({"run.steps": steps}))
     one = Runs.single(seed, run)
     options = {"kill": kill, "pause": pause, "partition": partition}
     faults = _faults(options, hz, scenario, starts_robots=not no_robots)

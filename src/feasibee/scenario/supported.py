@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Set
 from typing import Final
 
 from feasibee.base.errors import Problem
-from feasibee.scenario.fields import SECTIONS
+from feasibee.scenario.fields import SECTIONS, Bitmap
 from feasibee.scenario.paths import inline_toml
 from feasibee.scenario.scenario import Scenario
 
@@ -69,7 +69,8 @@ def unsupported(
             if path not in supported and getattr(values, key) != default:
                 off = default in (None, (), {})
                 remedy = f"leave out {path}" if off else f"set {path} = {inline_toml(default)}"
-                yield Problem(path, values.model_dump()[key], rule, f"{remedy}{otherwise}")
+                given = "a map" if isinstance(getattr(values, key), Bitmap) else values.model_dump()[key]
+                yield Problem(path, given, rule, f"{remedy}{otherwise}")
     changed = (each.model_dump(exclude_defaults=True) for each in scenario.events)
     if {f"events.{name}" for each in changed for name in each} - supported:
         yield Problem("events", f"{len(scenario.events)} events", rule, f"leave out [[events]]{otherwise}")

@@ -218,7 +218,7 @@ def _study(scenario: Scenario, vary: Any, combine: str, runs: Runs) -> Study:
 
 def _listed(path: str, values: Any) -> list[Any]:
     """Return values as a study's file would have them."""
-    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray | range):
+    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray) or not len(values):
         rule = "must be a list of values; such as [10, 20, 40]"
         raise FeasibeeError(f"vary[{path!r}] = {quoted(values)}: {rule}")
     return [each.item() if isinstance(each, np.generic) else each for each in values]

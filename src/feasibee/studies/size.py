@@ -654,10 +654,7 @@ def ladder(scenario: Scenario, text: str) -> tuple[str, list[Any]]:
 
 def _number(scenario: Scenario, path: str) -> Any:
     """Return the value of a field that holds a number."""
-    try:
-        now = scenario.get(path)
-    except (AttributeError, LookupError):
-        now = None
+    now = scenario.get(path)
     if isinstance(now, bool) or not isinstance(now, int | float):
         raise FeasibeeError(f"{path}: isn't a field with a number; such as robots.count or radio.range")
     return now
