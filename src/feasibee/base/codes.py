@@ -46,19 +46,9 @@ RUN_LIMIT: Final = 2**32
 
 
 def exact(value: float) -> Fraction:
-    """Return the decimal number that a user wrote, exactly: ``0.7`` is 7/10.
+    """Return the shortest decimal that reads back as a number, which a user wrote: ``0.7`` is 7/10.
 
     The float nearest to 0.7 is slightly smaller, so with floats 7 of 10 robots would be "more than 70 %".
-
-    Parameters
-    ----------
-    value : float
-        A finite number.
-
-    Returns
-    -------
-    Fraction
-        The shortest decimal that reads back as ``value``.
     """
     return Fraction(repr(value))
 

@@ -37,22 +37,8 @@ def read_text(path: str | Path, what: str, limit: int = TEXT_LIMIT, smaller: str
     """Return the text of a plain UTF-8 file, with newlines as line endings.
 
     Pipes, devices and folders are never opened: reading a pipe could wait forever, and a device has no end.
-
-    Parameters
-    ----------
-    path : path
-        The file to read.
-    what : str
-        What the file should hold, for the error's remedy, such as ``"a scenario in TOML"``.
-    limit : int
-        Largest size that is read, in bytes.
-    smaller : str
-        What a smaller file would hold, for the remedy if the file is too large; by default the same.
-
-    Raises
-    ------
-    UnreadableError
-        If the file is missing, isn't a plain file, is larger than ``limit``, or isn't UTF-8 text.
+    Raise an `UnreadableError` if it isn't such a file, or is larger than ``limit`` bytes. The remedy names
+    ``what`` the file should hold or, if it is too large, the ``smaller`` one to use.
     """
     data = read_bytes(path, what, limit, smaller)
     try:
@@ -158,21 +144,8 @@ def write_table(path: Path, rows: Sequence[Mapping[str, object]]) -> None:
 def check_output(path: str | Path, suffixes: Sequence[str], option: str = "", hint: str = "") -> str:
     """Validate an output path before a long computation; return its suffix in lower case.
 
-    Parameters
-    ----------
-    path : str or Path
-        The output file, whose suffix chooses the format.
-    suffixes : sequence of str
-        The supported suffixes, such as ``".csv"``.
-    option : str
-        The command-line option that named the file, for the error.
-    hint : str
-        The end of the error about an unsupported suffix.
-
-    Raises
-    ------
-    FeasibeeError
-        If the suffix isn't supported, or the file can't be written.
+    Raise a FeasibeeError if the suffix isn't one of ``suffixes``, or the file can't be written. It names the
+    command-line ``option``, and ends with a ``hint`` about another suffix.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in suffixes:

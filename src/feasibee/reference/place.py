@@ -19,15 +19,7 @@ Pair = tuple[int, int]
 
 
 class Ground:
-    """The cells of a place, as pairs of column and row.
-
-    Parameters
-    ----------
-    plan : Plan
-        Walls, no-go cells and zones.
-    scenario : Scenario
-        Its robots, whose size and speed decide what is passable.
-    """
+    """The cells of a place, pairs of column and row; robots' size and speed decide which are passable."""
 
     def __init__(self, plan: Plan, scenario: Scenario) -> None:
         rows, columns = plan.walls.shape

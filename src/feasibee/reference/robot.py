@@ -29,26 +29,10 @@ DETOUR: Final = 3
 
 
 class Robot:
-    """A robot of a simulated swarm.
+    """A robot of a simulated swarm, at a place of its world, with a class and a fault (model.md 6.6).
 
-    Parameters
-    ----------
-    world : World
-        Where it lives.
-    names : Names
-        What it and the others are called.
-    number : int
-        Which robot it is.
-    place : pair of int
-        Where it starts.
-    kind : int
-        Number of its class.
-    fault : str
-        Its fault (model.md 6.6).
-    before : Robot, optional
-        The last robot of this number, whose draws go on (model.md 6.17.6).
-    step : int
-        The step at which it comes.
+    ``step`` is the one at which it comes; ``before`` was the last robot of its number, whose draws go on
+    (model.md 6.17.6).
     """
 
     errand_type: type[Errand] = Errand

@@ -15,15 +15,7 @@ SIDE, CORNER = 5, 7
 
 
 class Ways:
-    """The ways to tasks in a place.
-
-    Parameters
-    ----------
-    ground : Ground
-        Its passable cells.
-    reach : float
-        Distance at which a robot has reached its task, in units.
-    """
+    """The ways to tasks in a place; at a distance of ``reach`` units, a robot has reached its task."""
 
     def __init__(self, ground: Ground, reach: float) -> None:
         self._ground = ground

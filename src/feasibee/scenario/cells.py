@@ -115,14 +115,8 @@ _CHUNK = 256
 def touched(polygons: Iterable[Sequence[Ring]], cell: Fraction, shape: tuple[int, int]) -> Cells:
     """Return which cells polygons, each of one or more rings, cover in part (model.md 6.20.1).
 
-    Parameters
-    ----------
-    polygons : iterable of sequences of rings
-        Points [x, y] of each ring. Points in an odd number of rings of a polygon are inside.
-    cell : Fraction
-        Side of a cell, in the unit of the points.
-    shape : tuple of int
-        Number of rows and of columns.
+    Points in an odd number of rings of a polygon are inside. ``cell`` is the side of a cell in the unit of
+    the points, and ``shape`` the number of rows and of columns.
     """
     return _covered(polygons, cell, shape, _fill, _draw)
 

@@ -83,12 +83,7 @@ class _Map(NamedTuple):
 def with_plans(place: Mapping[str, Any], side: object, metres: object) -> tuple[Table, list[Problem]]:
     """Replace names of files in the table of a place by cells and polygons; return the problems, too.
 
-    Parameters
-    ----------
-    place : mapping
-        Fields of the place, not yet validated.
-    side, metres : object
-        Values of ``arena.side`` and ``units.metres``, not yet validated; None if they aren't set.
+    Nothing is validated yet; ``side`` and ``metres`` are None if they aren't set.
     """
     table, problems = dict(place), list[Problem]()
     frame = _frame(place, side, metres)

@@ -157,23 +157,9 @@ def images(
 ) -> tuple[NDArray[Number], NDArray[np.int64]]:
     """Return positions to draw: those of all things and, on a torus, their images beyond the opposite edges.
 
-    Parameters
-    ----------
-    places : float64 or int64 array, shape (things, 2)
-        Positions, from 0 to the sides of the arena.
-    reach : float
-        Distance from its position up to which a thing is drawn, in the same unit.
-    size : tuple of float
-        Width and height of the arena, in the same unit.
-    walls : bool
-        Whether the arena has walls; then there are no images.
-
-    Returns
-    -------
-    array of the type of ``places``, shape (images, 2)
-        The positions of the things, in their order, and then those of their images.
-    int64 array, shape (images,)
-        Number of the thing of each position.
+    ``places`` are positions, shape (things, 2), from 0 to the sides of the arena, ``size``, in any unit.
+    Things are drawn up to ``reach`` from them. Walls have no images. The second array has the number of the
+    thing of each position; those of the things come first, in their order.
     """
     names = np.arange(len(places))
     for axis, side in enumerate(() if walls else size):
@@ -191,19 +177,8 @@ def segments(
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Return lines to draw from places to others: on a torus the shortest way, from both ends if it wraps.
 
-    Parameters
-    ----------
-    starts, ends : float64 array, shape (lines, 2)
-        Positions, from 0 to the sides of the arena.
-    size, walls
-        As in `images`.
-
-    Returns
-    -------
-    float64 array, shape (parts, 2, 2)
-        Start and end of each line, and then of each second part.
-    int64 array, shape (parts,)
-        Number of the line of each part.
+    ``starts`` and ``ends`` have the shape (lines, 2). The first array returned, shape (parts, 2, 2), has the
+    start and end of each line, and then of each second part; the second one the line of each part.
     """
     straight = ends - starts
     ways = straight if walls else straight - np.round(straight / size) * size

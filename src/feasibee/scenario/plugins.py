@@ -86,21 +86,11 @@ RULES: Final[Mapping[str, tuple[str, Callable[[Any], bool]]]] = {
 
 
 def manifest_of(name: str, source: str | None = None, trusted: bool = True) -> Manifest:
-    """Return the declarations of a strategy, by its name; a user's file is not run.
+    """Return the declarations of a strategy; a user's file is not run.
 
-    Parameters
-    ----------
-    name : str
-        A built-in strategy, the path of a ``.py`` file, or the name under which a package registers one.
-    source : str, optional
-        The text to take for the file's, as when results kept it; by default it is read.
-    trusted : bool
-        Whether the text may be run later on.
-
-    Raises
-    ------
-    FeasibeeError
-        If there is no such strategy, or the file can't be one: what is missing or wrong, and where.
+    Its name is that of a built-in one, the path of a ``.py`` file, or what a package registers. ``source`` is
+    taken for the file's text, as when results kept it. Unless it is ``trusted``, it isn't run later on. Raise
+    a FeasibeeError that says what is missing or wrong, and where.
     """
     if name in STRATEGIES:
         return STRATEGIES[name]
@@ -122,11 +112,8 @@ def load(name: str) -> Strategy:
 def strategy_of(manifest: Manifest) -> Strategy:
     """Return the strategy of a manifest: the one place where the text of a user's file is run.
 
-    Raises
-    ------
-    FeasibeeError
-        If the text came with somebody's results and isn't that of a present file of the user's own, or if a
-        function fails or returns nonsense in a trial.
+    Raise a FeasibeeError if the text came with somebody's results and isn't that of a present file of the
+    user's own, or if a function fails or returns nonsense in a trial.
     """
     if isinstance(manifest, Strategy):
         return manifest

@@ -65,17 +65,7 @@ class Runs:
 
 
 def check_integer(name: str, value: int, low: int, high: int) -> int:
-    """Validate an integer of any library between two bounds; return it as a built-in int.
-
-    Parameters
-    ----------
-    name : str
-        Name of the value in the error.
-    value : int
-        A Python int or, for example, a numpy integer, but not a bool.
-    low, high : int
-        The smallest and the largest valid value.
-    """
+    """Return an integer of any library, but no bool, as a built-in int; its name is for the error."""
     try:
         number = low - 1 if isinstance(value, bool) else operator.index(value)
     except TypeError:

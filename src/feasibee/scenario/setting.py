@@ -40,20 +40,9 @@ def setting_from(
 ) -> Setting:
     """Return the numbers of a scenario that a strategy's knowledge may depend on.
 
-    Parameters
-    ----------
-    counts, classes : tuple of int
-        Numbers of robots and tasks that have ids, and of their classes.
-    liars, misnames : bool
-        Whether a Byzantine robot may invent robots and tasks, and robots give tasks wrong names, one each.
-    id_bits : int, optional
-        Width of a robot's id; by default the least that tells all robots apart.
-    parameters : iterable of float
-        Those of the strategy.
-    size : tuple of float
-        Width and height of the arena, in units.
-    **others
-        Other fields of `Setting`; by default all robots are there at the start, and the world is the paper's.
+    ``counts`` and ``classes`` are those of robots and of tasks. With ``liars`` a Byzantine robot may invent
+    names, and with ``misnames`` robots give wrong ones. By default, ids are as wide as they must be, and
+    fields of `Setting` those of the paper.
     """
     robots, tasks = counts
     return Setting(
