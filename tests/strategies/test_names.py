@@ -16,8 +16,9 @@ from feasibee.robot.knowledge import Knowledge
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
 from feasibee.strategies.certified import NEVER, steps_for
-from feasibee.strategies.contract import Thing
-from feasibee.strategies.quiet_census import patience
+from feasibee.strategies.contract import Mind, Thing
+from feasibee.strategies.quiet_census import lasting, patience, quiet_steps
+from feasibee.strategies.turns import patience_in_turn
 
 robot_of = partial(knowing, "quiet-census")
 turning = partial(knowing, "turns")
@@ -53,6 +54,14 @@ def test_the_quiet_time_is_c_over_the_rate_of_finding_a_task():
     assert steps_for(10.0, 20, setting._replace(exploration=30.0, dissemination=10.0)) == 200
     assert steps_for(10.0, 20, setting._replace(radio=1.0)) == 200
     assert steps_for(10.0, 20, setting._replace(speed=0.0)) == steps_for(math.inf, 20, setting) == NEVER
+
+
+@pytest.mark.parametrize(
+    ("walled", "mean_run", "steps"), [(False, 10.0, 239), (True, 10.0, 977), (True, 1.0, 4955)]
+)
+def test_the_quiet_time_is_longer_in_long_arenas_and_where_robots_turn_often(walled, mean_run, steps):
+    setting = robot_of().me.setting._replace(width=100.0, height=4.0, walled=walled, mean_run=mean_run)
+    assert quiet_steps(20, setting) == steps
 
 
 LONG = {"arena.side": [100, 4], "run.steps": 500}
@@ -95,6 +104,13 @@ def test_swarms_in_a_hurry_declare_sooner_and_rightly():
     assert steps[21, 0.3] < steps[21, 0.0] - 3
 
 
+@pytest.mark.parametrize(("tasks", "lasts"), [(0, 0.0), (29, 0.0), (30, 20.0), (40, 20.0)])
+def test_a_robot_in_a_hurry_broadcasts_for_one_step_only(tasks, lasts):
+    """With 100 robots, as long as it knows fewer than 30 tasks: a mean of 0 steps is rounded up."""
+    mind = Mind(0, 0.5, 100 / (100 + tasks), 1, [], [0.0, 0.0, 0.3, 20.0])
+    assert lasting(mind, 10.0) == lasts
+
+
 def test_more_robots_and_more_liars_take_more_patience():
     alone = [patience(n, 0) for n in (1, 5, 20, 50, 200)]
     assert alone == sorted(alone)
@@ -102,6 +118,13 @@ def test_more_robots_and_more_liars_take_more_patience():
     with_liars = [patience(20, f) for f in range(10)]
     assert with_liars == sorted(with_liars)
     assert with_liars[9] < math.inf == patience(20, 10)
+    assert with_liars[1] == pytest.approx(with_liars[0] + 1.0)  # a task is found once more for a liar of 20
+
+
+def test_the_fewer_names_a_message_holds_the_longer_is_the_quiet_time():
+    """Of 20 robots, 1.4 times as long for one name, 1.2 times for two, and no longer for all."""
+    waits = [patience_in_turn(turning(names=names).me.setting) / patience(20, 0) for names in (1, 2, -1)]
+    assert waits == pytest.approx([1.4, 1.2, 1.0])
 
 
 # --- Believing ---

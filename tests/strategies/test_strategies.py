@@ -194,6 +194,14 @@ def test_a_census_has_room_for_each_id_of_each_class(ids):
     assert census.counted() == ([ids] * 2, [ids] * 3)
 
 
+@pytest.mark.parametrize(("seen", "counts"), [(2**31 - 2, 2**31 - 1), (2**31 - 1, 2**31 - 1)])
+def test_a_tally_stops_counting_once_a_total_fills_its_word(seen, counts):
+    own = robot_named("tally", 0)
+    own.words[:2] = 5, seen
+    own.observe([task(1), robot(2)])
+    assert own.words[:2] == [5, counts]
+
+
 # --- Colluding robots ---
 
 
