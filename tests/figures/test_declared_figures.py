@@ -40,6 +40,9 @@ def test_runs_climb_at_their_step_split_into_right_and_wrong(results):
     ]
     assert (median.get_label(), median.get_xdata()[0]) == ("half of the runs: step 60", 60)
     assert ax.get_xlim() == (0, 200)
+    late = plot_declare_steps(results.isel(run=[1]).assign(declare_step=("run", [150])))
+    names = [text for each in (ax, late) for text in each.texts if "half" in text.get_text()]
+    assert [(name.xy[0], name.get_ha()) for name in names] == [(60, "left"), (150, "right")]
 
 
 def test_runs_that_never_declared_are_flat_lines(results):

@@ -47,7 +47,8 @@ def test_runs_of_two_parts_count_together(record):
     parts = [record.part(0, 2), record.part(2, 5)]
     assert achieved([acts_of(each, SCENARIO) for each in parts]) == measured(record, SCENARIO).acting
     found = [measured(each, SCENARIO) for each in parts]
-    assert together(found, "makespan").estimate == 20
+    assert together(found, "makespan")[:2] == (20, 0)
+    assert math.isnan(together(found, "makespan").high)  # a fifth of the runs never ended
     assert together(found, "distance").estimate == pytest.approx(15)
     assert together(found, "done").estimate == 0.8
     assert math.isnan(together([measured(record, Scenario())], "makespan").estimate)

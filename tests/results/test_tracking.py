@@ -10,7 +10,14 @@ import pytest
 from scipy.stats import norm
 
 from feasibee import Scenario, decision_times, wilson
-from feasibee.results.measures import changes_of, counts_of, measures_of_runs, tracking, truth_intervals
+from feasibee.results.measures import (
+    changes_of,
+    counts_of,
+    measures_of_runs,
+    together,
+    tracking,
+    truth_intervals,
+)
 from feasibee.results.statistics import (
     Quartiles,
     event_rate,
@@ -128,6 +135,8 @@ def test_the_measures_come_with_their_intervals():
     table = measured.to_dict()
     assert table["detection_delay"] == {"q25": 0, "median": 2, "q75": None, "changes": 38}
     assert set(table) == {"right_share", "detection_delay", "missed", "false_alarms"}
+    middle, low, high = together([SimpleNamespace(followed=counted(truth, held))], "detection_delay")
+    assert ((middle, low), math.isnan(high)) == ((2, 0), True)
 
 
 def test_the_measures_of_each_run_by_hand():

@@ -9,7 +9,7 @@ from declaring import declaring
 from stores import filled
 
 from feasibee.base.outcomes import ACTS
-from feasibee.results.measures import MEASURES, TRACKED, declarations, ended_right, together
+from feasibee.results.measures import MEASURES, TRACKED, declarations, ended_right, measured, together
 from feasibee.results.statistics import confidence_sequence, declare_times, plain, wilson
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
@@ -55,6 +55,8 @@ def test_a_stopping_rule_makes_the_intervals_valid_at_every_look(scenarios, tmp_
     found = summaries(Store(tmp_path))[0].found
     runs = int((record.declared_infeasible > 0).sum())
     assert found.declared.wrong == confidence_sequence(runs, 30)
+    both = together([found, measured(record, quiet)], "declared_wrong")
+    assert both == confidence_sequence(2 * runs, 60)  # a rule chose the runs of one of the two points
     assert found.declared.step_90 == declare_times(record.declare_step)
 
 
