@@ -93,8 +93,9 @@ os._exit(0)
 """
 
 
-def test_a_robot_whose_world_is_gone_leaves_no_shared_memory():
-    """Though it ends at once."""
+def test_a_robot_whose_world_is_gone_leaves_no_shared_memory(monkeypatch):
+    """Though it ends at once. In its domain it maps no memory of a node that an earlier test left."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", "101")  # conftest.py gives 1 to 100
     done = subprocess.run([sys.executable, "-c", WITHOUT_A_WORLD], capture_output=True, text=True, check=True)
     assert done.stdout == "3 False\n"
 
