@@ -37,7 +37,7 @@ from feasibee.simulation.plan import DesignPoint, StoppingRule, Study, study_of
 from feasibee.simulation.schedule import Schedule, _piece_size, is_sure
 from feasibee.simulation.store import Store, differences
 from feasibee.simulation.sweep import Progress, complete
-from feasibee.simulation.table import shares_by_line, summaries
+from feasibee.simulation.table import Summary, by_value, shares_by_line, summaries
 
 SMALL = {"arena": {"side": 6.0}, "robots": {"count": 5}, "run": {"steps": 40}}
 VARIED = {"tasks.count": [2, 5, 9], "decision.strategy": ["dmmd", "voter"]}
@@ -605,6 +605,9 @@ def test_a_figure_says_which_runs_it_takes_together(twice, results):
     assert "averaged" not in output_of(
         "results", "plot", results, "--x", "tasks.count", "--hue", "decision.strategy"
     )
+    both = study(runs=2, sweep={"tasks.count": [2, 5], "run.steps": [8, 9]}, combine="zip")
+    complete(both, twice / "zip", executors.threads(1))
+    assert "averaged" not in output_of("results", "plot", twice / "zip", "--x", "tasks.count")
 
 
 def test_a_strategy_that_was_edited_is_another(tmp_path):
@@ -751,13 +754,15 @@ def test_a_netcdf_file_has_a_dimension_per_field(results):
 
 
 def test_a_run_that_a_point_lacks_is_missing_in_the_file(tmp_path):
-    for runs, tasks in ((2, 2), (5, 3)):
+    for runs, tasks in ((2, 5), (5, 3)):
         complete(study(runs=runs, sweep={"tasks.count": [tasks]}), tmp_path, executors.threads(1))
     dataset = opened(tmp_path)
     assert dict(dataset.sizes) == {"tasks.count": 2, "run": 5}
-    assert dataset["right"].count("run").values.tolist() == [2, 5]
-    assert dataset["decision"].isnull().sum("run").values.tolist() == [3, 0]
+    assert dataset["tasks.count"].values.tolist() == [3, 5]
+    assert dataset["right"].count("run").values.tolist() == [5, 2]
+    assert dataset["decision"].isnull().sum("run").values.tolist() == [0, 3]
     assert set(np.unique(dataset["right"].sel({"tasks.count": 3}))) <= {0.0, 1.0}
+    assert dataset["declare_step"].min() == -1  # never, which isn't missing
 
 
 def test_points_with_runs_of_other_numbers_stand_side_by_side(tmp_path):
@@ -817,6 +822,13 @@ def test_a_figure_shows_all_runs_of_a_value(whole):
         cell = cells[point.row.values["decision.strategy"]]
         assert cell[point.row.values["tasks.count"]] == wilson(point.found.counts["undecided"], 24)
     assert math.isnan(together([], "accuracy").estimate)
+
+
+def test_a_word_among_times_has_no_unit():
+    base = Scenario(decision={"strategy": "quiet-census"})
+    rows = [SimpleNamespace(scenario=base.replace({"acting.start": start})) for start in ("declared", 5)]
+    groups = by_value([Summary(row, None) for row in rows], "acting.start", {"acting.start": 0.5})
+    assert list(groups) == ["declared", 2.5]
 
 
 def test_axes_are_in_metres_and_seconds_if_all_points_have_the_same_units(tmp_path, monkeypatch):
