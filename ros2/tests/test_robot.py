@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from builtin_interfaces.msg import Time
@@ -59,9 +60,10 @@ def poses(*places, frame="map"):
     return PoseArray(header=Header(frame_id=frame), poses=[Pose(position=Point(x=x, y=y)) for x, y in places])
 
 
-def odometry(x, y, yaw=0.0):
+def odometry(x, y, yaw=0.0, roll=0.0):
     message = Odometry(header=Header(frame_id="map"), child_frame_id="base_link")
-    turned = Quaternion(z=math.sin(yaw / 2), w=math.cos(yaw / 2))
+    (c, s), (d, t) = ((math.cos(each / 2), math.sin(each / 2)) for each in (yaw, roll))
+    turned = Quaternion(w=c * d, x=c * t, y=s * t, z=s * d)
     message.pose.pose = Pose(position=Point(x=x, y=y), orientation=turned)
     return message
 
@@ -122,17 +124,20 @@ def test_what_a_robot_says_is_a_frame_and_it_hears_frames_of_others_only(nodes):
     robot.end()
     assert robot.mind._line["heard"] == [[1, other]]
     assert robot.mind.dropped["malformed message"] == 2
+    robot.tick()
+    robot.end()
+    assert robot.mind._line["heard"] == []  # each message once
 
 
 def test_poses_in_the_robots_frame_are_turned_and_moved():
     senses = Senses(0.5, "poses")
-    senses.take_odometry(odometry(1.0, 2.0, math.pi / 2))
-    senses.take_poses("tasks", poses((0.5, 0.0), frame="base_link"))
+    senses.take_odometry(odometry(1.0, 2.0, math.atan2(4, 3), roll=0.3))
+    senses.take_poses("tasks", poses((0.5, 0.3), frame="base_link"))
     senses.take_poses("robots", poses((0.5, 0.0)))
     assert senses.place == (2.0, 4.0)
     task, robot = senses.sensed(None, [])["see"]
     assert task[:4] == [0, -1, 0, 0]
-    assert task[4:6] == pytest.approx([2.0, 5.0])
+    assert task[4:6] == pytest.approx([2.12, 5.16])
     assert robot[4:6] == [1.0, 0.0]
     senses.take_poses("tasks", poses((math.nan, 0.0)))
     senses.take_odometry(odometry(math.inf, 0.0))
@@ -148,6 +153,24 @@ def test_objects_are_those_of_a_driver_and_invalid_ones_are_counted():
     for text in ("", "[]", '{"robots": -1}', "{" * 5000):
         senses.take_object(String(data=text))
     assert senses.dropped == 4
+
+
+def test_a_goal_is_reached_with_how_the_nearest_task_there_is():
+    senses = Senses(1.0, OBJECTS)
+    see = [[0, 7, 0, 0, 3.2, 4.0, 0], [0, 8, 0, 0, 3.9, 4.0, 1], [1, 7, 0, 0, 3.8, 4.0, -1]]
+    senses.take_object(String(data=json.dumps({"see": see, "place": [3, 4], "taken": [[0, 2], [1, -1]]})))
+    assert senses.arrived([3.3, 4.0], 1.0) == [["reached", 2]]
+    assert senses.arrived([3.8, 4.0], 1.0) == [["reached", -1]]
+    assert senses.arrived([3.0, 4.5], 0.5) == [["reached", -1]]  # no task is there
+    assert senses.arrived([4.5, 4.0], 1.0) == []
+    senses.take_object(String(data=json.dumps({"see": see, "place": [3, 4]})))
+    assert senses.arrived([3.3, 4.0], 1.0) == [["reached", 0]]
+
+
+def test_what_a_driver_says_of_the_body_is_told_once():
+    senses = Senses(1.0, OBJECTS)
+    senses.take_object(String(data=json.dumps({"acts": [["reached", 2]]})))
+    assert [senses.sensed([1, 2, 3], [])["acts"] for _ in range(2)] == [[3, [("reached", 2)]], [3, []]]
 
 
 def test_its_log_replays_to_the_bit(nodes, tmp_path):
@@ -177,6 +200,11 @@ def test_a_robot_that_acts_gets_goals_until_it_has_its_task(nodes, tmp_path):
     nodes.until(lambda: goals.heard)
     goal = goals.heard[0].pose.position
     assert (goal.x, goal.y) == pytest.approx((8.0, 6.0), abs=0.02)  # tasks are named by cells
+    again = []
+    robot.topics["goal_pose"] = SimpleNamespace(publish=again.append)
+    robot.tick()
+    assert robot.mind.way["go"]
+    assert not again
     robot.senses.take_odometry(odometry(goal.x, goal.y))
     robot.tick()
     robot.tick()
@@ -187,6 +215,8 @@ def test_parameters_change_the_decision(nodes):
     robot = robot_of(nodes, 1, decision__strategy="dc", decision__gain=12.5)
     line = json.loads(json.dumps(robot.mind._line))
     assert (line["strategy"], line["settings"]["gain"]) == ("dc", 12.5)
+    robot = robot_of(nodes, 2, hz=0.0, set=["units.seconds=0.5", "decision.gain=3"])
+    assert (robot.period, robot.mind._line["settings"]["gain"]) == (0.5, 3.0)
 
 
 def test_the_file_for_a_turtlebot_gives_its_parameters(nodes):
