@@ -15,6 +15,7 @@ from feasibee.field.bodies import Bodies
 from feasibee.field.node import replay
 from feasibee.field.plan import Fault
 from feasibee.reference import play
+from feasibee_ros.field.world import _are_nameless
 from feasibee_ros.simulated import SimulatedRobot
 
 NODES = "feasibee_ros.field"
@@ -81,6 +82,14 @@ def test_nodes_with_clocks_play_all_steps_and_their_logs_replay(tmp_path):
     result, _, steps = run(plan, tmp_path, package=NODES)
     assert (result["steps"], result["lost"], len(steps)) == (30, [], 31)
     assert all(replay(tmp_path / f"robot-{number}.jsonl").steps >= 20 for number in range(4))
+
+
+@pytest.mark.parametrize(
+    "changes", [{"sensing.observation": "unique"}, {"faults.byzantine": 0.5}, {"decision.strategy": "census"}]
+)
+def test_robots_see_poses_unless_they_need_names(changes):
+    assert _are_nameless(small())
+    assert not _are_nameless(small(**changes))
 
 
 WITHOUT_A_WORLD = """
