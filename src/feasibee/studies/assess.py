@@ -208,7 +208,7 @@ class _Assessing:
     def _detailed(self, found: Assessment) -> Assessment:
         found = self._with_strategies(found) if found.level == READY else found
         band = None
-        strategies = found.strategies or self._turned(found)
+        strategies = found.strategies or self._others(found)
         limits = found.limits or self._changes(self.changed)
         sizing = found.sizing or self._sizing()
         with self._part("searching sizes"):
@@ -239,8 +239,8 @@ class _Assessing:
 
     @cached_property
     def race(self) -> Race:
-        """How changes are raced: their differences hold together, also those at the opposite truth."""
-        differences = len(self.changed) + 2 * len(all_strategies(self.scenario)) + MOST_FAULTS
+        """How changes are raced: their differences hold together with those of strategies."""
+        differences = len(self.changed) + len(all_strategies(self.scenario)) + MOST_FAULTS
         several = len(looks(FIRST, max(LEAST_RUNS, self.runs)))
         return Race(self.rounds, self.runs, self.seed, differences * several)
 
@@ -302,20 +302,12 @@ class _Assessing:
         )
         return replace(found, recommendation=tested, recommended=first)
 
-    def _turned(self, found: Assessment) -> list[Trial]:
-        """Return the tested strategies; of those that gain, also what they do at the opposite truth."""
+    def _others(self, found: Assessment) -> list[Trial]:
+        """Return the other tested strategies, with their differences from the scenario's own."""
         tested, own = found.recommendation.tested if found.recommendation else (), found.scenario
         others = [Trial.of(each).untested() for each in tested if each.strategy != own.decision.strategy]
         gains = [difference(each.outcome, found.outcome, self.race.confidence) for each in others]
-        trials = [replace(each, difference=gain) for each, gain in zip(others, gains, strict=True)]
-        alone = [each for each in trials if each.difference.low > 0 and each.opposite is None]
-        there = {each.name: world for each in alone if (world := opposite_of(each.scenario))}
-        raced: dict[str, tuple[Outcome, Any]] = {}
-        with self._part("comparing strategies"):
-            if there and (world := opposite_of(own)):
-                raced = self.race.against(world, there)
-        turned = {name: outcome for name, (outcome, _) in raced.items()}
-        return _best_first([replace(each, opposite=turned.get(each.name, each.opposite)) for each in trials])
+        return _best_first([replace(each, difference=gain) for each, gain in zip(others, gains, strict=True)])
 
     def _changes(self, names: Iterable[str]) -> list[Trial]:
         """Return priced changes; those that may be enough have all runs, also at the opposite truth."""
