@@ -194,12 +194,12 @@ class _Assessing:
         if self.details:
             found = replace(found, limits=self._changes(self.changed))
             return replace(found, sizing=self._sizing()) if robots_may_help else found
-        robots, hopeful = self.scenario.robots.count, self._hopeful(found)
+        robots, hopeless = self.scenario.robots.count, self._hopeless(found)
         more = [name for name, each in self.changed.items() if each.robots.count > robots]
         for name in self.changed:
             if robots_may_help and name == next(iter(more or self.changed)):
                 found = replace(found, sizing=self._sizing())
-            if name in hopeful and not found.enough:
+            if name not in hopeless and not found.enough:
                 found = replace(found, limits=_best_first([*found.limits, *self._changes([name])]))
             if found.enough:
                 break
@@ -329,22 +329,19 @@ class _Assessing:
                     opposite=there.get(each.name),
                     price=prices.index(each.name),
                 )
-                for each in sorted(found, key=lambda each: prices.index(each.name))
+                for each in found
             ]
         )
 
-    def _hopeful(self, found: Assessment) -> set[str]:
-        """Return the changes that may be enough: where the swarm is worse at the opposite truth, also there.
-
-        Few runs there exclude most changes, which then need none with the scenario's tasks.
-        """
+    def _hopeless(self, found: Assessment) -> set[str]:
+        """Return the changes that few runs at the opposite truth exclude, if the swarm is worse there."""
+        if found.own.worst is not found.opposite:
+            return set()
         worlds = {name: world for name, each in self.changed.items() if (world := opposite_of(each))}
         design = SequentialDesign(min(FIRST, self.runs), early=EARLY)
-        seen: dict[str, Outcome] = {}
-        if found.own.worst is found.opposite:
-            with self._part("comparing changes"):
-                seen = design.run(worlds, self.race.outcomes, self._is_hopeless)
-        return {name for name in self.changed if name not in seen or not self._is_hopeless(seen[name])}
+        with self._part("comparing changes"):
+            seen = design.run(worlds, self.race.outcomes, self._is_hopeless)
+        return {name for name, each in seen.items() if self._is_hopeless(each)}
 
     def _is_hopeless(self, outcome: Outcome) -> bool:
         """Whether a swarm would not be enough even if it were right in all runs that it can still have."""

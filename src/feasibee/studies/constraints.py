@@ -136,9 +136,12 @@ class Candidate:
         if constraints.bits is not None and self.bits > constraints.bits:
             found["--bits"] = f"{in_bits(self.bits)} bits per robot-step"
         tested = [(test, each.tasks) for each, test in zip(self.worlds, self.tests, strict=True)]
+        # one world is enough: where a strategy fails, its tests in the others end
         if short := [each for each in tested if each[0].answer != "enough"]:
-            failed = min(short, key=lambda each: (each[0].answer == "open", each[0].interval))
-            found["--right"] = _short(*failed, self.worlds[0].tasks)  # this world ended the tests in others
+            test, tasks = min(short, key=lambda each: (each[0].answer == "open", each[0].interval))
+            having = "" if tasks == self.worlds[0].tasks else f"with {tasks} tasks "
+            close = ", too close to tell" if test.answer == "open" else ""
+            found["--right"] = f"{having}right in {test.successes} of {test.trials}{close}"
         return found
 
     def to_dict(self) -> dict[str, Any]:
@@ -166,12 +169,6 @@ def barred(asked: Asked, constraints: Constraints) -> dict[str, str]:
     if constraints.message_bits is not None and asked.message_bits > constraints.message_bits:
         found["--message-bits"] = f"messages of up to {asked.message_bits} bits"
     return found
-
-
-def _short(test: Finding, tasks: int, usual: int) -> str:
-    having = "" if tasks == usual else f"with {tasks} tasks "
-    close = ", too close to tell" if test.answer == "open" else ""
-    return f"{having}right in {test.successes} of {test.trials}{close}"
 
 
 @dataclass(frozen=True)
