@@ -15,7 +15,7 @@ import pytest
 from commands import python
 from stores import counts
 
-from feasibee.simulation.schedule import CHUNK_WORK, FIRST_WORK, LEAST_WORK, chunk_work, next_budget
+from feasibee.simulation.schedule import CHUNK_WORK, FIRST_WORK, LEAST_SECONDS, chunk_work, next_budget
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="no signals to send")
 PROGRAM = """
@@ -285,5 +285,5 @@ def test_the_first_commit_is_soon_on_any_machine_and_chunks_grow_to_a_second(spe
 def test_the_last_chunks_shrink_so_that_all_workers_end_together():
     left = [10**9, 200_000_000, 40_000_000, 1_000_000]
     works = [chunk_work(30_000_000, each, 4) for each in left]
-    assert works == [30_000_000, 25_000_000, 5_000_000, LEAST_WORK]
+    assert works == [30_000_000, 25_000_000, 5_000_000, 30_000_000 * LEAST_SECONDS]
     assert chunk_work(10**12, 10**12, 4) == CHUNK_WORK

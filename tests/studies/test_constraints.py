@@ -11,11 +11,12 @@ from commands import json_of, output_of, refused, rows_of
 from feasibee import FeasibeeError, Scenario, truth
 from feasibee import compare as compare_as_table
 from feasibee.results.statistics import Interval, confidence_sequence
-from feasibee.simulation.sequential import Finding
+from feasibee.simulation.sequential import Finding, SequentialDesign
 from feasibee.studies.comparison import compare
 from feasibee.studies.constraints import (
     Candidate,
     Constraints,
+    _Trials,
     answer,
     compare_under,
     opposite_of,
@@ -51,7 +52,7 @@ def test_the_best_come_first_and_the_others_have_reasons(free):
     assert [each.strategy for each in free.ranking] == ["census", "quiet-census"]
     assert set(free.excluded) == {"dmmd", "dc"}
     assert free.best["census"] == ["right most", "soonest", "cheapest"] or free.best["quiet-census"]
-    assert free.excluded["dmmd"].startswith("right in ")
+    assert free.excluded["dmmd"].startswith("with 14 tasks right in ")
     assert free.relax == {}
 
 
@@ -75,6 +76,30 @@ def test_the_tests_of_all_strategies_in_two_worlds_share_the_error(free):
 def test_a_test_that_the_runs_that_are_left_would_hardly_decide_ends_open():
     found = compare_under(ROOM, Constraints(0.88), ["tally"], 130, 1)
     assert found.excluded["tally"].endswith(" of 100, too close to tell")
+
+
+def test_a_strategy_that_fails_in_one_world_ends_in_the_others(free):
+    """One that passes goes on where it isn't shown yet."""
+    tests = {each.strategy: [(test.answer, test.trials) for test in each.tests] for each in free.tested}
+    assert tests["dmmd"] == [("open", 20), ("too few", 20)]
+    assert tests["census"] == 2 * [("enough", 100)]
+
+
+def test_a_strategy_fails_where_it_is_settled_below_the_target():
+    trials = _Trials(None, ROOM, Constraints(0.8), SequentialDesign(130), 0, (), tells=False)
+    fails = {right: trials._fails(trials.design.tested(0.8, right, 100)) for right in (50, 79, 81, 98)}
+    assert fails == {50: True, 79: True, 81: False, 98: False}
+    assert not trials._fails(trials.design.tested(0.8, 35, 45))  # more runs may decide
+
+
+def test_the_reason_is_the_world_that_excludes_a_strategy_before_one_that_is_open():
+    early = candidate(0.7, 0.65, answer="open")
+    tests = [early.tests[0]._replace(answer="too few"), early.tests[1]]
+    for each, test in zip(early.worlds, tests, strict=True):
+        each.test = test
+    assert early.reasons(Constraints()) == {"--right": "right in 0 of 100"}
+    early.worlds[0].test = early.tests[0]._replace(answer="enough")
+    assert early.reasons(Constraints()) == {"--right": "with 21 tasks right in 0 of 100, too close to tell"}
 
 
 def test_what_a_strategy_bears_is_measured(with_a_liar):

@@ -8,11 +8,13 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 from feasibee import Scenario
 from feasibee.results.statistics import Interval, wilson
 from feasibee.scenario.runs import Runs
 from feasibee.simulation.ensemble import simulate_record
+from feasibee.simulation.sequential import SequentialDesign, looks
 from feasibee.simulation.sweep import Rounds
 from feasibee.studies.assess import _Assessing, assess, changes_of
 from feasibee.studies.comparison import compare, ending_early, outcome_of, wait_for, wait_interval
@@ -127,17 +129,22 @@ def test_what_ended_early_is_not_taken_for_tried(assessment):
 
 
 def test_a_change_that_may_be_enough_has_all_runs_in_both_worlds(assessment, monkeypatch):
-    counting, longer = "robots that count themselves", "3 times as many steps"
+    """As may those with a clear gain and the share that is asked for, or more."""
+    gain, none = Interval(0.5, 0.01, 0.6), Interval(0.1, 0.0, 0.3)
+    names = "explorations 3 times as long", "3 times as many steps", "robots that count themselves"
     raced = [
-        Trial(SHORT, replace(assessment.outcome, contender=name), difference=gain)
-        for name, gain in ((counting, Interval(0.5, 0.4, 0.6)), (longer, Interval(0.1, -0.1, 0.3)))
+        Trial(
+            SHORT, replace(assessment.outcome, contender=name, right=np.arange(30) < right), difference=each
+        )
+        for name, right, each in zip(names, (15, 30, 14), (gain, none, gain), strict=True)
     ]
     monkeypatch.setattr(_Assessing, "_raced", lambda *_: raced)
     with Rounds(None, most=None) as rounds:
-        asking = _Assessing(rounds, SHORT, 7, 2, 0.0)
-        near, far = asking._changes(asking.changed)
-    assert (near.opposite.tasks, near.opposite.runs, near.outcome.runs, near.price) == (50, 7, 7, 2)
-    assert (far.opposite, far.outcome, far.price) == (None, raced[1].outcome, 1)
+        asking = _Assessing(rounds, SHORT, 7, 2, 0.5)
+        found = {each.price: each for each in asking._changes(asking.changed)}
+    assert (found[0].opposite.tasks, found[0].opposite.runs, found[0].outcome.runs) == (50, 7, 7)
+    for price in (1, 2):
+        assert (found[price].opposite, found[price].outcome) == (None, raced[price].outcome)
 
 
 def test_without_details_changes_are_tried_up_to_one_that_is_enough(assessment, monkeypatch):
@@ -262,3 +269,55 @@ def test_without_details_only_what_the_answer_rests_on_is_simulated(assessment, 
     ready = assess(SHORT, runs=30, seed=2, right=0.01, details=False)
     assert (ready.level, ready.recommendation, ready.limits) == ("ready", None, ())
     assert [each.scenario.decision.strategy for each in ready.faults] == 3 * ["dmmd"]
+
+
+def failed(right, runs, most=400):
+    """Return the test that ends the runs at the opposite truth, if it does."""
+    outcome = SimpleNamespace(right=np.arange(runs) < right, runs=runs)
+    return _Assessing(None, SHORT, most, 2, 0.95, details=False)._failed(outcome)
+
+
+def test_the_opposite_truth_ends_only_where_all_runs_would_give_the_same_verdict():
+    """The interval that is printed then holds as often as that of all runs: exactly, over all paths."""
+    assert failed(0, 45) is None
+    assert {test.answer for right in range(101) if (test := failed(right, 100, 101))} == {"too few"}
+    *early, _ = looks(100, 400)
+    for runs in early:
+        most = max(right for right in range(runs + 1) if failed(right, runs))
+        assert wilson(400 - runs + most, 400).high < 0.95
+    for rate in (0.05, 0.3, 0.5, 0.7, 0.85, 0.9, 0.92, 0.94, 0.95, 0.97):
+        path, before, missed = np.ones(1), 0, 0.0
+        for runs in (*early, 400):
+            path = np.convolve(path, binom.pmf(np.arange(runs - before + 1), runs - before, rate))
+            tests = [failed(right, runs) for right in range(runs + 1)]
+            ended = np.array([test is not None for test in tests])
+            outside = [
+                test is not None and not test.interval.low <= rate <= test.interval.high for test in tests
+            ]
+            missed, path, before = missed + path[outside].sum(), np.where(ended, 0.0, path), runs
+        whole = np.array([not low <= rate <= high for _, low, high in (wilson(r, 400) for r in range(401))])
+        assert missed + path[whole].sum() <= max(0.05, binom.pmf(np.flatnonzero(whole), 400, rate).sum())
+
+
+def test_fewer_runs_at_the_opposite_truth_are_said_and_calibration_weighs_both_truths_alike(assessment):
+    fewer = replace(
+        assessment, opposite=replace(assessment.opposite, right=np.arange(10) < 5, said=np.ones(10))
+    )
+    assert "(infeasible), right in 50 % (24 to 76) of 10 runs. Asked for" in sections(fewer)["Answer"][0]
+    assert "of 30 runs" not in sections(assessment)["Answer"][0]
+    assert fewer.to_dict()["opposite"]["runs"] == 10
+    assert fewer.calibration.uncertainty == 0.25
+    assert sum(each.runs for each in fewer.calibration.bins) == 20
+
+
+def test_a_swarm_that_nobody_would_deploy_has_no_faults_without_details(monkeypatch):
+    """Nor do changes run with its tasks that few runs exclude at the opposite truth, where it is worse."""
+    monkeypatch.setattr("feasibee.studies.constraints.all_strategies", lambda scenario: ["dmvd"])
+    many = SHORT.replace({"robots.count": 12, "tasks.count": 9, "decision.strategy": "dmvd"})
+    brief = assess(many, runs=120, seed=2, details=False)
+    assert (brief.level, brief.advice[1], brief.faults) == ("not ready", None, ())
+    assert (brief.outcome.runs, brief.opposite.runs, brief.own.worst is brief.opposite) == (120, 100, True)
+    assert (
+        brief.opposite.judged == SequentialDesign(120).tested(0.95, brief.opposite.right.sum(), 100).interval
+    )
+    assert not brief.limits

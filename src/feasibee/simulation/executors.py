@@ -107,7 +107,7 @@ def play(
     for scenario, piece in zip(scenarios, pieces, strict=True):
         try:
             runs = Runs(piece.runs, seed, piece.first_run)
-            records.append(simulate_record(scenario, runs, curves=curves, threads=1))
+            records.append(simulate_record(scenario, runs, curves=curves, threads=1, chunk=piece.runs))
         except MemoryError:
             raise FeasibeeError(
                 f"robots.count = {scenario.robots.count}: a worker has not enough memory for such a swarm; "

@@ -22,8 +22,8 @@ CHUNK_SECONDS = 1.0
 """Intended duration of a chunk: how long an interruption waits, and how much work a kill costs."""
 FIRST_WORK = 1_000_000
 """Robot-steps of the first chunks, before the workers' speed is known: about 25 ms."""
-LEAST_WORK = 500_000
-"""Robot-steps down to which the last chunks shrink, so that all workers end together: about 12 ms."""
+LEAST_SECONDS = 0.05
+"""Intended duration down to which the last chunks shrink, so that all workers end together."""
 ROUNDS = 8
 """Each point's runs are split into so many pieces, so that a half-done sweep is balanced."""
 LEAST_PIECE = 4_000_000
@@ -196,7 +196,8 @@ def _piece_size(scenario: Scenario, runs: int, curves: bool) -> int:
 
 def chunk_work(budget: float, left: int, workers: int) -> float:
     """Return the robot-steps of the next chunk, when so many are left for all workers."""
-    return min(budget, CHUNK_WORK, max(LEAST_WORK, left / (2 * workers)))
+    least = budget * LEAST_SECONDS / CHUNK_SECONDS
+    return min(budget, CHUNK_WORK, max(least, left / (2 * workers)))
 
 
 def next_budget(budget: float, work: int, seconds: float) -> float:

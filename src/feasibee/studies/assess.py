@@ -12,12 +12,12 @@ from feasibee.results.statistics import Interval, in_percent, wilson
 from feasibee.scenario.feasibility import explain
 from feasibee.scenario.scenario import Scenario
 from feasibee.scenario.sections import KINDS
-from feasibee.simulation.sequential import EARLY, FIRST, SequentialDesign, looks
+from feasibee.simulation.sequential import EARLY, FIRST, Finding, SequentialDesign, looks
 from feasibee.simulation.sweep import Enough, Execution, Rounds
 from feasibee.studies.comparison import SURE, Outcome, design_points, difference, outcomes_of
 from feasibee.studies.constraints import TOLERATES, Constraints, compare_under, numbered, opposite_of
 from feasibee.studies.needs import all_strategies, possible, suitable
-from feasibee.studies.report import READY, Assessment, Trial, is_none, level_of
+from feasibee.studies.report import NOT_READY, READY, Assessment, Trial, is_none, level_of
 from feasibee.studies.size import Rule, Sizing, band_of, size
 
 AS_IT_IS, OPPOSITE = "as it is", "opposite"
@@ -166,8 +166,10 @@ class _Assessing:
     def assessment(self) -> Assessment:
         """Compute the answer first, then the details."""
         found = self._answer()
-        faults = faults_of(world := (found.advice[1] or found.own).scenario)
-        found = replace(found, faults=self._raced("comparing faults", world, faults))
+        advised = found.advice[1]
+        if self.details or advised is not None or found.level != NOT_READY:  # nobody deploys the others
+            faults = faults_of(world := (advised or found.own).scenario)
+            found = replace(found, faults=self._raced("comparing faults", world, faults))
         found = self._detailed(found) if self.details else found
         return replace(found, stopped=self.rounds.stopped, missing=tuple(self.missing))
 
@@ -192,12 +194,12 @@ class _Assessing:
         if self.details:
             found = replace(found, limits=self._changes(self.changed))
             return replace(found, sizing=self._sizing()) if robots_may_help else found
-        robots = self.scenario.robots.count
+        robots, hopeless = self.scenario.robots.count, self._hopeless(found)
         more = [name for name, each in self.changed.items() if each.robots.count > robots]
         for name in self.changed:
             if robots_may_help and name == next(iter(more or self.changed)):
                 found = replace(found, sizing=self._sizing())
-            if not found.enough:
+            if name not in hopeless and not found.enough:
                 found = replace(found, limits=_best_first([*found.limits, *self._changes([name])]))
             if found.enough:
                 break
@@ -206,7 +208,7 @@ class _Assessing:
     def _detailed(self, found: Assessment) -> Assessment:
         found = self._with_strategies(found) if found.level == READY else found
         band = None
-        strategies = found.strategies or self._turned(found)
+        strategies = found.strategies or self._others(found)
         limits = found.limits or self._changes(self.changed)
         sizing = found.sizing or self._sizing()
         with self._part("searching sizes"):
@@ -237,23 +239,38 @@ class _Assessing:
 
     @cached_property
     def race(self) -> Race:
-        """How changes are raced: their differences hold together, also those at the opposite truth."""
-        differences = len(self.changed) + 2 * len(all_strategies(self.scenario)) + MOST_FAULTS
+        """How changes are raced: their differences hold together with those of strategies."""
+        differences = len(self.changed) + len(all_strategies(self.scenario)) + MOST_FAULTS
         several = len(looks(FIRST, max(LEAST_RUNS, self.runs)))
         return Race(self.rounds, self.runs, self.seed, differences * several)
 
     def _verdict_runs(self) -> dict[str, Outcome]:
-        """Return the outcome of the scenario, and that at the opposite truth, if any."""
+        """Return the outcome of the scenario, and that at the opposite truth, if any.
+
+        Without details, the latter ends once no further runs could let the swarm be ready. So the verdict is
+        that of all runs. The share of fewer runs has a confidence sequence, since what came ended them.
+        """
         opposite = opposite_of(self.scenario)
         worlds = {AS_IT_IS: self.scenario} | ({} if opposite is None else {OPPOSITE: opposite})
         outcomes: dict[str, Outcome] = {}
         with self._part("running the swarm"):
             for runs in (min(FEW, self.runs), *looks(FIRST, self.runs)):
-                outcomes = self.race.outcomes(worlds, runs)
+                outcomes |= self.race.outcomes(worlds, runs)
+                if OPPOSITE in worlds and not self.details and (test := self._failed(outcomes[OPPOSITE])):
+                    outcomes[OPPOSITE] = replace(outcomes[OPPOSITE], test=test)
+                    del worlds[OPPOSITE]
                 shares = [each.judged for each in outcomes.values()]
                 told = " and ".join(map(in_percent, shares))
                 self.rounds.tell(f"{level_of(shares, self.right)} so far: right in {told} of {runs} runs")
         return outcomes
+
+    def _failed(self, outcome: Outcome) -> Finding | None:
+        """Return the test of a swarm that no further runs could let be ready; None if some could."""
+        right, runs = int(outcome.right.sum()), outcome.runs
+        best = wilson(self.runs - runs + right, self.runs)  # if it were right in all runs that are left
+        test = SequentialDesign(self.runs).tested(self.right, right, runs)
+        fails = test.answer == "too few" and best.high < self.right
+        return test if fails and FIRST <= runs < self.runs else None
 
     def _raced(
         self,
@@ -285,20 +302,12 @@ class _Assessing:
         )
         return replace(found, recommendation=tested, recommended=first)
 
-    def _turned(self, found: Assessment) -> list[Trial]:
-        """Return the tested strategies; of those that gain, also what they do at the opposite truth."""
+    def _others(self, found: Assessment) -> list[Trial]:
+        """Return the other tested strategies, with their differences from the scenario's own."""
         tested, own = found.recommendation.tested if found.recommendation else (), found.scenario
         others = [Trial.of(each).untested() for each in tested if each.strategy != own.decision.strategy]
         gains = [difference(each.outcome, found.outcome, self.race.confidence) for each in others]
-        trials = [replace(each, difference=gain) for each, gain in zip(others, gains, strict=True)]
-        alone = [each for each in trials if each.difference.low > 0 and each.opposite is None]
-        there = {each.name: world for each in alone if (world := opposite_of(each.scenario))}
-        raced: dict[str, tuple[Outcome, Any]] = {}
-        with self._part("comparing strategies"):
-            if there and (world := opposite_of(own)):
-                raced = self.race.against(world, there)
-        turned = {name: outcome for name, (outcome, _) in raced.items()}
-        return _best_first([replace(each, opposite=turned.get(each.name, each.opposite)) for each in trials])
+        return _best_first([replace(each, difference=gain) for each, gain in zip(others, gains, strict=True)])
 
     def _changes(self, names: Iterable[str]) -> list[Trial]:
         """Return priced changes; those that may be enough have all runs, also at the opposite truth."""
@@ -320,9 +329,19 @@ class _Assessing:
                     opposite=there.get(each.name),
                     price=prices.index(each.name),
                 )
-                for each in sorted(found, key=lambda each: prices.index(each.name))
+                for each in found
             ]
         )
+
+    def _hopeless(self, found: Assessment) -> set[str]:
+        """Return the changes that few runs at the opposite truth exclude, if the swarm is worse there."""
+        if found.own.worst is not found.opposite:
+            return set()
+        worlds = {name: world for name, each in self.changed.items() if (world := opposite_of(each))}
+        design = SequentialDesign(min(FIRST, self.runs), early=EARLY)
+        with self._part("comparing changes"):
+            seen = design.run(worlds, self.race.outcomes, self._is_hopeless)
+        return {name for name, each in seen.items() if self._is_hopeless(each)}
 
     def _is_hopeless(self, outcome: Outcome) -> bool:
         """Whether a swarm would not be enough even if it were right in all runs that it can still have."""

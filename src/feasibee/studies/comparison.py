@@ -462,9 +462,13 @@ def difference(one: Outcome, other: Outcome, confidence: float = CONFIDENCE) -> 
 
 
 def calibration_of(group: Sequence[Outcome]) -> Calibration | None:
-    """Return how good the probabilities of a contender are; None unless outcomes of both truths are given."""
-    truths = [np.full(each.said.size, each.feasible) for each in group]
-    return calibration(np.concatenate([each.said for each in group]), np.concatenate(truths))
+    """Return how good the probabilities of a contender are; None unless outcomes of both truths are given.
+
+    If some have fewer runs, only as many of the first runs of the others count: worlds have the same weight.
+    """
+    runs = min(each.said.size for each in group)
+    truths = np.repeat([each.feasible for each in group], runs)
+    return calibration(np.concatenate([each.said[:runs] for each in group]), truths)
 
 
 def calibrations(outcomes: Sequence[Outcome]) -> dict[str, Calibration]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
@@ -134,9 +135,13 @@ class Candidate:
         found = barred(self.asked, constraints)
         if constraints.bits is not None and self.bits > constraints.bits:
             found["--bits"] = f"{in_bits(self.bits)} bits per robot-step"
-        tested = zip(self.worlds, self.tests, strict=True)
-        if short := [(world.tasks, test) for world, test in tested if test.answer != "enough"]:
-            found["--right"] = "; ".join(_short(*each, self.worlds[0].tasks) for each in short)
+        tested = [(test, each.tasks) for each, test in zip(self.worlds, self.tests, strict=True)]
+        # one world is enough: where a strategy fails, its tests in the others end
+        if short := [each for each in tested if each[0].answer != "enough"]:
+            test, tasks = min(short, key=lambda each: (each[0].answer == "open", each[0].interval))
+            having = "" if tasks == self.worlds[0].tasks else f"with {tasks} tasks "
+            close = ", too close to tell" if test.answer == "open" else ""
+            found["--right"] = f"{having}right in {test.successes} of {test.trials}{close}"
         return found
 
     def to_dict(self) -> dict[str, Any]:
@@ -164,12 +169,6 @@ def barred(asked: Asked, constraints: Constraints) -> dict[str, str]:
     if constraints.message_bits is not None and asked.message_bits > constraints.message_bits:
         found["--message-bits"] = f"messages of up to {asked.message_bits} bits"
     return found
-
-
-def _short(tasks: int, test: Finding, usual: int) -> str:
-    having = "" if tasks == usual else f"with {tasks} tasks "
-    close = ", too close to tell" if test.answer == "open" else ""
-    return f"{having}right in {test.successes} of {test.trials}{close}"
 
 
 @dataclass(frozen=True)
@@ -420,44 +419,61 @@ class _Trials:
         return found, problems
 
     def _tested(self, asked: Mapping[str, Asked]) -> list[Candidate]:
-        """Test strategies in their first world, then those that pass in the next one."""
-        worlds = {name: worlds_of(each.scenario, self.tasks) for name, each in asked.items()}
-        found: dict[str, list[Outcome]] = {name: [] for name in asked}
-        left = {name: each[0] for name, each in worlds.items()}
-        while left:
-            self.rounds.place = f"{len(left)} of {len(asked)}"
-            seen = self.design.run(left, self._see, self._is_settled)
-            for name, each in seen.items():
-                found[name].append(each)
-            passed = [name for name, each in seen.items() if self._passes(each)]
-            left = {
-                name: worlds[name][len(found[name])]
-                for name in passed
-                if len(found[name]) < len(worlds[name]) and not self.rounds.stopped
-            }
-        return [
-            Candidate(asked[name], tested, self.constraints.right) for name, tested in found.items() if tested
+        """Test strategies in all their worlds at once; one that fails in a world ends in the others, too.
+
+        Each test is a confidence sequence, valid wherever it ends, and all that may be made share the error
+        rate. So it doesn't matter that the answer in one world ends the tests in others.
+        """
+        worlds = {
+            (name, place): world
+            for name, each in asked.items()
+            for place, world in enumerate(worlds_of(each.scenario, self.tasks))
+        }
+        found: dict[str, dict[int, Outcome]] = {name: {} for name in asked}
+
+        def see(left: Mapping[tuple[str, int], Scenario], runs: int) -> dict[tuple[str, int], Outcome]:
+            self.rounds.place = f"{len({name for name, _ in left})} of {len(asked)}"
+            seen = dict(zip(left, self._seen(left, runs), strict=True))
+            for (name, place), each in seen.items():
+                found[name][place] = each
+            self._tell(found)
+            return seen
+
+        def is_settled(seen: Outcome) -> bool:
+            """Whether a test needs no more runs, perhaps since its strategy fails in another world."""
+            tests = [each.test for each in found[seen.contender].values() if each.test is not None]
+            return self._is_settled(seen.test) or any(map(self._fails, tests))
+
+        self.design.run(worlds, see, is_settled)
+        right = self.constraints.right
+        return [Candidate(asked[name], [*seen.values()], right) for name, seen in found.items() if seen]
+
+    def _is_settled(self, test: Finding | None) -> bool:
+        return test is not None and self.design.is_settled(self.constraints.right, test)
+
+    def _fails(self, test: Finding) -> bool:
+        """Whether a test needs no more runs, and neither reaches the target nor comes close."""
+        close = test.is_close(self.constraints.right)
+        return self._is_settled(test) and test.answer != "enough" and not close
+
+    def _seen(self, left: Mapping[tuple[str, int], Scenario], runs: int) -> list[Outcome]:
+        """Return the outcomes of some strategies, each in a world, with their tests."""
+        designs = [
+            design
+            for (name, _), world in left.items()
+            for design in design_points({name: world}, (), runs, self.seed)
         ]
+        seen = outcomes_of(self.rounds, designs, runs, self.seed)
+        tests = [self.design.tested(self.constraints.right, int(each.right.sum()), runs) for each in seen]
+        return [replace(each, test=test) for each, test in zip(seen, tests, strict=True)]
 
-    def _is_settled(self, seen: Outcome) -> bool:
-        return seen.test is not None and self.design.is_settled(self.constraints.right, seen.test)
-
-    def _passes(self, seen: Outcome) -> bool:
-        test = seen.test
-        return test is not None and (test.answer == "enough" or test.is_close(self.constraints.right))
-
-    def _see(self, left: Mapping[str, Scenario], runs: int) -> dict[str, Outcome]:
-        """Return the outcomes of some strategies, and say which is right most often so far."""
-        target, found = self.constraints.right, {}
-        for each in outcomes_of(self.rounds, design_points(left, (), runs, self.seed), runs, self.seed):
-            test = self.design.tested(target, int(each.right.sum()), runs)
-            found[each.contender] = replace(each, test=test)
+    def _tell(self, found: Mapping[str, Mapping[int, Outcome]]) -> None:
+        """Say which strategy is right most often so far, in its worst world."""
         if self.tells:
-            best = max(found.values(), key=lambda each: each.judged.estimate)
-            right = percent(best.judged)
-            where = f"{right} with {best.tasks} tasks"  # the opposite truth has its own turn
-            self.rounds.tell(f"right most often so far: {best.contender}, {where}, by {runs:,} runs")
-        return found
+            share = operator.attrgetter("judged.estimate")
+            best = max((min(seen.values(), key=share) for seen in found.values()), key=share)
+            where = f"{percent(best.judged)} with {best.tasks} tasks"
+            self.rounds.tell(f"right most often so far: {best.contender}, {where}, by {best.runs:,} runs")
 
 
 def world_of(scenario: Scenario, constraints: Constraints) -> Scenario:

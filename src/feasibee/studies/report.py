@@ -263,7 +263,9 @@ class Assessment:
 
 
 def _opposite_as_dict(outcome: Outcome | None) -> dict[str, Any] | None:
-    return None if outcome is None else {"tasks": outcome.tasks, "right": outcome.accuracy._asdict()}
+    if outcome is None:
+        return None
+    return {"tasks": outcome.tasks, "runs": outcome.runs, "right": outcome.judged._asdict()}
 
 
 def is_none(shown: Interval) -> bool:
