@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import re
 import tomllib
+from urllib.parse import quote
 
 import numpy as np
 import pytest
@@ -44,6 +46,14 @@ SQUARE = [[3.0, 12.0], [6.0, 12.0], [6.0, 15.0], [3.0, 15.0]]
 RECTANGLE = [[10.0, 2.0], [10.4, 2.0], [10.4, 9.0], [10.0, 9.0]]
 INK = (29, 33, 37)
 """Of the light theme."""
+PLAYED = """async film => {
+    const video = Object.assign(document.createElement("video"), { muted: true });
+    video.src = `data:video/webm;base64,${film}`;
+    await video.play();
+    await new Promise(done => (video.onended = done));
+    return video.getVideoPlaybackQuality().totalVideoFrames;
+}"""
+"""How many pictures a film has."""
 
 
 @pytest.mark.parametrize("served", [False, True])
@@ -283,20 +293,6 @@ def test_what_only_python_changes_is_simulated_and_stays_at_its_step(show, port)
     expect_swarm(page, 0, Scenario())
 
 
-@pytest.mark.slow  # it compiles the strategy
-def test_ones_own_strategy_is_simulated_after_a_change_that_python_makes(show, tmp_path):
-    pytest.importorskip("ziglang", reason="ziglang isn't installed")
-    file = tmp_path / "mine.py"
-    file.write_text("def decide(mind, inbox):\n    return 1 - mind.opinion\n", encoding="utf-8")
-    scenario = Scenario(decision={"strategy": str(file)}, run={"steps": 200})
-    with serving_at(Catalogue(scenario, 1)) as port:
-        page = show(port)
-        type_into(page, "radio.loss", "0.3")
-        expect_scenario(page, scenario.replace({"radio.loss": 0.3}))
-        seek(page, 150)
-        expect_swarm(page, 150, scenario.replace({"radio.loss": 0.3}))
-
-
 def test_a_page_whose_server_stops_says_so_and_goes_on_by_itself(show, new_page):
     with serving_at(Catalogue(Scenario(), 1)) as port:
         page = show(port)
@@ -310,7 +306,7 @@ def test_a_page_whose_server_stops_says_so_and_goes_on_by_itself(show, new_page)
     new_page.errors[:] = [each for each in new_page.errors if "ERR_CONNECTION" not in each]
 
 
-def test_a_clip_is_saved_as_a_film(show, tmp_path):
+def test_a_clip_is_saved_as_a_film(show, new_page, tmp_path):
     page = show(Scenario())
     unfolded(page, "#clip").click()
     expect(page.locator("#clip")).to_have_text("Save the clip")
@@ -325,16 +321,23 @@ def test_a_clip_is_saved_as_a_film(show, tmp_path):
     assert len(film) > 2000
     assert film[:4] == b"\x1aE\xdf\xa3" or film[4:8] == b"ftyp"
     expect(page.locator("#clip")).to_have_text("Record a clip")
+    assert new_page().evaluate(PLAYED, base64.b64encode(film).decode()) >= 4
+
+
+def imported(page, name, call):
+    """Return what a call of a module that imports none returns."""
+    text = "async ([text, call]) => eval(`(it) => ${call}`)(await import(text))"
+    module = f"data:text/javascript,{quote((STATIC / f'{name}.js').read_text('utf-8'))}"
+    return page.evaluate(text, [module, call])
+
+
+def test_a_time_has_its_two_largest_parts(new_page):
+    told = imported(new_page(), "elements", "[2.5, 59.4, 61, 3599, 3660, 90060].map(it.duration)")
+    assert told == ["2.5 s", "59.4 s", "1 min 1 s", "59 min 59 s", "1 h 1 min", "25 h 1 min"]
 
 
 def test_the_grids_spacing_jumps_never_by_much(new_page):
-    gaps = new_page().evaluate(
-        """async text => {
-            const { gapOf } = await import("data:text/javascript," + encodeURIComponent(text));
-            return Array.from({ length: 196 }, (_, k) => gapOf(5 + k));
-        }""",
-        (STATIC / "ground.js").read_text("utf-8"),
-    )
+    gaps = imported(new_page(), "ground", "Array.from({ length: 196 }, (_, k) => it.gapOf(5 + k))")
     cells = np.arange(5, 201) / gaps
     assert cells.min() >= 8
     assert cells.max() <= 20

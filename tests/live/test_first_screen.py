@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from playing import swarm_at
 from visiting import (
+    asked,
     at,
     box_of,
     click,
@@ -25,6 +26,12 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 SCREENS = [(1280, 800), (1440, 900), (1920, 1080), (390, 844)]
 BELOW = 60  # pixels that the plot may end below the first screen of a telephone
 READINGS = ("#question", "#truth", "#decision", "#many", "#plot", "#arena", "#transport", "#robot")
+MIDDLE = """() => {
+    const { arena: { px, py, ratio }, frame } = feasibee.lanes[0];
+    const { scrollLeft, scrollTop, clientWidth, clientHeight } = frame;
+    return [px[4] / ratio - scrollLeft - clientWidth / 2, py[4] / ratio - scrollTop - clientHeight / 2];
+}"""
+"""How far robot 4 is from the middle of its frame."""
 FOLDS = "all => all.map(each => each.open)"
 
 
@@ -93,15 +100,10 @@ def test_a_slider_moves_the_answer_and_no_reading(show, port, width, served):
     press(page, (".", 1))
     seek(page, 30)
     before, folds = boxes_of(page, *READINGS), page.locator("details").evaluate_all(FOLDS)
+    moved = "(at, tasks) => { at.value = tasks; at.dispatchEvent(new Event('input')); }"  # and isn't let go
     for tasks in (21, 33, 60, 100, 0, 1, 20):
-        slider(page, "tasks.count").evaluate(
-            """(at, tasks) => {
-                at.value = tasks;
-                for (const each of ["input", "change"]) at.dispatchEvent(new Event(each, { bubbles: true }));
-            }""",
-            tasks,
-        )
-        expect(page.locator("#question")).to_have_text(f"Can 20 robots do {tasks} task{'s' * (tasks != 1)}?")
+        slider(page, "tasks.count").evaluate(moved, tasks)
+        asked(page, 20, tasks)
         expect_run(page)
         drawn(page, 5)
         at(page, 30)
@@ -146,11 +148,17 @@ def test_full_screen_hides_the_form(show):
 def test_a_zoomed_arena_scrolls_in_its_frame_and_the_page_stays(show):
     page = show(Scenario(run={"steps": 60}))
     before = box_of(page, "#frame")
+    assert page.locator("#frame").evaluate("({ scrollWidth, clientWidth }) => scrollWidth - clientWidth") == 0
+    page.locator("#robot").fill("4")
+    page.locator("#robot").press("Tab")
+    focus_nothing(page)
     page.keyboard.press("z")
     expect(page.locator("#closer")).to_have_attribute("aria-pressed", "true")
     wide = page.locator("#arena").bounding_box()["width"]
     assert wide == pytest.approx(3 * before["width"], rel=0.1)
     assert page.locator("#frame").bounding_box() == before
+    drawn(page)
+    assert page.evaluate(MIDDLE) == pytest.approx([0, 0], abs=3)
     page.keyboard.press("z")
     expect(page.locator("#closer")).to_have_attribute("aria-pressed", "false")
     assert page.locator("#arena").bounding_box()["width"] == pytest.approx(wide / 3, rel=0.1)

@@ -9,8 +9,17 @@ from importlib.metadata import EntryPoint
 import pytest
 from playing import swept
 from serving import serving_at
-from visiting import asked, control_of, expect_no_scrolling, expect_scenario, seek, slider, type_into
-from waiting import drawn
+from visiting import (
+    asked,
+    control_of,
+    expect_no_scrolling,
+    expect_run,
+    expect_scenario,
+    expect_swarm,
+    seek,
+    slider,
+    type_into,
+)
 
 from feasibee import Scenario
 from feasibee.live.catalogue import Catalogue, read_catalogue
@@ -69,26 +78,6 @@ def test_slider_and_number_always_agree(show):
     type_into(page, "seed", "18446744073709551615")
     expect(slider(page, "seed")).to_be_hidden()  # it can't be so exact
     expect(page).to_have_url(re.compile("robots=300&.*seed=18446744073709551615"))
-
-
-def test_while_a_slider_moves_the_answer_moves_and_nothing_else(show, served):
-    page = show(served)
-    seek(page, 30)
-    parts = [page.locator(each) for each in ("#verdict", "#plot", "#arena", "#field-decision-strategy")]
-    before, places = folds(page), [each.bounding_box()["y"] for each in parts]
-    box = slider(page, "tasks.count").bounding_box()
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    page.mouse.down()
-    page.mouse.move(box["x"] + 9, box["y"] + box["height"] / 2, steps=9)
-    few = int(slider(page, "tasks.count").input_value())
-    assert few < 10
-    asked(page, 20, few + 4)  # of an event; the slider isn't let go yet
-    page.mouse.up()
-    expect(page.locator("#now")).to_have_text("30")
-    drawn(page, 30)
-    asked(page, 20, few + 4)
-    assert folds(page) == before
-    assert [each.bounding_box()["y"] for each in parts] == pytest.approx(places, abs=25)  # a line of text
 
 
 def test_an_invalid_number_is_marked_and_changes_nothing(show):
@@ -261,7 +250,9 @@ def test_a_strategy_of_another_package_is_chosen_where_python_has_it(show, insta
         expect_scenario(page, fable.replace({"radio.loss": 0.2}))
         expect(page).to_have_url(re.compile("strategy=fable&.*radio.loss="))
         page.reload()
-        expect_scenario(page, fable.replace({"radio.loss": 0.2}))
+        expect_run(page)
+        seek(page, 150)
+        expect_swarm(page, 150, fable.replace({"radio.loss": 0.2}))
         field(page, "decision.strategy").select_option("voter")
         expect_scenario(page, SCENARIO.replace({"decision.strategy": "voter", "radio.loss": 0.2}))
         type_into(page, "radio.loss", "0.1")

@@ -55,6 +55,24 @@ WORLDS = {
 }
 
 
+HALF_A_SECOND = """() => {
+    const { clock } = feasibee;
+    clock.goTo(0);
+    clock.play(true);
+    clock.tick(clock.history, 0.5);
+    clock.play(false);
+    return clock.head;
+}"""
+CLOUD = """() => {
+    const { plot } = feasibee, { cloud } = plot, pen = cloud.getContext("2d"), seen = [];
+    pen.lineTo = (_, y) => seen.push(1 - y / cloud.height);
+    plot.painted = { key: "" };
+    plot.paintCloud();
+    delete pen.lineTo;
+    return seen;
+}"""
+
+
 def world(name, folder):
     changes = WORLDS[name]
     if name == "own":
@@ -102,6 +120,14 @@ def test_a_hundred_swarms_are_those_of_simulate(show, tmp_path, name):
     found = page.evaluate(
         "feasibee.lanes[0].outcomes.map(at => [at.decision, at.step, at.isRight, ...at.course])"
     )
+    marks = {1: "dot feasible", 0: "dot hollow infeasible", -1: "dot undecided"}
+    unfolded(page, "#runs")
+
+    def check():
+        shown = page.locator("#runs i").evaluate_all("all => all.map(each => each.className)")
+        assert shown == [marks[each] for each in swarms.decision.values.tolist()]
+
+    eventually(page, check)
     right = 0
     for run, (decision, step, is_right, *course) in enumerate(found):
         decided, curve = int(swarms.decision[run]), swarms.feasible_count.values[run]
@@ -140,9 +166,28 @@ def test_the_answer_is_there_before_time_has_come_to_it(show):
     )
     expect(page.locator("#announcer")).to_contain_text(f"decides infeasible at step {decided}")
     expect(page.locator("#marks-text")).to_have_text(f"Decision at step {decided}.")
+    expect(page.locator("#marks > svg").first).to_have_attribute("x", f"{decided / 10}%")
     expect(page.locator("#now-held")).to_contain_text("At this step: 10 agree, of the 19 robots")
     seek(page, decided)
     expect(page.locator("#now-held")).to_have_text("At this step it has decided.")
+
+
+def test_the_plot_has_the_curves_of_all_swarms(show):
+    page, curves = show(FIFTY), simulate(FIFTY, runs=100, seed=1, curves=True).feasible_count.values / 20
+    expect(page.locator("#swarms")).to_have_attribute("aria-busy", "false")
+    expect(page.locator("#plot")).to_contain_text("theory")
+    seek(page, 60)
+    labels, data = page.evaluate(
+        "(({ series, data }) => [series.map(at => at.label), data])(feasibee.plot.chart)"
+    )
+    assert labels == ["Step", "infeasible", "feasible", "mean by theory"]
+    assert data[2][:61] == pytest.approx(curves[0, :61])
+    assert data[1][:61] == pytest.approx(1 - curves[0, :61])
+    assert page.evaluate(CLOUD)[:90] == pytest.approx(curves[0, :90])
+    (across,) = page.locator(".u-over line[x2='100%']").evaluate_all(
+        "all => all.map(at => at.getAttribute('y1'))"
+    )
+    assert float(across[:-1]) == pytest.approx(100 - 90)
 
 
 def test_keys_and_buttons_move_time(show):
@@ -183,6 +228,7 @@ def test_it_plays_by_itself_pauses_and_ends(show):
     there = page.evaluate("feasibee.clock.step")
     drawn(page, 20)
     at(page, there)
+    assert page.evaluate(HALF_A_SECOND) == 10  # at 20 steps per second
     for _ in range(8):
         page.keyboard.press("+")
     page.keyboard.press(" ")

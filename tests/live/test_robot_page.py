@@ -62,9 +62,12 @@ def test_a_robot_says_what_it_does_and_what_comes_next(show):
     choose(page, robot)
     for k in range(1, 5):
         (begun, sends, opinion), (end, _, following), (then, *_) = phases[k : k + 3]
-        seek(page, begun + 1)
-        now = swarm_at(begun + 1, scenario, 1).robot(robot)
+        step = begun + k % 2
+        seek(page, step)
+        swarm = swarm_at(step, scenario, 1)
+        now = swarm.robot(robot)
         left, lasts = counted(now.phase_left, "step"), counted(then - end, "step")
+        own = "" if opinion else f", so {1 - now.feasible_quality:.2f} for its opinion"
         heard = [f"{votes} {word}" for votes, word in zip(now.votes, ("feasible", "infeasible"), strict=True)]
         expected = {
             "Phase": f"disseminating, {left} left; broadcasts {words[opinion]}"
@@ -72,13 +75,19 @@ def test_a_robot_says_what_it_does_and_what_comes_next(show):
             else f"exploring, {left} left",
             "Saw": f"{counted(now.robots_seen[0], 'robot')} and {counted(now.tasks_seen[0], 'task')} ",
             "Heard": heard[0] if any(now.votes) else "nobody since its last decision",
-            "Quality": f"{now.feasible_quality:.2f} for feasible",
+            "Quality": f"{now.feasible_quality:.2f} for feasible{own}, as it last rated it",
             "Next": f"at step {end} it decides: {words[following]}, and explores again for {lasts}"
             if sends
             else f"at step {end} it begins to broadcast for {lasts}, and holds {words[following]}",
             "Rule of dmmd": "",
         }
         expect_rows(page, begins(**expected))
+        point_at(page, swarm, robot)
+        since = next((phases[j + 1][0] for j in range(k - 1, -1, -1) if phases[j][2] != opinion), "the start")
+        told = f"Holds {words[opinion]} since {'step ' * (since != 'the start')}{since} and "
+        told += f"{'broadcasts' if sends else 'explores'} since step {begun}. Heard "
+        told += ", ".join(each for each in heard if each[0] != "0") or "nobody"
+        expect(page.locator("#tip")).to_contain_text(f"{told} since its last decision.")
 
 
 def counted(count, word):
@@ -95,6 +104,7 @@ def counted(count, word):
         ({"faults.stopped": 0.5, "faults.stop_step": 5}, 10, "Phase", "stopped"),
         ({"faults.byzantine": 0.5}, 10, "Special", "Byzantine: it broadcasts what is false"),
         ({"units.seconds": 2.0}, 10, "Next", " s)"),
+        ({"acting.start": 30, "units.metres": 0.5}, 31, "Acts", "walks to task 12, 3.1 units (1.559 m) away"),
     ],
 )
 def test_a_robot_of_any_kind_says_what_it_is(show, changes, step, title, words):
