@@ -49,34 +49,27 @@ def connected(address, process):
 
 
 class Tab:
-    """A tab, and what its pages wrote to the console or asked for."""
+    """A tab, and what its pages wrote to the console."""
 
     def __init__(self, line):
         self.line = line
         self.number = 0
-        self.console, self.asked = [], []
+        self.console = []
         self.call("session.new", capabilities={})
-        self.call("session.subscribe", events=["log.entryAdded", "network.beforeRequestSent"])
+        self.call("session.subscribe", events=["log.entryAdded"])
         self.context = self.call("browsingContext.getTree")["contexts"][0]["context"]
 
     def call(self, method, **params):
-        """Call a command and return its result; keep the events that come before."""
+        """Call a command and return its result; keep what pages wrote before."""
         self.number += 1
         self.line.send(json.dumps({"id": self.number, "method": method, "params": params}))
         while True:
             message = json.loads(self.line.recv(60))
             if message["type"] == "event":
-                self.keep(message["method"], message["params"])
+                self.console.append(message["params"]["text"])
             else:
                 assert message["type"] == "success", message
                 return message["result"]
-
-    def keep(self, event, params):
-        """Keep what a page wrote or asked for."""
-        if event == "log.entryAdded":
-            self.console.append(params["text"])
-        elif params["context"] == self.context:
-            self.asked.append(params["request"]["url"])
 
     def open(self, address):
         """Open a page, and wait until it is loaded."""

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from playing import swarm_at
 from serving import serving_at
-from visiting import at, expect_colours, expect_run, focus_nothing, press, seek, type_into
+from visiting import at, choose, expect_colours, expect_run, focus_nothing, press, seek, type_into
 from waiting import drawn
 from walled import PLACE, SIDE
 
@@ -101,8 +101,7 @@ def test_the_plan_of_a_place_has_the_themes_ink(show, scheme):
 def test_robots_their_headings_aims_and_ranges_are_drawn_where_they_are(show, step):
     changes = {"acting.start": 20, "sensing.range": 3, "radio.range": 4, "run.steps": 60}
     page, scenario = show(Scenario().replace(changes)), Scenario().replace(changes)
-    page.locator("#robot").fill("3")
-    page.locator("#robot").press("Tab")
+    choose(page, 3)
     seek(page, step)
     drawn, now = page.evaluate(DRAWN, step), swarm_at(step, scenario, 1)
 

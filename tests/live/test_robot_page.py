@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from playing import swarm_at
-from visiting import at, control_of, expect_run, focus_nothing, point_at, press, seek
+from visiting import at, choose, control_of, expect_run, focus_nothing, point_at, press, seek
 from waiting import eventually
 
 from feasibee import Scenario, Swarm
@@ -37,12 +37,6 @@ def expect_rows(page, holds, lane=0):
 
 def begins(**words):
     return lambda rows: all(rows.get(title, "").startswith(each) for title, each in words.items())
-
-
-def choose(page, robot):
-    page.locator("#robot").fill(str(robot))
-    page.locator("#robot").press("Tab")
-    expect(page.locator("#reasons-0")).to_be_visible()
 
 
 def moments_of(scenario, robot, steps, seed=1):
@@ -94,17 +88,17 @@ def counted(count, word):
     return f"{count} {word}{'' if count == 1 else 's'}"
 
 
-@pytest.mark.quick(1)
+@pytest.mark.quick(3)
 @pytest.mark.parametrize(
     ("changes", "step", "title", "words"),
     [
         ({"decision.strategy": "census", "robots.know_count": True}, 60, "Knows", " tasks, by name"),
         ({"acting.start": 30}, 10, "Acts", "acts from step 30 on"),
         ({"acting.start": 30}, 100, "Acts", "stands at task "),
+        ({"acting.start": 30, "units.metres": 0.5}, 31, "Acts", "to task 12, 3.1 units (1.559 m) away"),
         ({"faults.stopped": 0.5, "faults.stop_step": 5}, 10, "Phase", "stopped"),
+        ({"units.seconds": 45.5}, 10, "Next", "at step 12 (9 min 6 s)"),
         ({"faults.byzantine": 0.5}, 10, "Special", "Byzantine: it broadcasts what is false"),
-        ({"units.seconds": 2.0}, 10, "Next", " s)"),
-        ({"acting.start": 30, "units.metres": 0.5}, 31, "Acts", "walks to task 12, 3.1 units (1.559 m) away"),
     ],
 )
 def test_a_robot_of_any_kind_says_what_it_is(show, changes, step, title, words):
@@ -121,15 +115,8 @@ def test_robots_are_inspected_by_keyboard_alone(show):
             break
         page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.id") == "arena"
-    keys = {
-        "Enter": 0,
-        "ArrowLeft": 19,
-        "ArrowUp": 18,
-        "ArrowRight": 19,
-        "ArrowDown": 0,
-        "PageDown": 1,
-        "PageUp": 0,
-    }
+    keys = {"Enter": 0, "ArrowLeft": 19, "ArrowUp": 18, "ArrowRight": 19}
+    keys |= {"ArrowDown": 0, "PageDown": 1, "PageUp": 0}
     for key, robot in keys.items():
         page.keyboard.press(key)
         expect(page.locator("#robot")).to_have_value(str(robot))
