@@ -3,80 +3,77 @@
 from __future__ import annotations
 
 import json
-import re
+import socket
 import subprocess
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
 from websockets.sync.client import connect
 
-SETTINGS = {"remote.active-protocols": 1, "datareporting.policy.dataSubmissionEnabled": False}
+SETTINGS = {
+    "remote.active-protocols": 1,
+    "datareporting.policy.dataSubmissionEnabled": False,
+    "browser.download.folderList": 2,  # that of browser.download.dir
+    "ui.prefersReducedMotion": 1,
+}
 
 
 @contextmanager
 def running(program, profile):
-    """Run Firefox with a new profile in an empty folder; give its only tab."""
-    lines = (f"user_pref({json.dumps(name)}, {json.dumps(value)});" for name, value in SETTINGS.items())
+    """Run Firefox with a new profile in an empty folder, where downloads go, too; give its only tab."""
+    settings = SETTINGS | {"browser.download.dir": str(profile)}
+    lines = (f"user_pref({json.dumps(name)}, {json.dumps(value)});" for name, value in settings.items())
     Path(profile, "user.js").write_text("\n".join(lines), encoding="utf-8")
-    options = ["--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", "0"]
-    said = Path(profile, "said.txt")
-    with (
-        said.open("w", encoding="utf-8") as errors,
-        subprocess.Popen([program, *options], stdout=subprocess.DEVNULL, stderr=errors) as process,
-    ):
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = str(free.getsockname()[1])
+    options = ["--headless", "--no-remote", "--profile", str(profile), "--remote-debugging-port", port]
+    streams = dict.fromkeys(("stdout", "stderr"), subprocess.DEVNULL)
+    with subprocess.Popen([program, *options], **streams) as process:
         try:
-            address = address_in(said, process)
-            with connect(f"{address}/session", max_size=None, proxy=None, open_timeout=60) as socket:
-                yield Tab(socket)
+            with connected(f"ws://127.0.0.1:{port}/session", process) as line:
+                yield Tab(line)
         finally:
             process.terminate()
 
 
-def address_in(said, process):
-    """Wait until Firefox says at which address it listens."""
+def connected(address, process):
+    """Return a connection to Firefox, as soon as it listens."""
     for _ in range(600):
-        if found := re.search(r"BiDi listening on (ws://\S+)", said.read_text(encoding="utf-8")):
-            return found[1]
+        assert process.poll() is None, "Firefox has ended"
         try:
-            process.wait(0.1)
-        except subprocess.TimeoutExpired:
-            continue
-        break
-    raise AssertionError(f"Firefox doesn't listen: {said.read_text(encoding='utf-8')}")
+            return connect(address, max_size=None, proxy=None, open_timeout=60)
+        except OSError:
+            time.sleep(0.1)
+    raise AssertionError("Firefox doesn't listen")
 
 
 class Tab:
-    """A tab, and what its pages wrote to the console or asked for."""
+    """A tab, and what its pages wrote to the console."""
 
-    def __init__(self, socket):
-        self.socket = socket
+    def __init__(self, line):
+        self.line = line
         self.number = 0
-        self.console, self.asked = [], []
+        self.console = []
         self.call("session.new", capabilities={})
-        self.call("session.subscribe", events=["log.entryAdded", "network.beforeRequestSent"])
+        self.call("session.subscribe", events=["log.entryAdded"])
         self.context = self.call("browsingContext.getTree")["contexts"][0]["context"]
 
     def call(self, method, **params):
-        """Call a command and return its result; keep the events that come before."""
+        """Call a command and return its result; keep what pages wrote before."""
         self.number += 1
-        self.socket.send(json.dumps({"id": self.number, "method": method, "params": params}))
+        self.line.send(json.dumps({"id": self.number, "method": method, "params": params}))
         while True:
-            message = json.loads(self.socket.recv(60))
+            message = json.loads(self.line.recv(60))
             if message["type"] == "event":
-                self.keep(message["method"], message["params"])
+                self.console.append(message["params"]["text"])
             else:
                 assert message["type"] == "success", message
                 return message["result"]
 
-    def keep(self, event, params):
-        """Keep what a page wrote or asked for."""
-        if event == "log.entryAdded":
-            self.console.append(params["text"])
-        elif params["context"] == self.context:
-            self.asked.append(params["request"]["url"])
-
     def open(self, address):
         """Open a page, and wait until it is loaded."""
+        self.call("browsingContext.navigate", context=self.context, url="about:blank")
         self.call("browsingContext.navigate", context=self.context, url=address, wait="complete")
 
     def run(self, code):

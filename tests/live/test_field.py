@@ -122,24 +122,24 @@ def test_a_page_follows_a_log_that_grows_and_the_next_field(ended, tmp_path):
         assert found["which"] in page
         assert '"server":true' in page
         assert '"seed":"2"' in page
-        for query in (
-            "from=-1",
-            "from=x",
-            "from=",
-            "from=99999999999",
-            "form=1",
-            "from=1&x=2",
-            "from=%ff",
-            "",
-        ):
+        wrong = ("", "from=-1", "from=x", "from=", "from=99999999999", "form=1", "from=1&x=2", "from=%ff")
+        for query in wrong:
             assert got(port, f"/field?{query}")[0] == 400, query
         log.write_text(lines[0] + "{\n")
         assert got(port, "/field?from=0")[0] == 422
 
 
-def test_a_browser_shows_a_field_that_has_ended(show, ended):
-    with serving_at(routes_of_field(ended[0])) as port:
+def test_a_browser_shows_a_field_that_has_ended(show, ended, tmp_path):
+    lines = [json.loads(each) for each in (ended[0] / "world.jsonl").read_text().splitlines()]
+    steps = [each | {"lost": [1]} if "lost" in each else each for each in lines]
+    (tmp_path / "world.jsonl").write_text("".join(f"{json.dumps(each)}\n" for each in steps))
+    with serving_at(routes_of_field(tmp_path)) as port:
         page = show(port)
+        page.locator("#seek").fill(str(AT_ONCE + 20))
+        for robot, told in ((1, "silent: the robot isn't counted"), (2, "the robot's own log has it")):
+            page.locator("#robot").fill(str(robot))
+            page.locator("#robot").press("Tab")
+            page.locator("#reasons-0").filter(has_text=told).wait_for()
         assert page.locator("#state").inner_text() == "ended"
         assert page.locator("#last").inner_text() == str(AT_ONCE + 20)
         assert page.locator("#form").is_hidden()

@@ -3,19 +3,8 @@
 from __future__ import annotations
 
 import pytest
+import visiting as on
 from playing import swarm_at
-from visiting import (
-    at,
-    box_of,
-    click,
-    expect_no_scrolling,
-    expect_run,
-    focus_nothing,
-    press,
-    seek,
-    slider,
-    unfolded,
-)
 from waiting import drawn, eventually
 
 from feasibee import Scenario
@@ -25,6 +14,12 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 SCREENS = [(1280, 800), (1440, 900), (1920, 1080), (390, 844)]
 BELOW = 60  # pixels that the plot may end below the first screen of a telephone
 READINGS = ("#question", "#truth", "#decision", "#many", "#plot", "#arena", "#transport", "#robot")
+MIDDLE = """() => {
+    const { arena: { px, py, ratio }, frame } = feasibee.lanes[0];
+    const { scrollLeft, scrollTop, clientWidth, clientHeight } = frame;
+    return [px[4] / ratio - scrollLeft - clientWidth / 2, py[4] / ratio - scrollTop - clientHeight / 2];
+}"""
+"""How far robot 4 is from the middle of its frame."""
 FOLDS = "all => all.map(each => each.open)"
 
 
@@ -62,7 +57,7 @@ def test_the_answer_is_on_the_first_screen(show, size, against):
     expect_seen(page, *size, *seen, below=below)
     least = {1280: 480, 1440: 560, 1920: 700, 390: 250}[size[0]] // (2 if against else 1)
     assert page.locator("#arena").bounding_box()["width"] >= least
-    expect_no_scrolling(page, size[0])
+    on.expect_no_scrolling(page, size[0])
 
 
 @pytest.mark.quick(2)
@@ -76,11 +71,11 @@ def test_playback_is_in_one_row_and_nothing_is_wider_than_the_window(show, width
         assert max(each["x"] + each["width"] for each in boxes) <= width
         for _ in range(8):
             page.keyboard.press("+")
-    expect_no_scrolling(page, width)
+    on.expect_no_scrolling(page, width)
     page.locator("#settings-fold").evaluate("it => (it.open = true)")
     for each in page.locator("#more > details").all():
         each.evaluate("it => (it.open = true)")
-    expect_no_scrolling(page, width)
+    on.expect_no_scrolling(page, width)
 
 
 @pytest.mark.quick(1)
@@ -88,23 +83,18 @@ def test_playback_is_in_one_row_and_nothing_is_wider_than_the_window(show, width
 @pytest.mark.parametrize("served", [False, True])
 def test_a_slider_moves_the_answer_and_no_reading(show, port, width, served):
     page = show(port if served else Scenario(), width=width)
-    unfolded(page, "#form")
+    on.unfolded(page, "#form")
     page.evaluate("scrollTo(0, 0)")
-    press(page, (".", 1))
-    seek(page, 30)
+    on.press(page, (".", 1))
+    on.seek(page, 30)
     before, folds = boxes_of(page, *READINGS), page.locator("details").evaluate_all(FOLDS)
+    moved = "(at, tasks) => { at.value = tasks; at.dispatchEvent(new Event('input')); }"  # and isn't let go
     for tasks in (21, 33, 60, 100, 0, 1, 20):
-        slider(page, "tasks.count").evaluate(
-            """(at, tasks) => {
-                at.value = tasks;
-                for (const each of ["input", "change"]) at.dispatchEvent(new Event(each, { bubbles: true }));
-            }""",
-            tasks,
-        )
-        expect(page.locator("#question")).to_have_text(f"Can 20 robots do {tasks} task{'s' * (tasks != 1)}?")
-        expect_run(page)
+        on.slider(page, "tasks.count").evaluate(moved, tasks)
+        on.asked(page, 20, tasks)
+        on.expect_run(page)
         drawn(page, 5)
-        at(page, 30)
+        on.at(page, 30)
         for name, box in boxes_of(page, *READINGS).items():
             assert abs(box["y"] - before[name]["y"]) <= 30, name
             assert abs(box["x"] - before[name]["x"]) <= 30, name
@@ -115,8 +105,8 @@ def test_a_slider_moves_the_answer_and_no_reading(show, port, width, served):
 @pytest.mark.quick(2)
 def test_the_card_of_a_robot_comes_up_where_it_is_seen(show, size):
     page = show(Scenario(), "", *size)
-    seek(page, 50)
-    click(page, swarm_at(50, Scenario(), 1).positions[3])
+    on.seek(page, 50)
+    on.click(page, swarm_at(50, Scenario(), 1).positions[3])
     expect(page.locator("#reasons-0")).to_be_visible()
 
     def check():
@@ -135,7 +125,7 @@ def test_the_card_of_a_robot_comes_up_where_it_is_seen(show, size):
 def test_full_screen_hides_the_form(show):
     page = show(Scenario())
     expect(page.locator("#form")).to_be_visible()
-    focus_nothing(page)
+    on.focus_nothing(page)
     page.keyboard.press("f")
     for each in ("#settings", "#more", "#arena", "#decision", "#plot", "#transport"):
         expect(page.locator(each)).to_be_visible(visible=each not in ("#settings", "#more"))
@@ -145,12 +135,17 @@ def test_full_screen_hides_the_form(show):
 
 def test_a_zoomed_arena_scrolls_in_its_frame_and_the_page_stays(show):
     page = show(Scenario(run={"steps": 60}))
-    before = box_of(page, "#frame")
+    before = on.box_of(page, "#frame")
+    assert page.locator("#frame").evaluate("({ scrollWidth, clientWidth }) => scrollWidth - clientWidth") == 0
+    on.choose(page, 4)
+    on.focus_nothing(page)
     page.keyboard.press("z")
     expect(page.locator("#closer")).to_have_attribute("aria-pressed", "true")
     wide = page.locator("#arena").bounding_box()["width"]
     assert wide == pytest.approx(3 * before["width"], rel=0.1)
     assert page.locator("#frame").bounding_box() == before
+    drawn(page)
+    assert page.evaluate(MIDDLE) == pytest.approx([0, 0], abs=3)
     page.keyboard.press("z")
     expect(page.locator("#closer")).to_have_attribute("aria-pressed", "false")
     assert page.locator("#arena").bounding_box()["width"] == pytest.approx(wide / 3, rel=0.1)

@@ -7,10 +7,9 @@ import re
 from importlib.metadata import EntryPoint
 
 import pytest
+import visiting as on
 from playing import swept
 from serving import serving_at
-from visiting import asked, control_of, expect_no_scrolling, expect_scenario, seek, slider, type_into
-from waiting import drawn
 
 from feasibee import Scenario
 from feasibee.live.catalogue import Catalogue, read_catalogue
@@ -57,38 +56,18 @@ def test_slider_and_number_always_agree(show):
         ("run", "4", "1234", "40"),
     ):
         for value in values:
-            type_into(page, path, value)
-            expect(slider(page, path)).to_have_value(value)
-        slider(page, path).fill(slid)
+            on.type_into(page, path, value)
+            expect(on.slider(page, path)).to_have_value(value)
+        on.slider(page, path).fill(slid)
         expect(field(page, path)).to_have_value(slid)
-    type_into(page, "robots.count", "300")
-    slider(page, "tasks.count").fill("41")
-    asked(page, 300, 41)
-    for each in (field, slider):
+    on.type_into(page, "robots.count", "300")
+    on.slider(page, "tasks.count").fill("41")
+    on.asked(page, 300, 41)
+    for each in (field, on.slider):
         expect(each(page, "robots.count")).to_have_value("300")
-    type_into(page, "seed", "18446744073709551615")
-    expect(slider(page, "seed")).to_be_hidden()  # it can't be so exact
+    on.type_into(page, "seed", "18446744073709551615")
+    expect(on.slider(page, "seed")).to_be_hidden()  # it can't be so exact
     expect(page).to_have_url(re.compile("robots=300&.*seed=18446744073709551615"))
-
-
-def test_while_a_slider_moves_the_answer_moves_and_nothing_else(show, served):
-    page = show(served)
-    seek(page, 30)
-    parts = [page.locator(each) for each in ("#verdict", "#plot", "#arena", "#field-decision-strategy")]
-    before, places = folds(page), [each.bounding_box()["y"] for each in parts]
-    box = slider(page, "tasks.count").bounding_box()
-    page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-    page.mouse.down()
-    page.mouse.move(box["x"] + 9, box["y"] + box["height"] / 2, steps=9)
-    few = int(slider(page, "tasks.count").input_value())
-    assert few < 10
-    asked(page, 20, few + 4)  # of an event; the slider isn't let go yet
-    page.mouse.up()
-    expect(page.locator("#now")).to_have_text("30")
-    drawn(page, 30)
-    asked(page, 20, few + 4)
-    assert folds(page) == before
-    assert [each.bounding_box()["y"] for each in parts] == pytest.approx(places, abs=25)  # a line of text
 
 
 def test_an_invalid_number_is_marked_and_changes_nothing(show):
@@ -103,43 +82,43 @@ def test_an_invalid_number_is_marked_and_changes_nothing(show):
         ("robots.speed", "10.1", "type 0 to 10."),
         ("seed", "18446744073709551616", "type 0 to 18,446,744,073,709,551,615."),
     ):
-        control = type_into(page, path, text)
+        control = on.type_into(page, path, text)
         expect(control).to_have_attribute("aria-invalid", "true")
         expect(control).to_have_value(text)
         expect_described(page, path, rule)
-        asked(page, 20, 20)
-    slider(page, "robots.count").fill("25")
-    asked(page, 25, 20)
+        on.asked(page, 20, 20)
+    on.slider(page, "robots.count").fill("25")
+    on.asked(page, 25, 20)
     expect(field(page, "robots.count")).to_have_attribute("aria-invalid", "false")
     expect(field(page, "tasks.count")).to_have_value("many")  # still marked
     page.get_by_role("button", name="Undo all changes").click()
-    asked(page, 20, 20)
+    on.asked(page, 20, 20)
     expect(page.locator("[aria-invalid='true']")).to_have_count(0)
 
 
 def test_ranges_are_bounded_by_the_scenario_that_is_shown(show, served):
     page, half = show(served), "must be at most half the side of the torus"
-    type_into(page, "sensing.range", "12")
+    on.type_into(page, "sensing.range", "12")
     expect_described(page, "sensing.range", f"{half}, 10 units; set arena.side to 24")
-    type_into(page, "arena.side", "30")
+    on.type_into(page, "arena.side", "30")
     expect(field(page, "sensing.range")).to_have_value("2")
-    type_into(page, "sensing.range", "12")
-    expect(slider(page, "sensing.range")).to_have_value("12")
-    expect_scenario(page, SCENARIO.replace({"arena.side": 30, "sensing.range": 12, "radio.range": 2}))
-    expect(page).to_have_url(re.compile("sight=12&.*arena.side="))
+    on.type_into(page, "sensing.range", "12")
+    expect(on.slider(page, "sensing.range")).to_have_value("12")
+    on.expect_scenario(page, SCENARIO.replace({"arena.side": 30, "sensing.range": 12, "radio.range": 2}))
+    expect(page).to_have_url(re.compile("arena.side=30&sight=12&"))
     page.reload()
     expect(field(page, "sensing.range")).to_have_value("12")
-    type_into(page, "arena.side", "8")
+    on.type_into(page, "arena.side", "8")
     expect_described(page, "sensing.range", f"{half}, 4 units")
-    type_into(page, "sensing.range", "3")
-    type_into(page, "arena.side", "8")
-    expect(slider(page, "sensing.range")).to_have_attribute("max", "4")
+    on.type_into(page, "sensing.range", "3")
+    on.type_into(page, "arena.side", "8")
+    expect(on.slider(page, "sensing.range")).to_have_attribute("max", "4")
 
 
 def test_a_problem_is_listed_and_nothing_unfolds_without_a_click(show, served):
     page = show(served)
     problems = page.locator(".problems")
-    type_into(page, "sensing.gate", "3 s")
+    on.type_into(page, "sensing.gate", "3 s")
     expect_described(page, "sensing.gate", "must be a length, not a time")
     expect(problems).to_have_text("Not changed: the previous run continues.")  # the rest is at its field
     page.locator("summary", has_text="Sensing").click()
@@ -147,10 +126,10 @@ def test_a_problem_is_listed_and_nothing_unfolds_without_a_click(show, served):
     field(page, "sensing.gate").evaluate("at => { at.value = '-1'; at.dispatchEvent(new Event('change')); }")
     expect(problems.locator("li")).to_contain_text("sensing.gate = -1: must be")
     assert folds(page) == before
-    asked(page, 20, 50)
+    on.asked(page, 20, 50)
     page.get_by_role("button", name="Go to sensing.gate").click()
     expect(field(page, "sensing.gate")).to_be_focused()
-    expect(type_into(page, "sensing.gate", "3 m")).to_have_value("6")
+    expect(on.type_into(page, "sensing.gate", "3 m")).to_have_value("6")
     expect(problems).to_be_hidden()
 
 
@@ -158,20 +137,20 @@ def test_values_and_units_are_shown_as_they_are_typed(show, served):
     page = show(served)
     expect(field(page, "events")).to_have_value(re.compile(r"^\[\{ ?step = 20, tasks = 4.*\}\]$"))
     expect(field(page, "decision.listen")).to_have_value(re.compile(r"^\{ ?last = 3 ?\}$"))
-    expect(type_into(page, "sensing.range", "1.5 m")).to_have_value("3")
+    expect(on.type_into(page, "sensing.range", "1.5 m")).to_have_value("3")
     expect_described(page, "sensing.range", "units (1.5 m)")
-    type_into(page, "events", "[{step = 30, robots = 2}]")
-    control_of(page, "arena.boundary").select_option("walls")
-    control_of(page, "sensing.count_self").check()
-    type_into(page, "radio.id_bits", "4")
-    type_into(page, "faults.stubborn", "{count = 1}")
+    on.type_into(page, "events", "[{step = 30, robots = 2}]")
+    on.control_of(page, "arena.boundary").select_option("walls")
+    on.control_of(page, "sensing.count_self").check()
+    on.type_into(page, "radio.id_bits", "4")
+    on.type_into(page, "faults.stubborn", "{count = 1}")
     changes = {"sensing.range": 3, "radio.range": 2, "arena.boundary": "walls"}
     more = {"sensing.count_self": True, "radio.id_bits": 4, "events": [{"step": 30, "robots": 2}]}
     changes |= more | {"faults.stubborn": {"count": 1}}
-    expect_scenario(page, SCENARIO.replace(changes))
+    on.expect_scenario(page, SCENARIO.replace(changes))
     expect(field(page, "faults.stubborn")).to_have_value(re.compile(r"^\{ ?count = 1 ?\}$"))
-    type_into(page, "radio.id_bits", "")
-    expect_scenario(page, SCENARIO.replace({**changes, "radio.id_bits": None}))
+    on.type_into(page, "radio.id_bits", "")
+    on.expect_scenario(page, SCENARIO.replace({**changes, "radio.id_bits": None}))
 
 
 def test_what_was_changed_has_a_mark_and_is_taken_back(show, served):
@@ -180,17 +159,17 @@ def test_what_was_changed_has_a_mark_and_is_taken_back(show, served):
     expect(page.locator("summary", has_text="Decision")).to_contain_text("1 changed")
     radio = page.locator("summary", has_text="Radio")
     expect(radio).not_to_contain_text("changed")
-    type_into(page, "radio.loss", "0.2")
+    on.type_into(page, "radio.loss", "0.2")
     expect(radio).to_contain_text("1 changed")
     expect_described(page, "radio.loss", "Changed.")
-    slider(page, "robots.count").fill("30")
-    asked(page, 30, 50)
+    on.slider(page, "robots.count").fill("30")
+    on.asked(page, 30, 50)
     page.get_by_role("button", name="Take back: Robots").click()
-    asked(page, 20, 50)
+    on.asked(page, 20, 50)
     expect(field(page, "robots.count")).to_be_focused()
     page.get_by_role("button", name="Take back: Loss").click()
     expect(radio).not_to_contain_text("changed")
-    expect_scenario(page, SCENARIO)
+    on.expect_scenario(page, SCENARIO)
 
 
 def test_a_setting_is_found_by_its_words(show, served):
@@ -210,30 +189,30 @@ def test_a_setting_is_found_by_its_words(show, served):
 def test_the_density_is_kept_where_robots_are_more(show, served):
     page = show(served)
     page.get_by_role("switch", name="Keep the density").check()
-    slider(page, "robots.count").fill("80")
-    expect_scenario(page, SCENARIO.replace({"robots.count": 80, "arena.side": 40.0}))
-    type_into(page, "arena.side", "30")
+    on.slider(page, "robots.count").fill("80")
+    on.expect_scenario(page, SCENARIO.replace({"robots.count": 80, "arena.side": 40.0}))
+    on.type_into(page, "arena.side", "30")
     expect(page.get_by_role("switch", name="Keep the density")).not_to_be_checked()
 
 
 def test_what_is_chosen_is_copied_and_stays_in_the_address(show):
     page = show(SCENARIO, permissions=["clipboard-read", "clipboard-write"])
-    slider(page, "tasks.count").fill("18")
-    slider(page, "sensing.range").fill("3.5")
+    on.slider(page, "tasks.count").fill("18")
+    on.slider(page, "sensing.range").fill("3.5")
     field(page, "decision.strategy").select_option("voter")
     field(page, "against").select_option("census")
     changes = {"tasks.count": 18, "sensing.range": 3.5, "radio.range": 2, "decision.strategy": "voter"}
-    expect_scenario(page, SCENARIO.replace(changes))
+    on.expect_scenario(page, SCENARIO.replace(changes))
     page.get_by_role("button", name="Copy as scenario").click()
     expect(page.get_by_role("button", name="Copied")).to_be_visible()
     assert Scenario.from_toml(page.evaluate("navigator.clipboard.readText()")) == SCENARIO.replace(changes)
     page.get_by_role("button", name="Next run").click()
-    expect(page).to_have_url(re.compile("tasks=18&sight=3.5&strategy=voter&run=1&seed=1&against=census$"))
+    expect(page).to_have_url(re.compile("tasks=18&sight=3.5&strategy=voter&against=census&run=1&seed=1$"))
     page.reload()
-    asked(page, 20, 18)
+    on.asked(page, 20, 18)
     expect(field(page, "against")).to_have_value("census")
     expect(field(page, "run")).to_have_value("1")
-    expect_scenario(page, SCENARIO.replace(changes))
+    on.expect_scenario(page, SCENARIO.replace(changes))
 
 
 @pytest.fixture
@@ -255,17 +234,19 @@ def test_a_strategy_of_another_package_is_chosen_where_python_has_it(show, insta
         page = show(port)
         field(page, "decision.strategy").select_option(installed)
         fable = SCENARIO.replace({"decision.strategy": installed})
-        expect_scenario(page, fable)
+        on.expect_scenario(page, fable)
         expect_described(page, "decision.strategy", "Robots hope.")
-        type_into(page, "radio.loss", "0.2")
-        expect_scenario(page, fable.replace({"radio.loss": 0.2}))
+        on.type_into(page, "radio.loss", "0.2")
+        on.expect_scenario(page, fable.replace({"radio.loss": 0.2}))
         expect(page).to_have_url(re.compile("strategy=fable&.*radio.loss="))
         page.reload()
-        expect_scenario(page, fable.replace({"radio.loss": 0.2}))
+        on.expect_run(page)
+        on.seek(page, 150)
+        on.expect_swarm(page, 150, fable.replace({"radio.loss": 0.2}))
         field(page, "decision.strategy").select_option("voter")
-        expect_scenario(page, SCENARIO.replace({"decision.strategy": "voter", "radio.loss": 0.2}))
-        type_into(page, "radio.loss", "0.1")
-        expect_scenario(page, SCENARIO.replace({"decision.strategy": "voter", "radio.loss": 0.1}))
+        on.expect_scenario(page, SCENARIO.replace({"decision.strategy": "voter", "radio.loss": 0.2}))
+        on.type_into(page, "radio.loss", "0.1")
+        on.expect_scenario(page, SCENARIO.replace({"decision.strategy": "voter", "radio.loss": 0.1}))
         page.close()  # it would ask the server that ends now
 
 
@@ -280,16 +261,16 @@ def test_a_strategy_of_another_package_is_chosen_where_python_has_it(show, insta
 )
 def test_a_hostile_address_changes_nothing(show, more):
     page = show(SCENARIO, more)
-    asked(page, 20, 50)
-    expect_scenario(page, SCENARIO)
+    on.asked(page, 20, 50)
+    on.expect_scenario(page, SCENARIO)
 
 
 def test_an_address_that_cannot_be_is_told_and_the_page_shows_what_it_has(show, served):
     page = show(served, "#place.walls=1&point=7&tasks=24")
-    asked(page, 20, 50)
+    on.asked(page, 20, 50)
     expect(page.locator(".problems")).to_be_visible()
-    slider(page, "tasks.count").fill("12")
-    asked(page, 20, 12)
+    on.slider(page, "tasks.count").fill("12")
+    on.asked(page, 20, 12)
 
 
 def test_a_sweeps_runs_are_listed_and_shown(show, tmp_path):
@@ -308,7 +289,7 @@ def test_a_sweeps_runs_are_listed_and_shown(show, tmp_path):
         expect(runs.last).to_have_attribute("aria-current", "true")
         expect(field(page, "run")).to_have_value(catalogue.replays["replays"][-1]["run"])
         expect(page.locator("#verdict")).to_have_attribute("data-verdict", "wrong")
-        asked(page, 20, 24)
+        on.asked(page, 20, 24)
         page.close()  # it would ask the server that ends now
 
 
@@ -329,4 +310,4 @@ def test_fingers_find_room_on_a_telephone(show, served):
     expect(page.locator("#form")).to_be_hidden()  # folded: the answer is on the first screen
     page.locator("#settings summary").first.click()
     assert page.locator("#form :is(button, input, select, summary)").evaluate_all(ROOM) == []
-    expect_no_scrolling(page, 390)
+    on.expect_no_scrolling(page, 390)

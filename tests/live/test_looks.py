@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
+from playing import swarm_at
 from serving import serving_at
-from visiting import at, expect_colours, expect_run, focus_nothing, press, seek, type_into
-from waiting import drawn, eventually
+from visiting import at, choose, expect_colours, expect_run, focus_nothing, press, seek, type_into
+from waiting import drawn
 from walled import PLACE, SIDE
 
 from feasibee import Scenario
@@ -17,8 +20,11 @@ expect = pytest.importorskip("playwright.sync_api", reason="playwright isn't ins
 
 AXE = Path(__file__).parents[2] / "node_modules/axe-core/axe.min.js"
 WALL_AT, NO_GO_AT, DOCK_AT, OPEN_AT = (10.0, 3.0), (15.2, 2.2), (2.7, 7.2), (13.2, 8.2)
-SHADES = {"light": ("#1d2125", "#fdfdfc", "#009e73"), "dark": ("#e6e9eb", "#0c0f11", "#22c595")}
-"""Ink, ground and zone of base.css."""
+SHADES = {
+    "light": ("#1d2125", "#fdfdfc", "#009e73", "#0072b2", "#d55e00"),
+    "dark": ("#e6e9eb", "#0c0f11", "#22c595", "#3d9fdc", "#ee7d2b"),
+}
+"""Ink, ground, zone, feasible and infeasible of base.css."""
 LOOKS = {
     "feasible": (1 + 16, {"centre": "F", "disc": "F", "rim": "F"}),
     "infeasible": (16, {"centre": "G", "disc": "I", "rim": "I"}),
@@ -45,14 +51,16 @@ PIXELS = """flags => {
         return found;
     });
 }"""
-COLOURED = """at => {
-    const copy = new OffscreenCanvas(at.width, at.height).getContext("2d", { willReadFrequently: true });
-    copy.drawImage(at, 0, 0);
-    const { data } = copy.getImageData(0, 0, at.width, at.height);
-    let seen = 0;
-    for (let k = 0; k < data.length; k += 4) seen += Math.abs(data[k] - data[k + 2]) > 80;
-    return seen;
+DRAWN = """step => {
+    const { lanes: [{ arena }], history } = feasibee, { context, scale, height, radius } = arena, calls = [];
+    const told = name => (...given) => calls.push([name, ...given.map(Number)]);
+    const get = (_, name) => typeof context[name] === "function" ? told(name) : context[name];
+    arena.context = new Proxy(context, { get, set: () => true });
+    arena.draw(history.frame(step), history.frame(step + 1), 0.5);
+    arena.context = context;
+    return { calls, scale, height, radius, places: [...arena.px].map((x, k) => [x, arena.py[k]]) };
 }"""
+"""What an arena draws half a step after one: each call of its canvas, and the robots' pixels."""
 
 
 def mixed(one, other, part):
@@ -69,8 +77,13 @@ def test_robots_look_as_the_legend_says(show):
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_the_plan_of_a_place_has_the_themes_ink(show, scheme):
     page = show(PLACE, color_scheme=scheme)
-    ink, ground, zone = SHADES[scheme]
+    ink, ground, zone, *opinions = SHADES[scheme]
+    shades = page.evaluate(
+        "(({ feasible, infeasible }) => [feasible, infeasible])(feasibee.lanes[0].arena.colours)"
+    )
+    assert shades == [f"rgb({', '.join(map(str, bytes.fromhex(each[1:])))})" for each in opinions]
     colours = {
+        (18.0, 8.0): mixed("#e69f00", "#e69f00", 0),  # its only task
         WALL_AT: mixed(ink, ink, 0),
         NO_GO_AT: mixed(ground, ink, 64 / 255),
         DOCK_AT: mixed(ground, zone, 0.12),
@@ -82,6 +95,47 @@ def test_the_plan_of_a_place_has_the_themes_ink(show, scheme):
     assert box["height"] / box["width"] == pytest.approx(0.5, abs=0.01)
     page.locator("#theme").click()  # "as the system" becomes "light"
     expect_colours(page, {WALL_AT: mixed(SHADES["light"][0], "#000000", 0)}, SIDE)
+
+
+@pytest.mark.parametrize("step", [12, 21])
+def test_robots_their_headings_aims_and_ranges_are_drawn_where_they_are(show, step):
+    changes = {"acting.start": 20, "sensing.range": 3, "radio.range": 4, "run.steps": 60}
+    page, scenario = show(Scenario().replace(changes)), Scenario().replace(changes)
+    choose(page, 3)
+    seek(page, step)
+    drawn, now = page.evaluate(DRAWN, step), swarm_at(step, scenario, 1)
+
+    def units(*pixels):
+        x, y = np.transpose(pixels)
+        return np.transpose([x / drawn["scale"], (drawn["height"] - y) / drawn["scale"]])
+
+    way = swarm_at(step + 1, scenario, 1).positions - now.positions
+    halfway = (now.positions + (way - 20 * np.round(way / 20)) / 2) % 20  # also across the edge
+    assert np.abs(way).max() > 10 or step == 21
+    assert units(*drawn["places"]) == pytest.approx(halfway, abs=0.01)
+    ground, *pictures = (k for k, (name, *_) in enumerate(drawn["calls"]) if name == "drawImage")
+    arcs = [each[3] / drawn["scale"] for each in drawn["calls"] if each[0] == "arc"]
+    assert (ground, arcs[0], sorted(set(arcs))[1:]) == (
+        0,
+        3.0,
+        [3.0, 4.0],
+    )  # and the ring of the chosen robot
+    pairs = [
+        (at, one[1:3], end[1:3])
+        for at, (one, end) in enumerate(pairwise(drawn["calls"]))
+        if end[0] == "lineTo"
+    ]
+    aims, ticks = (
+        [units(*each) for at, *each in pairs if (at > pictures[-1]) == is_tick] for is_tick in (0, 1)
+    )
+    for place, task in zip(halfway, now.targets, strict=True):
+        expected = [place, now.tasks[task]]  # their numbers are their places
+        if task >= 0 and np.abs(np.subtract(*expected)).max() < 10:
+            assert any(each == pytest.approx(np.array(expected), abs=0.02) for each in aims)
+    idle = np.flatnonzero((now.targets < 0) & ~now.standing)
+    angles = [np.arctan2(*np.diff(each, axis=0)[0][::-1]) for each in ticks]
+    assert len(idle) + len(aims) >= 20
+    assert np.cos(angles - now.snapshot().heading[idle] * np.pi / 128) == pytest.approx(1, abs=0.001)
 
 
 def test_the_theme_is_as_the_system_or_as_chosen(show):
@@ -104,21 +158,16 @@ def test_less_motion_is_none_without_a_click_and_no_robot_between_two_steps(show
 
 def test_robots_are_seen_in_a_large_hall(show):
     page = show(Scenario(arena={"side": [4000.0, 1000.0]}, tasks={"count": 0}, run={"steps": 20}))
-
-    def check():
-        assert page.locator("#arena").evaluate(COLOURED) > 20 * 25  # pixels of 20 robots
-
-    eventually(page, check)
+    assert page.evaluate(DRAWN, 0)["radius"] > 3  # pixels
 
 
 def test_robots_that_have_left_are_not_drawn(show):
-    events = [{"step": 10, "robots": -19}]
-    page, seen = show(Scenario(tasks={"count": 0}, events=events, run={"steps": 20})), []
-    for step in (9, 10):
-        seek(page, step)
-        drawn(page)
-        seen.append(page.locator("#arena").evaluate(COLOURED))
-    assert 0 < seen[1] < seen[0] / 8
+    page = show(Scenario(tasks={"count": 0}, events=[{"step": 10, "robots": -19}], run={"steps": 20}))
+    pictures = [
+        [name for name, *_ in page.evaluate(DRAWN, step)["calls"]].count("drawImage") for step in (8, 10)
+    ]
+    assert pictures[0] >= 21
+    assert pictures[1] < 6  # with copies across the edges
 
 
 @pytest.fixture(scope="module")

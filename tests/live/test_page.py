@@ -8,22 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import visiting as on
 from playing import swarm_at
-from visiting import (
-    asked,
-    at,
-    control_of,
-    expect_run,
-    expect_scenario,
-    focus_nothing,
-    frames_of,
-    picture_of,
-    point_at,
-    press,
-    seek,
-    slider,
-    unfolded,
-)
 from waiting import drawn, eventually
 from walled import PLACE
 
@@ -55,6 +41,16 @@ WORLDS = {
 }
 
 
+CLOUD = """() => {
+    const { plot } = feasibee, { cloud } = plot, pen = cloud.getContext("2d"), seen = [];
+    pen.lineTo = (_, y) => seen.push(1 - y / cloud.height);
+    plot.painted = { key: "" };
+    plot.paintCloud();
+    delete pen.lineTo;
+    return seen;
+}"""
+
+
 def world(name, folder):
     changes = WORLDS[name]
     if name == "own":
@@ -70,7 +66,7 @@ def world(name, folder):
 def test_each_step_is_that_of_a_swarm(show, tmp_path, name, seed):
     scenario = world(name, tmp_path)
     swarm, page = Swarm(scenario, seed), show(scenario, seed=seed)
-    for step, frame in enumerate(frames_of(page, range(151))):
+    for step, frame in enumerate(on.frames_of(page, range(151))):
         swarm.advance(step - swarm.step)
         own, places = swarm.snapshot(), swarm.task_places()
         expected = {
@@ -84,8 +80,8 @@ def test_each_step_is_that_of_a_swarm(show, tmp_path, name, seed):
             expected |= {"taken": swarm.acting.looks.tolist()}
         assert {each: frame[each] for each in expected} == expected
         assert (frame["missing"] == 0) == swarm.truth
-    asked(page, int(Swarm(scenario, seed).present.sum()), len(Swarm(scenario, seed).tasks))
-    expect_scenario(page, scenario)
+    on.asked(page, int(Swarm(scenario, seed).present.sum()), len(Swarm(scenario, seed).tasks))
+    on.expect_scenario(page, scenario)
 
 
 def test_the_page_knows_the_flags_of_robots():
@@ -102,6 +98,14 @@ def test_a_hundred_swarms_are_those_of_simulate(show, tmp_path, name):
     found = page.evaluate(
         "feasibee.lanes[0].outcomes.map(at => [at.decision, at.step, at.isRight, ...at.course])"
     )
+    marks = {1: "dot feasible", 0: "dot hollow infeasible", -1: "dot undecided"}
+    on.unfolded(page, "#runs")
+
+    def check():
+        shown = page.locator("#runs i").evaluate_all("all => all.map(each => each.className)")
+        assert shown == [marks[each] for each in swarms.decision.values.tolist()]
+
+    eventually(page, check)
     right = 0
     for run, (decision, step, is_right, *course) in enumerate(found):
         decided, curve = int(swarms.decision[run]), swarms.feasible_count.values[run]
@@ -120,58 +124,79 @@ def test_a_hundred_swarms_are_those_of_simulate(show, tmp_path, name):
         if (step := int(swarms.decision_step[run])) >= 0:
             word = ("infeasible", "feasible")[int(swarms.decision[run])]
             expect(page.locator("#decision")).to_contain_text(f"The swarm decides {word} at step {step}.")
-            press(page, ("d", step))
+            on.press(page, ("d", step))
             expect(page.locator("#feasible")).to_have_text(str(int(swarms.feasible_count[run, step])))
         else:
             expect(page.locator("#decision")).to_have_text("The swarm doesn't decide by step 400.")
         page.keyboard.press("n")
-        expect(control_of(page, "run")).to_have_value(str(run + 1))
-        expect_run(page)
-        focus_nothing(page)
+        expect(on.control_of(page, "run")).to_have_value(str(run + 1))
+        on.expect_run(page)
+        on.focus_nothing(page)
+    page.locator("#runs span").nth(99).click()
+    expect(on.control_of(page, "run")).to_have_value("99")
 
 
 def test_the_answer_is_there_before_time_has_come_to_it(show):
     page, decided = show(FIFTY), int(simulate(FIFTY, 1, 1).decision_step[0])
-    at(page, 0)
-    asked(page, 20, 50)
+    on.at(page, 0)
+    on.asked(page, 20, 50)
     expect(page.locator("#truth")).to_contain_text("Truth: No: 30 robots are missing")
     expect(page.locator("#decision")).to_have_text(
         f"The swarm decides infeasible at step {decided}. That is right."
     )
     expect(page.locator("#announcer")).to_contain_text(f"decides infeasible at step {decided}")
     expect(page.locator("#marks-text")).to_have_text(f"Decision at step {decided}.")
+    expect(page.locator("#marks > svg").first).to_have_attribute("x", f"{decided / 10}%")
     expect(page.locator("#now-held")).to_contain_text("At this step: 10 agree, of the 19 robots")
-    seek(page, decided)
+    on.seek(page, decided)
     expect(page.locator("#now-held")).to_have_text("At this step it has decided.")
+
+
+def test_the_plot_has_the_curves_of_all_swarms(show):
+    page, curves = show(FIFTY), simulate(FIFTY, runs=100, seed=1, curves=True).feasible_count.values / 20
+    expect(page.locator("#swarms")).to_have_attribute("aria-busy", "false")
+    expect(page.locator("#plot")).to_contain_text("theory")
+    on.seek(page, 60)
+    labels, data = page.evaluate(
+        "(({ series, data }) => [series.map(at => at.label), data])(feasibee.plot.chart)"
+    )
+    assert labels == ["Step", "infeasible", "feasible", "mean by theory"]
+    assert data[2][:61] == pytest.approx(curves[0, :61])
+    assert data[1][:61] == pytest.approx(1 - curves[0, :61])
+    assert page.evaluate(CLOUD)[:90] == pytest.approx(curves[0, :90])
+    (across,) = page.locator(".u-over line[x2='100%']").evaluate_all(
+        "all => all.map(at => at.getAttribute('y1'))"
+    )
+    assert float(across[:-1]) == pytest.approx(100 - 90)
 
 
 def test_keys_and_buttons_move_time(show):
     page = show(Scenario())
-    press(page, (".", 1), ("ArrowRight", 2), (",", 1), ("ArrowLeft", 0), (",", 0))
+    on.press(page, (".", 1), ("ArrowRight", 2), (",", 1), ("ArrowLeft", 0), (",", 0))
     for name, step in (("One step", 1), ("One step", 2), ("Step back", 1), ("Restart", 0)):
         page.get_by_role("button", name=name, exact=True).click()
-        at(page, step)
-    seek(page, 700)
+        on.at(page, step)
+    on.seek(page, 700)
     expect(page.locator("#seek")).to_have_attribute("aria-valuetext", "step 700 of 1,000")
     page.locator("#seek").focus()
-    press(page, ("ArrowLeft", 699), (".", 700), ("r", 0))
+    on.press(page, ("ArrowLeft", 699), (".", 700), ("r", 0))
     decided = int(simulate(Scenario(), 1, 1).decision_step[0])
-    press(page, ("d", decided), (",", decided - 1))
+    on.press(page, ("d", decided), (",", decided - 1))
     page.get_by_role("button", name="Go to the decision").click()
-    at(page, decided)
+    on.at(page, decided)
     for key, pace in (("+", 30), ("+", 60), ("-", 30)):
         page.keyboard.press(key)
         expect(page.locator("#speed")).to_have_text(f"{pace} steps / s")
     for name, pace in (("Slower", 20), ("Faster", 30)):
         page.get_by_role("button", name=name, exact=True).click()
         expect(page.locator("#speed")).to_have_text(f"{pace} steps / s")
-    focus_nothing(page)
+    on.focus_nothing(page)
     page.keyboard.press("?")
     expect(page.get_by_role("dialog")).to_be_visible()
     page.keyboard.press("r")  # a dialog takes the keys
     page.keyboard.press("Escape")
     expect(page.get_by_role("dialog")).to_be_hidden()
-    at(page, decided)
+    on.at(page, decided)
 
 
 def test_it_plays_by_itself_pauses_and_ends(show):
@@ -182,11 +207,12 @@ def test_it_plays_by_itself_pauses_and_ends(show):
     page.wait_for_function("() => feasibee.clock.head === feasibee.clock.target")
     there = page.evaluate("feasibee.clock.step")
     drawn(page, 20)
-    at(page, there)
+    on.at(page, there)
+    later = "(({ clock }) => (clock.goTo(0), clock.play(true), clock.tick(clock.history, 0.5), clock.head))"
+    assert page.evaluate(f"{later}(feasibee)") == 10  # half a second at 20 steps per second
     for _ in range(8):
         page.keyboard.press("+")
-    page.keyboard.press(" ")
-    at(page, 300)
+    on.at(page, 300)
     expect(page.get_by_role("button", name="Play", exact=True)).to_be_visible()
     for _ in range(5):
         page.keyboard.press("-")
@@ -198,12 +224,12 @@ def test_it_plays_by_itself_pauses_and_ends(show):
 def test_a_step_looks_the_same_from_before_and_from_after(show):
     """Robots and tasks are drawn while they are there."""
     page = show(Scenario(events=EVENTS, run={"steps": 120}))
-    focus_nothing(page)
+    on.focus_nothing(page)
     page.mouse.move(1, 1)
     seen = {}
     for step in (19, 39, 41, 119, 71, 41, 39, 19):
-        seek(page, step)
-        assert picture_of(page) == seen.setdefault(step, picture_of(page)), step
+        on.seek(page, step)
+        assert on.picture_of(page) == seen.setdefault(step, on.picture_of(page)), step
     assert len(set(seen.values())) == 5
 
 
@@ -216,8 +242,8 @@ def test_a_seek_and_steps_that_come_at_once_add_up(show):
         for (it.value of [900, 3, 150]) it.dispatchEvent(new Event("input"));
         {3 * keys} }}"""
     )
-    at(page, 153)
-    for step, frame in zip((250, 800), frames_of(page, (250, 800)), strict=True):  # they came in parts
+    on.at(page, 153)
+    for step, frame in zip((250, 800), on.frames_of(page, (250, 800)), strict=True):  # they came in parts
         own = swarm_at(step, scenario, 1).snapshot()
         assert [frame["x"], frame["flags"]] == [own.x.tolist(), own.flags.tolist()]
 
@@ -229,8 +255,8 @@ def test_no_run_has_a_word_of_another(show):
         """() => { const it = document.querySelector("[data-path='tasks.count']");
         for (it.value of ["30", "500", "25"]) it.dispatchEvent(new Event("change", { bubbles: true })); }"""
     )
-    asked(page, 20, 25)
-    expect_run(page)
+    on.asked(page, 20, 25)
+    on.expect_run(page)
     expect(page.locator("#swarms")).to_have_attribute("aria-busy", "false")
     swarms = simulate(Scenario(tasks={"count": 25}), 100, 1)
     expect(page.locator("#many")).to_contain_text(f"Right in {int((swarms.decision == 0).sum())} of 100")
@@ -249,10 +275,10 @@ def test_the_truth_of_a_world_that_changes(show):
         ("[", 20, 20, 26, "No: 6 robots are missing"),
         (",", 19, 20, 20, "Yes: just enough"),
     ):
-        press(page, (key, step))
-        asked(page, robots, tasks)
+        on.press(page, (key, step))
+        on.asked(page, robots, tasks)
         expect(page.locator("#truth")).to_contain_text(answer)
-    seek(page, 45)
+    on.seek(page, 45)
     held = swarm_at(45, scenario, 1).decision
     words = {1: "holds feasible", 0: "holds infeasible", -1: "holds no decision"}
     expect(page.locator("#decision")).to_contain_text(f"The swarm {words[held]} at this step.")
@@ -271,8 +297,8 @@ def test_robots_that_act_say_whether_they_did_it(show):
     taken = f"robots stand at all tasks that they can, at step {step}"
     expect(page.locator("#marks-text")).to_contain_text(taken)
     for name, shown in {"free": True, "taken": True, "done": False, "task": False, "liar": False}.items():
-        expect(unfolded(page, f"#legend-{name}")).to_be_visible(visible=shown)
-    seek(page, step)
+        expect(on.unfolded(page, f"#legend-{name}")).to_be_visible(visible=shown)
+    on.seek(page, step)
     expect(page.locator("#done")).to_contain_text(
         f"Yes: robots stand at 20 of 20 tasks, from step {step} on."
     )
@@ -286,22 +312,22 @@ def test_declarations_are_counted(show):
     feasible, infeasible = swarm.declared_counts
     assert feasible + infeasible > 0
     expect(page.locator("#marks-text")).to_contain_text("declaration at step")
-    expect(unfolded(page, "#legend-declared")).to_be_visible()
-    seek(page, 300)
+    expect(on.unfolded(page, "#legend-declared")).to_be_visible()
+    on.seek(page, 300)
     told = f"{feasible} feasible, {infeasible} infeasible, of 20"
-    expect(unfolded(page, "#counts dl")).to_contain_text(f"have declared{told}")
-    point_at(page, swarm, int(np.flatnonzero(swarm.declared >= 0)[0]))
+    expect(on.unfolded(page, "#counts dl")).to_contain_text(f"have declared{told}")
+    on.point_at(page, swarm, int(np.flatnonzero(swarm.declared >= 0)[0]))
     expect(page.locator("#tip")).to_contain_text("has declared")
 
 
 def test_the_theory_is_said_and_drawn_of_the_scenario_that_the_page_was_made_of(show):
     page = show(FIFTY)
-    theory = unfolded(page, "#theory")
+    theory = on.unfolded(page, "#theory")
     expect(theory).to_contain_text("Up to 20 tasks, most swarms decide feasible.")
     expect(page.locator("#plot")).to_contain_text("theory")
-    slider(page, "tasks.count").fill("51")
+    on.slider(page, "tasks.count").fill("51")
     expect(theory).to_be_empty()
-    slider(page, "tasks.count").fill("50")
+    on.slider(page, "tasks.count").fill("50")
     expect(theory).to_contain_text("Up to 20 tasks, most swarms decide feasible.")
 
 
@@ -316,8 +342,8 @@ def test_a_strategy_that_fails_ends_the_run_and_says_its_line(show, tmp_path):
     expect(page.locator("#decision")).to_contain_text("Line 2 of the strategy fails here")
     last = int(page.locator("#last").inner_text())
     assert 0 < last < 1000
-    seek(page, last)
-    control_of(page, "decision.strategy").select_option("voter")
+    on.seek(page, last)
+    on.control_of(page, "decision.strategy").select_option("voter")
     expect(page.locator("#decision")).to_contain_text("The swarm decides")
 
 
@@ -326,13 +352,12 @@ def test_markup_in_names_stays_text(show):
     tasks = {"classes": [{"name": "</script><b>", "count": 1, "needs": {"lift": 1}}]}
     scenario = Scenario(robots=robots, tasks=tasks, arena={"side": 20.0})
     page = show(scenario)
-    point_at(page, Swarm(scenario, 1), 0)
+    on.point_at(page, Swarm(scenario, 1), 0)
     expect(page.locator("#tip")).to_contain_text("class <img src=x onerror=alert(1)>")
-    page.locator("#robot").fill("0")
-    page.locator("#robot").press("Tab")
+    on.choose(page, 0)
     expect(page.locator("#reasons-0")).to_contain_text("<img src=x onerror=alert(1)>")
     assert page.locator("main :is(img, b)").count() == 0
-    expect_scenario(page, scenario)
+    on.expect_scenario(page, scenario)
     show(PLACE)  # whose zone is called <dock> & more
 
 
@@ -341,18 +366,9 @@ def test_ten_thousand_robots_are_drawn(show):
     page = show(
         Scenario(robots={"count": 10_000}, tasks={"count": 9000}, arena={"side": 447.0}, run={"steps": 60})
     )
-    press(page, (".", 1))
+    on.press(page, (".", 1))
     expect(page.locator("#feasible")).to_have_text(re.compile("^[45],"))
     assert page.evaluate("feasibee.history.frame(60).aims.length") == 0  # though its steps came in parts
-
-
-def test_a_swarm_of_the_hundred_is_shown_by_a_click(show):
-    page = show(Scenario())
-    unfolded(page, "#runs").locator("span").nth(99).click()
-    expect(control_of(page, "run")).to_have_value("99")
-    expect_run(page)
-    decided = int(simulate(Scenario(), 1, 1, first_run=99).decision_step[0])
-    expect(page.locator("#decision")).to_contain_text(f"at step {decided}.")
 
 
 @pytest.mark.slow

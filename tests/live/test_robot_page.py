@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from playing import swarm_at
-from visiting import at, control_of, expect_run, focus_nothing, point_at, press, seek
+from visiting import at, choose, control_of, expect_run, focus_nothing, point_at, press, seek
 from waiting import eventually
 
 from feasibee import Scenario, Swarm
@@ -39,12 +39,6 @@ def begins(**words):
     return lambda rows: all(rows.get(title, "").startswith(each) for title, each in words.items())
 
 
-def choose(page, robot):
-    page.locator("#robot").fill(str(robot))
-    page.locator("#robot").press("Tab")
-    expect(page.locator("#reasons-0")).to_be_visible()
-
-
 def moments_of(scenario, robot, steps, seed=1):
     """Return the phases of a robot: since when each lasts, whether it broadcasts, and its opinion then."""
     swarm, found = Swarm(scenario, seed), []
@@ -62,9 +56,12 @@ def test_a_robot_says_what_it_does_and_what_comes_next(show):
     choose(page, robot)
     for k in range(1, 5):
         (begun, sends, opinion), (end, _, following), (then, *_) = phases[k : k + 3]
-        seek(page, begun + 1)
-        now = swarm_at(begun + 1, scenario, 1).robot(robot)
+        step = begun + k % 2
+        seek(page, step)
+        swarm = swarm_at(step, scenario, 1)
+        now = swarm.robot(robot)
         left, lasts = counted(now.phase_left, "step"), counted(then - end, "step")
+        own = "" if opinion else f", so {1 - now.feasible_quality:.2f} for its opinion"
         heard = [f"{votes} {word}" for votes, word in zip(now.votes, ("feasible", "infeasible"), strict=True)]
         expected = {
             "Phase": f"disseminating, {left} left; broadcasts {words[opinion]}"
@@ -72,29 +69,36 @@ def test_a_robot_says_what_it_does_and_what_comes_next(show):
             else f"exploring, {left} left",
             "Saw": f"{counted(now.robots_seen[0], 'robot')} and {counted(now.tasks_seen[0], 'task')} ",
             "Heard": heard[0] if any(now.votes) else "nobody since its last decision",
-            "Quality": f"{now.feasible_quality:.2f} for feasible",
+            "Quality": f"{now.feasible_quality:.2f} for feasible{own}, as it last rated it",
             "Next": f"at step {end} it decides: {words[following]}, and explores again for {lasts}"
             if sends
             else f"at step {end} it begins to broadcast for {lasts}, and holds {words[following]}",
             "Rule of dmmd": "",
         }
         expect_rows(page, begins(**expected))
+        point_at(page, swarm, robot)
+        since = next((phases[j + 1][0] for j in range(k - 1, -1, -1) if phases[j][2] != opinion), "the start")
+        told = f"Holds {words[opinion]} since {'step ' * (since != 'the start')}{since} and "
+        told += f"{'broadcasts' if sends else 'explores'} since step {begun}. Heard "
+        told += ", ".join(each for each in heard if each[0] != "0") or "nobody"
+        expect(page.locator("#tip")).to_contain_text(f"{told} since its last decision.")
 
 
 def counted(count, word):
     return f"{count} {word}{'' if count == 1 else 's'}"
 
 
-@pytest.mark.quick(1)
+@pytest.mark.quick(3)
 @pytest.mark.parametrize(
     ("changes", "step", "title", "words"),
     [
         ({"decision.strategy": "census", "robots.know_count": True}, 60, "Knows", " tasks, by name"),
         ({"acting.start": 30}, 10, "Acts", "acts from step 30 on"),
         ({"acting.start": 30}, 100, "Acts", "stands at task "),
+        ({"acting.start": 30, "units.metres": 0.5}, 31, "Acts", "to task 12, 3.1 units (1.559 m) away"),
         ({"faults.stopped": 0.5, "faults.stop_step": 5}, 10, "Phase", "stopped"),
+        ({"units.seconds": 45.5}, 10, "Next", "at step 12 (9 min 6 s)"),
         ({"faults.byzantine": 0.5}, 10, "Special", "Byzantine: it broadcasts what is false"),
-        ({"units.seconds": 2.0}, 10, "Next", " s)"),
     ],
 )
 def test_a_robot_of_any_kind_says_what_it_is(show, changes, step, title, words):
@@ -111,15 +115,8 @@ def test_robots_are_inspected_by_keyboard_alone(show):
             break
         page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.id") == "arena"
-    keys = {
-        "Enter": 0,
-        "ArrowLeft": 19,
-        "ArrowUp": 18,
-        "ArrowRight": 19,
-        "ArrowDown": 0,
-        "PageDown": 1,
-        "PageUp": 0,
-    }
+    keys = {"Enter": 0, "ArrowLeft": 19, "ArrowUp": 18, "ArrowRight": 19}
+    keys |= {"ArrowDown": 0, "PageDown": 1, "PageUp": 0}
     for key, robot in keys.items():
         page.keyboard.press(key)
         expect(page.locator("#robot")).to_have_value(str(robot))

@@ -66,6 +66,12 @@ def type_into(page, path, text):
     return control
 
 
+def choose(page, robot):
+    page.locator("#robot").fill(str(robot))
+    page.locator("#robot").press("Tab")
+    expect(page.locator("#reasons-0")).to_be_visible()
+
+
 def focus_nothing(page):
     page.locator("h1").click()
 

@@ -20,7 +20,7 @@ CURVE_LIMIT: Final = 2000
 
 @lru_cache(maxsize=16)
 def prediction_of(scenario: Scenario) -> dict[str, Any]:
-    """Return what curve.js calls Prediction: what the theory says, or a text that says why it doesn't."""
+    """Return what types.d.ts calls Prediction: what the theory says, or a text that says why it doesn't."""
     robots, steps = scenario.robots.count, min(scenario.run.steps, STEPS_LIMIT)
     try:
         if robots > ROBOTS_LIMIT:
@@ -32,14 +32,11 @@ def prediction_of(scenario: Scenario) -> dict[str, Any]:
         found = predict(scenario.replace({"run.steps": steps}))
     except ScenarioError as error:
         return {"text": f"No predicted curve: {error.problems[0]}."}
-    tips, tasks = found.tipping, even_tasks(scenario)
     opinions = found.opinions[: CURVE_LIMIT + 1].round(3)
     moving = (abs(opinions - opinions[-1]) > 0.001).any(1).nonzero()[0]  # a pixel is more
     return {
-        "text": " ".join(_sentences(found, tasks)),
+        "text": " ".join(_sentences(found, even_tasks(scenario))),
         "opinions": opinions[: 2 + int(max(moving, default=-1))].tolist(),
-        "tips": None if tips is None else round(tips.point, 3),
-        "tasks": tasks,
     }
 
 

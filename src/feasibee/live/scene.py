@@ -83,7 +83,6 @@ def scene_of(scenario: Scenario, runs: Runs, variants: list[Scenario]) -> dict[s
             "sight": sensing.range,
             "view": sensing.view,
             "radio": scenario.radio.range,
-            "numbers": scenario.most.robots,
             "changes": scenario.replace({"events": ()}).dynamic,  # without them, which may be taken out
             "acts": scenario.acts,
             "robotClasses": [each.name for each in scenario.robots.classes],

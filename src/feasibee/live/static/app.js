@@ -5,7 +5,7 @@ import { Clock } from "./clock.js";
 import { Engine } from "./engine.js";
 import { $, announce, formatted } from "./elements.js";
 import { watchField } from "./field.js";
-import { othersOf, RANGED, SETTINGS, settingOf } from "./fields.js";
+import { isPythons, othersOf, SETTINGS, settingOf } from "./fields.js";
 import { Form, readAddress, writeAddress } from "./form.js";
 import { handTools } from "./hands.js";
 import { Inspector } from "./inspector.js";
@@ -15,17 +15,11 @@ import { Plot } from "./plot.js";
 import { showMany, showReadings } from "./readings.js";
 import { SeekBar } from "./seekbar.js";
 import { showRuns } from "./swarms.js";
-import { explainTerms } from "./terms.js";
 import { coloursOf, startTheme } from "./theme.js";
 import { Tools } from "./tools.js";
 import { canHappen, handled, scenarioOf } from "./touching.js";
 import { wallTools } from "./walls.js";
 import { reachOf } from "./world.js";
-
-/** @import { History } from "./history.js" */
-/** @import { Prediction } from "./plot.js" */
-/** @import { Change } from "./touching.js" */
-/** @import { Opened, Page as Given, Settings } from "./world.js" */
 
 const PAUSE = 50; // milliseconds between two drawings of the plot
 const MARKS = 250; // likewise of the seek bar's marks, while a run is simulated
@@ -37,13 +31,10 @@ export class Page {
   settings; // of the run that was asked for last, from begin() on
   key = 0; // of the scenario that the workers have
   /** @type {Record<string, unknown>} */
-  changes = {}; // that Python has made, by path
-  /** @type {Record<string, unknown>} */
-  own = {}; // that the page has made, likewise
+  set = {}; // fields that the user has set, by path; "against" names the second swarm's strategy
+  accepted = {}; // of these, when a run was last begun
   /** @type {number | null} */
   point = null; // of a sweep
-  accepted = { own: {}, changes: {} }; // by Python, and by the page
-  against = ""; // strategy of the second swarm
   wanted = 0; // the step from which the coming run shall be shown
   begun = 0; // when it was asked for
   requests = 0;
@@ -68,18 +59,11 @@ export class Page {
     this.plot = new Plot($("plot"), (step) => this.stopAt(step));
     this.seekBar = new SeekBar((step) => this.clock.goTo(step));
     this.inspector = new Inspector((robot) => this.inspect(robot));
-    this.form = new Form($("form"), given, (path, value, isLive) => this.change(path, value, isLive));
+    this.form = new Form($("form"), given, this);
     this.tools = new Tools($("tools"), this.lanes, hear.redraw);
-    this.hands = handTools(this.tools, (change, told) => this.happen(change, told));
+    this.hands = handTools(this);
     this.tools.add(this.hands);
-    if (given.server)
-      this.tools.add(
-        wallTools(
-          this.tools,
-          () => this.opened,
-          (polygons) => this.drawWalls(polygons),
-        ),
-      );
+    if (given.server) this.tools.add(wallTools(this));
   }
 
   // The swarms that are shown: one, or two side by side.
@@ -87,7 +71,7 @@ export class Page {
     return this.lanes.filter((each) => each.history);
   }
 
-  /** @returns {History[]} */
+  /** @returns {RunHistory[]} */
   get histories() {
     return this.lanes.flatMap(({ history }) => history ?? []);
   }
@@ -100,7 +84,6 @@ export class Page {
     const { given } = this;
     for (const id of /** @type {const} */ (["name", "version"])) $(id).textContent = given[id];
     /** @type {HTMLDetailsElement} */ ($("settings-fold")).open = matchMedia("(min-width: 1100px)").matches;
-    explainTerms(/** @type {HTMLElement} */ ($("terms").lastElementChild));
     this.setSpeed(this.clock.speed);
     this.listen();
     if (given.field) return watchField(this, given);
@@ -112,12 +95,11 @@ export class Page {
   // Show what the address keeps.
   async follow() {
     const kept = readAddress(this.given, this.opened);
-    if (kept.own.events?.some?.((/** @type {Change} */ { at }) => at && !this.reaches(at)))
-      delete kept.own.events;
+    if (kept.set.events?.some?.((/** @type {Change} */ { at }) => at && !this.reaches(at)))
+      delete kept.set.events;
     Object.assign(this, kept);
-    const isForeign = Object.keys(kept.own).some((path) => !this.isOwn(path));
-    if (kept.point !== null || Object.keys(kept.changes).length || isForeign) await this.ask(0);
-    else this.begin(0);
+    if (kept.point === null && Object.keys(kept.set).every((path) => this.isOwn(path))) this.begin(0);
+    else await this.ask(0);
   }
 
   /**
@@ -125,10 +107,10 @@ export class Page {
    * @param {string} path
    */
   isOwn(path) {
-    if (RANGED.includes(path) && typeof this.own[path] === "string") return false; // such as 6 m
-    if (path === "decision.strategy" && othersOf(this.given.form).includes(String(this.own[path])))
-      return false;
-    return settingOf(path, this.opened) !== undefined;
+    const { [path]: value } = this.set;
+    if (isPythons(path, value)) return false;
+    if (path === "decision.strategy" && othersOf(this.given.form).includes(String(value))) return false;
+    return path === "against" || settingOf(path, this.opened) !== undefined;
   }
 
   /**
@@ -148,37 +130,33 @@ export class Page {
   /**
    * Somebody changed a field.
    * @param {string} path
-   * @param {any} value Undefined takes the change back.
+   * @param {any} value Undefined or empty takes the change back.
    * @param {boolean} isLive Whether its slider still moves.
    */
   change(path, value, isLive) {
     const { step } = this.clock;
-    if (path === "reset") {
-      Object.assign(this, { changes: {}, own: {}, against: "" });
-      return void this.ask(0);
-    }
-    if (path === "replay") {
-      const { point, seed, run } = value;
-      Object.assign(this, { changes: {}, own: { seed, run }, point });
-      return void this.ask(0);
-    }
-    if (path === "against") {
-      this.against = value;
-      return this.begin(step);
-    }
-    const kept = path in SETTINGS || path === "events" ? this.own : this.changes;
-    if (value === undefined) delete kept[path];
-    else kept[path] = value;
+    if (value === undefined || value === "") delete this.set[path];
+    else this.set[path] = value;
     if (this.isOwn(path) && value !== undefined) this.begin(step, isLive);
     else if (!isLive) void this.ask(step);
   }
 
+  /**
+   * Show a scenario anew, with other changes than those made so far.
+   * @param {Record<string, unknown>} set
+   * @param {number | null} [point]
+   */
+  restart(set = {}, point = this.point) {
+    Object.assign(this, { set, point });
+    void this.ask(0);
+  }
+
   // All changes for Python, by path.
   get paths() {
-    const { seed, run, ...paths } = /** @type {Record<string, unknown>} */ (this.own);
+    const { seed, run, against, ...paths } = this.set;
     // The radio stays, as where the page changes sight.
     if ("sensing.range" in paths) paths["radio.range"] ??= (this.settings ?? this.opened.settings).radio;
-    return { ...this.changes, ...paths };
+    return paths;
   }
 
   /**
@@ -187,12 +165,12 @@ export class Page {
    */
   async ask(step) {
     const request = ++this.requests,
-      { point, own } = this;
+      { point, set } = this;
     if (!this.given.server) return this.begin(step);
     const { "decision.strategy": _, ...rest } = this.paths,
       changes = this.isOwn("decision.strategy") ? rest : this.paths,
       { settings } = this.opened,
-      which = { seed: String(own.seed ?? settings.seed), run: String(own.run ?? settings.run) },
+      which = { seed: String(set.seed ?? settings.seed), run: String(set.run ?? settings.run) },
       found = await fetched("open", { point, changes, ...which });
     if (request !== this.requests) return; // another one is on its way
     if (found.problems) return this.refuse(found.problems);
@@ -205,8 +183,7 @@ export class Page {
    * @param {{path: string, text: string}[]} problems
    */
   refuse(problems) {
-    const { own, changes } = this.accepted;
-    Object.assign(this, { own: { ...own }, changes: { ...changes } });
+    this.set = { ...this.accepted };
     if (!this.begun) {
       this.point = null;
       this.begin(0); // of what the address keeps, nothing can be
@@ -224,15 +201,15 @@ export class Page {
     const { key, opened, lanes } = this,
       numberOf = (/** @type {unknown} */ name) => opened.strategies.findIndex((each) => each.name === name),
       settings = (this.settings = { ...opened.settings }),
-      other = numberOf(this.against);
-    for (const [path, value] of Object.entries(this.own)) {
+      other = numberOf(this.set.against);
+    for (const [path, value] of Object.entries(this.set)) {
       const found = path === "decision.strategy" ? numberOf(value) : value,
-        isPythons = typeof found === "string" && (path === "events" || RANGED.includes(path)); // such as 6 m
-      if (found !== -1 && !isPythons) Object.assign(settings, { [SETTINGS[path] ?? path]: found });
+        name = path === "events" ? path : SETTINGS[path];
+      if (name && found !== -1 && !isPythons(path, value)) Object.assign(settings, { [name]: found });
     }
     this.wanted = step;
     this.begun = performance.now();
-    this.accepted = { own: { ...this.own }, changes: { ...this.changes } };
+    this.accepted = { ...this.set };
     this.form.clearProblems();
     lanes[0].begin({ key, opened, settings });
     if (other >= 0) lanes[1].begin({ key, opened, settings: { ...settings, strategy: other } });
@@ -245,8 +222,8 @@ export class Page {
 
   // Nothing has changed for a while: keep it in the address, and ask what the theory says.
   async settle() {
-    const { point, own, changes, against, settings, given, requests } = this;
-    writeAddress({ point, own, changes, against, settings });
+    const { point, set, settings, given, requests } = this;
+    writeAddress(set, point, settings);
     $("theory").textContent = "";
     if (!given.server) {
       if (JSON.stringify(settings) === JSON.stringify(given.opened.settings)) this.foretell(given.prediction);
@@ -300,13 +277,13 @@ export class Page {
     this.marked = 0;
     if (this.given.field) return;
     $("toml").textContent = scenarioOf(opened, settings);
-    this.form.open(opened, { settings, against: this.against, own: this.own, changes: this.changes });
+    this.form.open(opened, { settings, set: this.set });
     document.title = `feasibee: ${settings.robots} robots, ${settings.tasks} tasks, ${name}`;
   }
 
   /**
    * Show a field from a step on.
-   * @param {History} history
+   * @param {RunHistory} history
    * @param {number} step
    */
   openField(history, step) {
@@ -333,14 +310,14 @@ export class Page {
     if (!canHappen({ ...settings, events: found.events }, opened.most))
       return this.say("Not changed: a run has 1 robot or more, and not more than a page shows.");
     if (change.at && !this.reaches(change.at)) return this.say("Not changed: no robot gets there.");
-    this.own.events = found.events;
+    this.set.events = found.events;
     this.begin(found.step);
     this.say(`From step ${formatted(found.step)} on: ${told}`);
   }
 
   /** @param {[number, number][][]} polygons The walls of the place from now on. */
   drawWalls(polygons) {
-    Object.assign(this.changes, { "place.walls": polygons, "arena.boundary": "walls" });
+    Object.assign(this.set, { "place.walls": polygons, "arena.boundary": "walls" });
     this.say("The walls are other ones: this run begins again.");
     void this.ask(0);
   }
@@ -457,10 +434,7 @@ export class Page {
   // What keys and buttons do; a button has the name of its action as id.
   /** @type {Record<string, () => void>} */
   actions = {
-    play: () => {
-      if (!this.clock.playing && this.clock.ended) this.clock.goTo(0);
-      this.clock.play(!this.clock.playing);
-    },
+    play: () => this.clock.toggle(),
     step: () => this.clock.advance(),
     back: () => this.stopAt(Math.ceil(this.clock.head) - 1),
     "decision-0": () => this.toDecision(0),

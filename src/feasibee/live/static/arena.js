@@ -22,21 +22,8 @@ const CROWD = 2000; // with more, squares: on a processor, 10,000 take 20 millis
 const LEAST = 4; // radius of few robots, in CSS pixels
 const LOOKS = FEASIBLE | NEUTRAL | DISSEMINATING | DECLARED | WORKING | BYZANTINE; // flags that a picture shows
 
-/** @import { Frame } from "./frames.js" */
-/** @import { Plan } from "./ground.js" */
-/** @import { History } from "./history.js" */
-/** @import { Shades } from "./theme.js" */
-
-/**
- * What stays as it is in a run, from scene.py; view: in degrees; changes: whether robots or tasks may come and go; acts:
- * whether robots go to tasks and do them.
- * @typedef {{size: [number, number], walls: boolean, plan: Plan | null, changes: boolean, acts: boolean}
- *   & Record<"diameter" | "sight" | "view" | "radio", number>} World
- */
-/** @typedef {{clientX: number, clientY: number}} Pointer A position of the page. */
-
 export class Arena {
-  /** @type {World} */
+  /** @type {Lengths} */
   world; // from open() on
   /** @type {Frame | null} */
   frame = null; // that is drawn
@@ -70,7 +57,7 @@ export class Arena {
     this.drawn = 0;
   }
 
-  /** @param {History} history */
+  /** @param {RunHistory} history */
   open({ opened: { lengths }, settings: { sight, radio }, robots }) {
     const { plan } = lengths;
     if (plan?.image !== this.world?.plan?.image) void this.showPlan(plan);

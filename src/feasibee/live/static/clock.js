@@ -1,12 +1,10 @@
 // The clock: which step of a history to show.
 
-/** @import { History } from "./history.js" */
-
 export const SPEEDS = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 3000];
 const LEAST = 10; // steps per second of a single step
 
 export class Clock {
-  /** @type {History | null} */
+  /** @type {RunHistory | null} */
   history = null;
 
   /** @param {(step: number, time: number, rests: boolean) => void} draw rests: time stands still. */
@@ -20,7 +18,7 @@ export class Clock {
 
   /**
    * Show a history from a step on.
-   * @param {History} history
+   * @param {RunHistory} history
    * @param {number} step
    */
   open(history, step) {
@@ -52,6 +50,12 @@ export class Clock {
     this.playing = on && !this.ended;
     if (!this.playing) this.target = Math.ceil(this.head);
     this.wake();
+  }
+
+  // Play, from the start if it has ended; or pause.
+  toggle() {
+    if (!this.playing && this.ended) this.goTo(0);
+    this.play(!this.playing);
   }
 
   // Go one step on, as seen.
@@ -86,7 +90,7 @@ export class Clock {
 
   /**
    * Let time pass.
-   * @param {History} history
+   * @param {RunHistory} history
    * @param {number} seconds
    */
   tick(history, seconds) {

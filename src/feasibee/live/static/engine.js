@@ -3,10 +3,6 @@
 import { compiled } from "./world.js";
 import { $ } from "./elements.js";
 
-/** @import { Steps } from "./history.js" */
-/** @import { Outcome } from "./swarms.js" */
-/** @import { Opened, Settings } from "./world.js" */
-
 /** @typedef {{steps?: Steps, outcomes?: Outcome[], robot?: number, step?: number, state?: any, problem?: string}} Answer */
 
 export const RUNS = 100;

@@ -5,10 +5,6 @@ import { $, announce, capital, formatted, list, write } from "./elements.js";
 import { lookOf, THERE } from "./frames.js";
 import { History } from "./history.js";
 
-/** @import { Frame } from "./frames.js" */
-/** @import { Steps } from "./history.js" */
-/** @import { Page as Given } from "./world.js" */
-
 const POLL = 100; // milliseconds between two looks for steps
 const LOOK = 1000; // likewise for another field, after the end
 const UNKNOWN = 300; // steps per second that are enough for a field in lockstep
@@ -18,7 +14,7 @@ const UNKNOWN = 300; // steps per second that are enough for a field in lockstep
 
 /**
  * Show a field, from its newest step on, or from its first one if it has ended.
- * @param {import("./app.js").Page} page
+ * @param {Page} page
  * @param {Given} given
  */
 export async function watchField(page, { opened, field }) {

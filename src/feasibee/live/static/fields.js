@@ -1,10 +1,5 @@
 // What the user can change, as far as all pages have it; no elements.
 
-/** @import { Field } from "./row.js" */
-/** @import { Opened, Settings } from "./world.js" */
-
-/** @typedef {{settings: Settings, against: string, own: Record<string, any>, changes: Record<string, any>}} State What the user has changed, by path; own: what the page can change by itself. */
-
 /** @type {Record<string, Exclude<keyof Settings, "events">>} */
 export const SETTINGS = {
   "robots.count": "robots",
@@ -16,7 +11,7 @@ export const SETTINGS = {
   seed: "seed",
   run: "run",
 };
-export const RANGED = ["sensing.range", "radio.range", "robots.speed"];
+const RANGED = ["sensing.range", "radio.range", "robots.speed"];
 
 /** @type {Field[]} */
 const FIRST = [
@@ -69,6 +64,14 @@ export function settingOf(path, { counted, patches }) {
   const isFixed = RANGED.includes(path) ? !patches : path.endsWith(".count") && Boolean(counted);
   return isFixed ? undefined : SETTINGS[path];
 }
+
+/**
+ * Whether only Python can read a value, such as 6 m.
+ * @param {string} path
+ * @param {unknown} value
+ */
+export const isPythons = (path, value) =>
+  typeof value === "string" && (path === "events" || RANGED.includes(path));
 
 /**
  * Return the number that a text is; null if it is none within the bounds of a field.

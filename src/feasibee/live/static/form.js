@@ -6,29 +6,25 @@ import { Replays } from "./replays.js";
 import { Row } from "./row.js";
 import { copy, eventsIn, inToml } from "./touching.js";
 
-/** @import { State } from "./fields.js" */
-/** @import { Field } from "./row.js" */
-/** @import { Opened, Page, Settings } from "./world.js" */
-
 /** @typedef {{path: string, text: string}} Problem */
 
 export class Form {
   /**
    * @param {HTMLElement} root
-   * @param {Page} page
-   * @param {(path: string, value: any, isLive: boolean) => void} change The user changed a field; undefined: back to
-   *   what it was. isLive: a slider still moves. Also "reset", and "replay" for a run of a sweep.
+   * @param {Given} page
+   * @param {Pick<Page, "change" | "restart">} hear
    */
-  constructor(root, page, change) {
+  constructor(root, page, hear) {
     this.page = page;
     this.isServed = page.server;
-    this.change = change;
+    this.hear = hear;
     this.opened = page.opened;
-    /** @type {State} */
-    this.state = { settings: page.opened.settings, against: "", own: {}, changes: {} };
+    /** @type {FormState} */
+    this.state = { settings: page.opened.settings, set: {} };
     /** @type {Map<string, Row>} */
     this.rows = new Map();
-    this.replays = page.replays && new Replays(page.replays, (which) => this.take("replay", which));
+    this.replays =
+      page.replays && new Replays(page.replays, ({ point, seed, run }) => hear.restart({ seed, run }, point));
     this.finder = make("input", { type: "search", id: "find", oninput: () => this.find() });
     this.found = make("small", { role: "status" });
     this.frame = 0; // before which a slider tells where it is
@@ -88,7 +84,8 @@ export class Form {
     scenario.onclick = () => copy(scenario, $("toml"));
     reset.onclick = () => {
       for (const row of this.rows.values()) row.tell("");
-      this.take("reset", undefined);
+      this.density.checked = false;
+      this.hear.restart();
     };
     return make("div", { className: "buttons" }, next, scenario, reset);
   }
@@ -133,26 +130,25 @@ export class Form {
    * @param {boolean} isLive
    */
   tell(path, value, isLive) {
-    this.change(path, value, isLive);
-    if (path === "arena.side" || path === "reset") this.density.checked = false;
+    this.hear.change(path, value, isLive);
+    if (path === "arena.side") this.density.checked = false;
     if (path !== "robots.count" || !this.density.checked || !this.start) return;
     const factor = Math.sqrt(Number(value ?? this.page.opened.settings.robots) / this.start.robots),
       [width, height] = this.start.sides.map((each) => Number((each * factor).toFixed(3)));
-    this.change("arena.side", height === undefined ? width : [width, height], isLive);
+    this.hear.change("arena.side", height === undefined ? width : [width, height], isLive);
   }
 
   /** @param {string} path */
   takeBack(path) {
     this.row(path).tell("");
-    this.take(path, path === "against" ? "" : undefined);
+    this.take(path, path === "against" ? "" : undefined); // the second swarm's, the page takes back by itself
   }
 
   /** @param {string} path */
   valueOf(path) {
-    const { settings, against, changes } = this.state,
+    const { settings, set } = this.state,
       key = settingOf(path, this.opened);
-    if (path === "against") return against;
-    if (path === "preset") return changes.preset;
+    if (path === "against" || path === "preset") return set[path];
     if (path === "events") return settings.events.length ? inToml(settings.events) : "";
     if (path === "decision.strategy") return this.opened.strategies[settings.strategy].name;
     return key ? settings[key] : (this.opened.fields[path] ?? settings[SETTINGS[path]]);
@@ -161,15 +157,14 @@ export class Form {
   /**
    * Show what the page shows now.
    * @param {Opened} opened
-   * @param {Partial<State>} state
+   * @param {Partial<FormState>} state
    */
-  open(opened, { settings = opened.settings, against = "", own = {}, changes = {} } = {}) {
+  open(opened, { settings = opened.settings, set = {} } = {}) {
     this.opened = opened;
-    this.state = { settings, against, own, changes };
+    this.state = { settings, set };
     for (const field of firstFields(opened, this.page.form)) this.row(field.path).bound(field);
     for (const [path, row] of this.rows) {
-      const isChanged = path === "against" ? against !== "" : path in own || path in changes;
-      row.show(this.valueOf(path), this.noteOf(path), opened.changed.includes(path), isChanged);
+      row.show(this.valueOf(path), this.noteOf(path), opened.changed.includes(path), path in set);
       if (path.endsWith(".count")) row.enable(this.isServed || !opened.counted);
     }
     for (const { rows, mark } of this.sections) {
@@ -237,37 +232,34 @@ export class Form {
 
 /**
  * Read what the address keeps; what can't be is left out.
- * @param {Page} page
+ * @param {Given} page
  * @param {Opened} opened
- * @returns {{own: Record<string, any>, changes: Record<string, any>, against: string, point: number | null}}
+ * @returns {{set: Record<string, any>, point: number | null}}
  */
 export function readAddress({ server, form }, opened) {
   const kept = new URLSearchParams(location.hash.slice(1)),
     { settings, most } = opened,
-    point = kept.get("point") ?? "";
-  let against = "";
-  /** @type {Record<string, any>[]} */
-  const [own, changes] = [{}, {}];
+    point = kept.get("point") ?? "",
+    events = kept.get("events");
+  /** @type {Record<string, any>} */
+  const set = {};
   for (const field of firstFields(opened, form)) {
     const { path, kind, choices } = field,
       text = kept.get(path) ?? kept.get(SETTINGS[path]) ?? "",
       number = kind === "choice" ? null : numberOf(text, field);
-    if (path === "against" && choices?.includes(text)) against = text;
-    if (!server && !settingOf(path, opened)) continue;
-    if (path === "decision.strategy" && choices?.includes(read(text))) own[path] = read(text);
-    else if (number !== null) own[path] = path === "seed" ? String(number) : Number(number);
-    else if (server && kind === "quantity" && /^\d/.test(text)) own[path] = text; // such as 6 m
+    if (!text || !(server || path === "against" || settingOf(path, opened))) continue;
+    if (choices?.includes(text)) set[path] = text;
+    else if (number !== null) set[path] = path === "seed" ? String(number) : Number(number);
+    else if (server && kind === "quantity" && /^\d/.test(text)) set[path] = text; // such as 6 m
   }
   for (const [path, text] of kept)
-    if (server && /^([a-z]+\.[a-z_]+|preset)$/.test(path) && !(path in SETTINGS)) changes[path] = read(text);
-  const robots = own["robots.count"] ?? settings.robots,
-    tasks = own["tasks.count"] ?? settings.tasks,
-    text = kept.get("events") ?? "",
-    events = eventsIn(text, { robots, tasks }, most) ?? (server && text.startsWith('"') && read(text)); // typed
-  if (events) own.events = events;
+    if (server && /^([a-z]+\.[a-z_]+|preset)$/.test(path) && !(path in SETTINGS)) set[path] = read(text);
+  const { "robots.count": robots = settings.robots, "tasks.count": tasks = settings.tasks } = set,
+    found = events && (eventsIn(events, { robots, tasks }, most) ?? (server && events)); // as typed
+  if (found) set.events = found;
   for (const name of /** @type {const} */ (["seed", "run"]))
-    if (own[name] === settings[name]) delete own[name];
-  return { own, changes, against, point: /^\d{1,9}$/.test(point) ? Number(point) : null };
+    if (set[name] === settings[name]) delete set[name];
+  return { set, point: /^\d{1,9}$/.test(point) ? Number(point) : null };
 }
 
 /**
@@ -283,17 +275,15 @@ function read(text) {
 }
 
 /**
- * Keep what the user has chosen in the address, without a new entry in the browser's history.
- * @param {{own: Record<string, any>, changes: Record<string, any>, against: string, point: number | null, settings: Settings}} state
+ * Keep what the user has set in the address, without a new entry in the browser's history.
+ * @param {Record<string, unknown>} set
+ * @param {number | null} point
+ * @param {Settings} settings
  */
-export function writeAddress({ own, changes, against, point, settings: { seed, run } }) {
-  const kept = new URLSearchParams(),
-    named = { ...own, seed, run };
-  for (const [path, value] of Object.entries(named))
+export function writeAddress(set, point, { seed, run }) {
+  const kept = new URLSearchParams();
+  for (const [path, value] of Object.entries({ ...set, seed, run, ...(point !== null && { point }) }))
     kept.set(SETTINGS[path] ?? path, typeof value === "object" ? JSON.stringify(value) : String(value));
-  if (against) kept.set("against", against);
-  if (point !== null) kept.set("point", String(point));
-  for (const [path, value] of Object.entries(changes)) kept.set(path, JSON.stringify(value));
   try {
     history.replaceState(null, "", `#${kept}`);
   } catch {

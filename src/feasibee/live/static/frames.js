@@ -14,17 +14,6 @@ export const STANDING = 256;
 export const NO_TASK = 65535; // as aim of a robot
 
 /**
- * Tasks, and classes of robots, from a step on; taken, if robots act: 0 for a free task, 1 taken, 2 done.
- * @typedef {{step: number, taskX: Uint16Array, taskY: Uint16Array, taskNumbers: Uint16Array, taken?: Uint16Array,
- *   kinds: number[]}} There
- */
-/**
- * A step of a swarm: places in 65,536ths of the arena's longer side; robots: number of numbers that robots may have; aims:
- * the task of each robot, as its place among those shown; decision: 1, 0, or -1.
- * @typedef {There & import("./history.js").Columns & Record<import("./history.js").Count | "robots", number>} Frame
- */
-
-/**
  * Return a robot's opinion: 1 for feasible, 0 for infeasible, -1 for none.
  * @param {number} flags
  */

@@ -1,16 +1,5 @@
 // The ground of an arena: grid, tasks and walls, drawn once until something of it changes.
 
-/** @import { Arena } from "./arena.js" */
-/** @import { Frame } from "./frames.js" */
-
-/**
- * A floor plan from scene.py: an image in base64, whose opacity says how dark each cell is; sizes in units.
- * @typedef {object} Plan
- * @property {string} image
- * @property {[number, number]} size
- * @property {{name: string, polygons: [number, number][][], at: [number, number]}[]} zones
- */
-
 /**
  * Decode the image of a plan.
  * @param {Plan} plan

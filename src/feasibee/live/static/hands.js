@@ -2,61 +2,44 @@
 
 import { announce } from "./elements.js";
 
-/** @import { Place, Tool, Tools } from "./tools.js" */
-/** @import { Change } from "./touching.js" */
-
 /** @typedef {"robot" | "task"} Kind */
 
 /**
  * Return the tools that change what is there.
- * @param {Tools} tools
- * @param {(change: Change, told: string) => void} happen Let an event happen.
+ * @param {Page} page
  * @returns {Record<string, Tool>}
  */
-export function handTools(tools, happen) {
+export function handTools(page) {
   /** @type {(kind: Kind) => Tool} */
   const adding = (kind) => ({
     label: `Add ${kind}s`,
     help: `Click where a ${kind} is to ${kind === "task" ? "appear" : "join"}.`,
-    end: (place) => happen({ [`${kind}s`]: 1, at: pointAt(place, kind) }, `one more ${kind}`),
+    end: (place) => page.happen({ [`${kind}s`]: 1, at: pointAt(place, kind) }, `one more ${kind}`),
   });
   return {
     task: adding("task"),
     robot: adding("robot"),
-    move: moving(tools, happen),
+    move: {
+      label: "Move",
+      help: "Drag a robot or a task to another place.",
+      begin: (place) => {
+        const thing = thingAt(place);
+        return thing && { ...thing, from: place.arena.unitsAt(place) };
+      },
+      move: (place, held) => held && page.tools.sketch([held.from, pointAt(place, held.kind)]),
+      end: (place, held) => {
+        if (!held) return;
+        const { kind, number } = held;
+        page.happen({ [kind]: number, at: pointAt(place, kind) }, `${kind} ${number} is elsewhere`);
+      },
+    },
     remove: {
       label: "Remove",
       help: "Click a robot or a task to take it away.",
       end: (place) => {
         const { kind, number } = thingAt(place) ?? {};
-        if (kind) happen({ [kind]: number }, `${kind} ${number} is gone`);
+        if (kind) page.happen({ [kind]: number }, `${kind} ${number} is gone`);
       },
-    },
-  };
-}
-
-/** @type {(tools: Tools, happen: (change: Change, told: string) => void) => Tool} */
-function moving(tools, happen) {
-  /** @type {{kind: Kind, number: number, from: [number, number]} | null} */
-  let held = null;
-  return {
-    label: "Move",
-    help: "Drag a robot or a task to another place.",
-    begin: (place) => {
-      const thing = thingAt(place);
-      held = thing && { ...thing, from: place.arena.unitsAt(place) };
-    },
-    move: (place) => held && tools.sketch([held.from, pointAt(place, held.kind)]),
-    end: (place) => {
-      if (!held) return;
-      const { kind, number } = held;
-      tools.drop();
-      happen({ [kind]: number, at: pointAt(place, kind) }, `${kind} ${number} is elsewhere`);
-    },
-    drop: () => {
-      const had = held !== null;
-      held = null;
-      return had;
     },
   };
 }

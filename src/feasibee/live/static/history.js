@@ -2,10 +2,6 @@
 
 import { DECLARED, DISSEMINATING, FEASIBLE, NEUTRAL, STANDING, THERE, WORKING } from "./frames.js";
 
-/** @import { Frame, There } from "./frames.js" */
-/** @import { Moment } from "./reasons.js" */
-/** @import { Opened, Settings } from "./world.js" */
-
 /** Numbers of a step; declaration, allTaken: steps, or -1; missing: robots without which the tasks aren't feasible. */
 export const NUMBERS = /** @type {const} */ ([
   ...["there", "tasks", "counted", "feasible", "infeasible", "needed", "decision", "missing"],
@@ -20,14 +16,6 @@ export const COLUMNS = {
   aims: Uint16Array, // if robots act
 };
 const SHOWN = FEASIBLE | NEUTRAL | DISSEMINATING | DECLARED | WORKING | THERE | STANDING; // changes of a robot
-
-/** @typedef {(typeof NUMBERS)[number]} Count */
-/** @typedef {Record<"x" | "y" | "flags" | "aims", Uint16Array> & {heading: Uint8Array}} Columns */
-/**
- * Some steps of a run, with the robots of each `every`th step; numbers: NUMBERS of each step.
- * @typedef {{from: number, count: number, every: number, robots: number, numbers: ArrayLike<number>, there: There[],
- *   done: boolean, problem: string} & {[name in keyof Columns]?: ArrayLike<number>}} Steps
- */
 
 export class History {
   /**

@@ -2,9 +2,6 @@
 
 import { $, announce, list, write } from "./elements.js";
 
-/** @import { Arena } from "./arena.js" */
-/** @import { Lane } from "./lane.js" */
-
 /** @type {Record<string, number>} */
 const KEYS = { Enter: 0, ArrowLeft: -1, ArrowUp: -1, PageUp: -1, ArrowRight: 1, ArrowDown: 1, PageDown: 1 };
 

@@ -9,11 +9,6 @@ import { reasonsOf, sentenceOf } from "./reasons.js";
 import { coloursOf } from "./theme.js";
 import { doneAmong, OPINIONS } from "./words.js";
 
-/** @import { Engine } from "./engine.js" */
-/** @import { Frame } from "./frames.js" */
-/** @import { Outcome } from "./swarms.js" */
-/** @import { Opened, Settings } from "./world.js" */
-
 /** @typedef {{key: number, opened: Opened, settings: Settings, lasts?: number}} Asked Which scenario, its numbers, and for how many steps. */
 /** @typedef {{robot: number, step: number, reasons: [string, string][], sentence: string}} Words */
 
@@ -167,7 +162,8 @@ export class Lane {
       [x, y] = [arena.px[pointed] / ratio, arena.py[pointed] / ratio]; // in CSS pixels
     if (tip.textContent !== text) tip.textContent = text;
     const left = Math.max(0, Math.min(canvas.offsetLeft + x + 14, frame.clientWidth - tip.offsetWidth)),
-      top = canvas.offsetTop + y + (y > 60 ? -14 - tip.offsetHeight : 18);
+      above = canvas.offsetTop + y - 14 - tip.offsetHeight,
+      top = above < 0 ? canvas.offsetTop + y + 18 : above;
     tip.style.transform = `translate(${left}px, ${top}px)`;
   }
 

@@ -5,13 +5,8 @@ import { Engine, RUNS } from "./engine.js";
 import { $, formatted, make } from "./elements.js";
 import { Lane } from "./lane.js";
 import { sentencesOf, showRuns } from "./swarms.js";
-import { TERMS } from "./terms.js";
 import { coloursOf, startTheme } from "./theme.js";
 import { answerOf, questionOf, shareOf } from "./words.js";
-
-/** @import { Frame } from "./frames.js" */
-/** @import { History } from "./history.js" */
-/** @import { Opened } from "./world.js" */
 
 /**
  * A figure, from lesson.py: it asks for a decision, for tasks in sight of robot 0, or for the number of right swarms. Each
@@ -39,23 +34,20 @@ class Figure {
       template = /** @type {HTMLTemplateElement} */ ($("figure"));
     find(".figure").append(template.content.cloneNode(true));
     if (own) find(".figure form").replaceWith(own);
+    this.place = place;
     this.asked = asked;
     this.engine = engine;
-    this.canvas = find("canvas");
     this.form = find(".figure form");
     this.runs = find(".runs");
     this.play = find(".play");
-    this.again = find(".again");
     this.now = find(".now");
     this.result = find(".result");
     this.knobs = /** @type {HTMLInputElement[]} */ ([
       ...place.querySelectorAll("input[name]:not([name=prediction])"),
     ]);
-    this.after = /** @type {NodeListOf<HTMLElement>} */ (place.querySelectorAll(".after"));
-    for (const each of this.after) each.hidden = true;
     for (const each of this.knobs) each.addEventListener("input", () => this.change());
     if (!own) this.fill(find("fieldset"));
-    this.lane = new Lane(place.id, engine, this.canvas, {
+    this.lane = new Lane(place.id, engine, find("canvas"), {
       redraw: () => this.clock.wake(),
       came: () => this.came(),
       counted: () => this.showShare(),
@@ -64,73 +56,57 @@ class Figure {
       this.show(this.history.frame(step), rests);
       this.lane.draw(step, this.clock.between);
     });
-    this.listen(find("button.primary"), find("fieldset"));
+    this.form.addEventListener("submit", (/** @type {Event} */ event) => this.submit(event));
+    this.play.addEventListener("click", () => this.clock.toggle());
+    find(".again").addEventListener("click", () => this.clock.goTo(0));
   }
 
   get history() {
-    return /** @type {History} */ (this.lane.history);
+    return /** @type {RunHistory} */ (this.lane.history);
   }
 
   /** @param {HTMLFieldSetElement} fields Gets the question, and its choices in place of the slider if it has some. */
   fill(fields) {
     const { question, choices, asks } = this.asked,
       [legend, label] = fields.children,
-      slider = /** @type {HTMLInputElement} */ (label.querySelector("input")),
-      output = /** @type {HTMLElement} */ (label.querySelector("output"));
+      slider = /** @type {HTMLInputElement} */ (label.querySelector("input"));
     legend.textContent = slider.ariaLabel = question;
-    slider.addEventListener("input", () => (output.textContent = slider.value));
+    slider.addEventListener("input", () => tellValue(slider));
     if (asks === "share") return;
-    const radios = choices.map(([value]) =>
-      make(
-        "label",
-        {},
-        make("input", { type: "radio", name: slider.name, value, required: true }),
-        ` ${value}`,
-      ),
-    );
-    label.replaceWith(...radios);
+    const radio = (/** @type {string} */ value) =>
+      make("input", { type: "radio", name: slider.name, value, required: true });
+    label.replaceWith(...choices.map(([value]) => make("label", {}, radio(value), ` ${value}`)));
   }
 
-  /**
-   * @param {HTMLButtonElement} button
-   * @param {HTMLFieldSetElement | null} fields
-   */
-  listen(button, fields) {
-    const { form, play, again, clock } = this;
-    form.addEventListener("submit", (/** @type {Event} */ event) => {
-      const value = new FormData(form).get("prediction");
-      event.preventDefault();
-      button.remove();
-      if (fields) {
-        fields.disabled = true;
-        return this.predict(String(value));
-      }
+  /** @param {Event} event The reader predicts, or asks for what they have set. */
+  submit(event) {
+    const { form, asked, lane, clock } = this,
+      prediction = new FormData(form).get("prediction");
+    event.preventDefault();
+    form.querySelector(".primary").remove();
+    if (asked.asks === "free") {
       this.change();
-      play.focus();
-    });
-    play.addEventListener("click", () => {
-      if (clock.ended) clock.goTo(0);
-      clock.play(!clock.playing);
-    });
-    again.addEventListener("click", () => clock.goTo(0));
+      return this.play.focus();
+    }
+    form.querySelector("fieldset").disabled = true;
+    this.predicted = String(prediction);
+    (this.history ? this.play : this.result).focus();
+    if (this.history) clock.play(true);
+    if (asked.asks === "share") lane.count();
   }
 
   // Simulate with the numbers that the reader has set, in the text or among the sliders.
   change() {
     const { asked, knobs, form, lane } = this;
     if (!this.history || knobs.some((each) => !each.checkValidity())) return;
-    /** @type {Record<string, number>} */
-    const set = {};
-    for (const each of knobs) {
-      set[each.name] = each.type === "checkbox" ? Number(each.checked) : each.valueAsNumber;
-      if (each.nextElementSibling instanceof HTMLOutputElement)
-        each.nextElementSibling.textContent = each.value;
-    }
-    const heard = set.sight ? { radio: set.sight } : {}; // robots hear as far as they see
+    const read = (/** @type {HTMLInputElement} */ { type, checked, valueAsNumber }) =>
+        type === "checkbox" ? Number(checked) : valueAsNumber,
+      set = Object.fromEntries(knobs.map((each) => [each.name, read(each)])),
+      heard = set.sight ? { radio: set.sight } : {}; // robots hear as far as they see
+    knobs.forEach(tellValue);
     asked.settings = { ...asked.settings, ...set, ...heard };
-    if (form.querySelector("button")) return; // it waits for that
+    if (form.querySelector(".primary")) return; // it waits for that
     this.changed = true;
-    this.play.hidden = this.again.hidden = this.runs.hidden = false;
     this.begin();
     lane.count();
     this.showShare();
@@ -138,12 +114,12 @@ class Figure {
 
   // Show the first step.
   async start() {
-    const { asked, lane, canvas } = this;
+    const { asked, lane } = this;
     this.key = await this.engine.open(asked);
     if (asked.asks === "sight") lane.arena.chosen = 0;
     this.begin();
     await new Promise((resolve) => (this.isThere = resolve));
-    new ResizeObserver(() => this.repaint()).observe(canvas.parentElement);
+    new ResizeObserver(() => this.repaint()).observe(lane.frame);
   }
 
   begin() {
@@ -162,18 +138,6 @@ class Figure {
     this.isThere?.(true);
   }
 
-  /** @param {string} value */
-  predict(value) {
-    this.predicted = value;
-    this.play.hidden = this.again.hidden = false;
-    (this.history ? this.play : this.result).focus();
-    if (this.history) this.clock.play(true);
-    if (this.asked.asks !== "share") return;
-    this.runs.hidden = false;
-    this.lane.count();
-    this.showShare();
-  }
-
   /**
    * @param {Frame} frame
    * @param {boolean} rests
@@ -184,7 +148,7 @@ class Figure {
     this.play.textContent = clock.playing ? "Pause" : clock.ended ? "Play again" : "Play";
     this.now.textContent = `Step ${formatted(step)}: ${feasible} feasible, ${infeasible} infeasible`;
     if (!rests) return;
-    this.canvas.ariaLabel = `Arena. ${this.now.textContent}`;
+    this.lane.canvas.ariaLabel = `Arena. ${this.now.textContent}`;
     if (this.predicted === null || !clock.ended || asked.asks === "share") return;
     if (asked.asks === "decision") return this.tell(history.decision, answerOf(history, frame).text);
     const seen = this.seen();
@@ -240,7 +204,7 @@ class Figure {
   /** @param {string} result */
   reveal(result) {
     this.result.textContent = result;
-    for (const each of this.after) each.hidden = false;
+    this.place.dataset.told = "";
   }
 
   repaint() {
@@ -249,14 +213,21 @@ class Figure {
   }
 }
 
+/** @param {HTMLInputElement} knob Whose value is said beside it. */
+function tellValue({ value, parentElement }) {
+  const output = parentElement?.querySelector("output");
+  if (output) output.textContent = value;
+}
+
 /**
  * Explain a word where it stands, on hover and on focus; Escape closes the note.
  * @param {HTMLElement} word
  * @param {number} k
  */
 function explain(word, k) {
-  const [, text] = TERMS.find(([term]) => term === word.dataset.term) ?? [],
-    note = make("span", { id: `note-${k}`, className: "note card", role: "tooltip", textContent: text }),
+  const { content } = /** @type {HTMLTemplateElement} */ ($("terms")),
+    { textContent } = /** @type {Element} */ (content.querySelector(`#term-${word.dataset.term}`)),
+    note = make("span", { id: `note-${k}`, className: "note card", role: "tooltip", textContent }),
     button = make("button", { type: "button", className: "term", textContent: word.textContent });
   button.setAttribute("aria-describedby", note.id);
   button.addEventListener("keydown", ({ key }) => key === "Escape" && button.blur());

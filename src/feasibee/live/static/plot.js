@@ -3,17 +3,10 @@
 import { contextOf, escaped, formatted, make } from "./elements.js";
 import { truthBand } from "./seekbar.js";
 
-/** @import { History } from "./history.js" */
-/** @import { Shades } from "./theme.js" */
-
-/**
- * What theory says, by prediction.py; opinions: by step, of which the first is the mean share for feasible.
- * @typedef {{text: string, opinions?: number[][], tips?: number | null, tasks?: number | null}} Prediction
- */
 /**
  * What to draw: one or two runs, and names of their strategies; clouds: robots for feasible at each step of other swarms,
  * until they stopped.
- * @typedef {{histories: History[], names: string[], step: number, clouds: Uint16Array[], prediction: Prediction | null,
+ * @typedef {{histories: RunHistory[], names: string[], step: number, clouds: Uint16Array[], prediction: Prediction | null,
  *   shades: Shades}} Scene
  */
 /** @typedef {{label: string, stroke: string, dash: number[], look: string, share: (at: number) => number | null}} Line look: in the legend. */
@@ -177,7 +170,7 @@ function linesOf({ histories, names, step, prediction, shades }) {
   const [run, beside] = histories,
     [own, other] = names.map((name) => (beside ? `, ${name}` : "")),
     opinions = prediction?.opinions;
-  /** @type {(run: History, opinion: "feasible" | "infeasible") => Line["share"]} */
+  /** @type {(run: RunHistory, opinion: "feasible" | "infeasible") => Line["share"]} */
   const until =
     ({ numbers, known }, opinion) =>
     (at) =>

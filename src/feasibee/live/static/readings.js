@@ -5,10 +5,6 @@ import { BYZANTINE, DECLARED, DISSEMINATING, opinionOf, STANDING, THERE, WORKING
 import { sentencesOf } from "./swarms.js";
 import { answerOf, doneAmong, doneOf, progressOf, questionOf } from "./words.js";
 
-/** @import { Frame } from "./frames.js" */
-/** @import { History } from "./history.js" */
-/** @import { Lane } from "./lane.js" */
-
 let said = ""; // of the decision
 
 /**
@@ -75,7 +71,7 @@ function showDecision(place, lane, frame, isOneOfTwo) {
 
 /**
  * Return the numbers of a step that aren't on the first screen.
- * @param {History} history
+ * @param {RunHistory} history
  * @param {Frame} frame
  */
 function countsOf({ numbers }, { step, flags, there, tasks, bits, counted }) {

@@ -14,15 +14,6 @@ import {
 } from "./frames.js";
 import { counted } from "./words.js";
 
-/** @import { Opened, Robot } from "./world.js" */
-
-/**
- * The step that is shown; what comes next: at a step it has other flags, for so many steps or null if that isn't known;
- * and the steps from which on it holds its opinion, and its phase lasts.
- * @typedef {{step: number, next: {step: number, flags: number, lasts: number | null} | null,
- *   since: {held: number, begun: number}}} Moment
- */
-
 const MOST_NAMED = 12; // most senders of one opinion that are listed
 const NEVER = 2 ** 30; // stands for no step
 
@@ -188,7 +179,7 @@ class Account {
   // What it knows if it passes on knowledge: without names, some strategies count in parts of robots and tasks.
   known() {
     const [robots, tasks] = [this.robots, this.tasks].map(sum),
-      { byName } = /** @type {{byName?: boolean}} */ (this.strategy);
+      { byName } = this.strategy;
     if (byName) return `${counted(robots, "robot")} and ${counted(tasks, "task")}, by name`;
     return `robots to tasks as ${formatted(robots)} to ${formatted(tasks)}`;
   }

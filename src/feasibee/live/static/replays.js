@@ -2,8 +2,6 @@
 
 import { formatted, make } from "./elements.js";
 
-/** @typedef {{point: number, run: string, seed: string, values: Record<string, string>, decision: string, decision_step: number}} Replay */
-
 const UNFOLDED = 12; // points of a sweep; if it has more, each is folded at first
 /** @type {Record<string, string>} */
 const PICKED = {

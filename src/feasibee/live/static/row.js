@@ -3,8 +3,6 @@
 import { announce, capital, make, unfold } from "./elements.js";
 import { numberOf } from "./fields.js";
 
-/** @typedef {{path: string, name: string, note?: string, kind: string, nullable?: boolean, choices?: string[], min?: number, max?: number | bigint, slide?: [number, number, number]}} Field From form.py; slide: least, most and step of its slider. */
-
 const LONGEST_SLIDER = 20_000; // of a slider; greater values have only their number
 
 export class Row {

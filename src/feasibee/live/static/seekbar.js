@@ -1,15 +1,14 @@
 // The seek bar: a slider over the steps of a run, and marks above it at what happens there.
 
 import { $, capital, formatted } from "./elements.js";
-import { DECLARED, opinionOf, shadeOf, STANDING, THERE, WORKING } from "./frames.js";
-
-/** @import { History } from "./history.js" */
+import { DECLARED, shadeOf, STANDING, THERE, WORKING } from "./frames.js";
 
 const STRIP = 9; // height of a robot's strip, in CSS pixels
 const SIGNS = 9; // height of the signs above the strips
 const BAND = 6; // height of the band of the truth
 const TICKS = 4; // height of the ticks of a world that changes, below it
 const NAMED = 6; // most changes of the truth whose steps are said in words
+const LINES = { infeasible: [0, STRIP - 2], undecided: [STRIP / 2 - 1] }; // tops of the lines of a strip, 2 pixels high
 
 /** @typedef {(from: number, to: number, top: number, height: number, look: string) => string} Box */
 
@@ -23,7 +22,7 @@ const boxes = (last) => (from, to, top, height, look) =>
 
 /**
  * Return the band of the truth: full where it is feasible, hatched where not.
- * @param {History} history
+ * @param {RunHistory} history
  * @param {number} last Step at the right edge.
  * @param {number} top
  */
@@ -54,7 +53,7 @@ export class SeekBar {
 
   /**
    * Draw the marks of each swarm, and say in words where they are.
-   * @param {History[]} histories
+   * @param {RunHistory[]} histories
    * @param {number} robot -1 for none.
    */
   mark(histories, robot) {
@@ -100,19 +99,13 @@ function strip(changes, top, known, box) {
     .map(([step, flags], k) => {
       if (!(flags & THERE)) return "";
       const end = changes[k + 1]?.[0] ?? known,
-        look = `${shadeOf(flags)} ${flags & WORKING ? "" : "stopped"}`,
-        lines =
-          [
-            [
-              [0, 2],
-              [STRIP - 2, 2],
-            ],
-            [[0, STRIP]],
-            [[STRIP / 2 - 1, 2]],
-          ].at(opinionOf(flags)) ?? [],
+        shade = shadeOf(flags),
+        look = `${shade} ${flags & WORKING ? "" : "stopped"}`,
         declares = flags & DECLARED && !(k && changes[k - 1][1] & DECLARED);
       return [
-        ...lines.map(([from, high]) => box(step, end, top + from, high, look)),
+        ...(shade === "feasible"
+          ? [box(step, end, top, STRIP, look)]
+          : LINES[shade].map((from) => box(step, end, top + from, 2, look))),
         flags & STANDING ? box(step, end, top, 2, "task") : "",
         declares ? box(step, step + 1, top, STRIP, "") : "",
       ].join("");
@@ -122,7 +115,7 @@ function strip(changes, top, known, box) {
 
 /**
  * Return the marks in words.
- * @param {History} history
+ * @param {RunHistory} history
  * @param {number} lane
  * @param {number} swarms
  * @param {number} robot

@@ -4,8 +4,6 @@ import { RUNS } from "./engine.js";
 import { make } from "./elements.js";
 import { counted, OPINIONS, wilson } from "./words.js";
 
-/** @typedef {{decision: number, step: number, isRight: boolean, course: Uint16Array}} Outcome course: robots for feasible, by step. */
-
 /** @type {Record<number, string>} */
 const MARKS = { 1: "dot feasible", 0: "dot hollow infeasible", [-1]: "dot undecided" };
 

@@ -3,7 +3,6 @@
 import { $ } from "./elements.js";
 
 /** @typedef {"ground" | "line" | "ink" | "muted" | "feasible" | "infeasible" | "undecided" | "task" | "zone"} Shade */
-/** @typedef {Record<Shade, string>} Shades */
 
 /** @type {Shade[]} */
 const SHADES = ["ground", "line", "ink", "muted", "feasible", "infeasible", "undecided", "task", "zone"];
@@ -11,12 +10,9 @@ const SHADES = ["ground", "line", "ink", "muted", "feasible", "infeasible", "und
 /** @type {Record<string, [string, string]>} */
 const THEMES = { auto: ["as the system", "◐"], light: ["light", "○"], dark: ["dark", "●"] };
 
-/**
- * Return the colours of the theme of an element, from its style sheet.
- * @param {HTMLElement} element
- */
-export function coloursOf(element = document.body) {
-  const probe = element.appendChild(document.createElement("span"));
+// The colours of the theme, from the style sheet.
+export function coloursOf() {
+  const probe = document.body.appendChild(document.createElement("span"));
   const found = SHADES.map((name) => {
     probe.style.color = `var(--${name})`;
     return [name, getComputedStyle(probe).color];
@@ -48,20 +44,18 @@ export function startTheme(repaint) {
     return;
   }
   const names = Object.keys(THEMES),
-    button = $("theme");
-  let theme = localStorage.getItem("theme") ?? "auto";
-  const use = () => {
-    if (!names.includes(theme)) theme = "auto";
-    setTheme(theme);
-    const [name, sign] = THEMES[theme];
-    button.title = button.ariaLabel = `Theme: ${name}`;
-    button.textContent = sign;
-    localStorage.setItem("theme", theme);
-  };
-  use();
+    button = $("theme"),
+    use = (/** @type {number} */ k) => {
+      const theme = names[k % names.length],
+        [name, sign] = THEMES[theme];
+      setTheme(theme);
+      button.title = button.ariaLabel = `Theme: ${name}`;
+      button.textContent = sign;
+      localStorage.setItem("theme", theme);
+    };
+  use(Math.max(0, names.indexOf(localStorage.getItem("theme") ?? "auto")));
   button.addEventListener("click", () => {
-    theme = names[(names.indexOf(theme) + 1) % names.length];
-    use();
+    use(names.indexOf(document.documentElement.dataset.theme ?? "auto") + 1);
     repaint();
   });
 }

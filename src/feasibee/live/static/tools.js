@@ -2,18 +2,10 @@
 
 import { make } from "./elements.js";
 
-/** @import { Arena } from "./arena.js" */
-
-/** @typedef {[number, number]} Point In units. */
-/** @typedef {import("./arena.js").Pointer & {arena: Arena}} Place Where the pointer is. */
-/** @typedef {(place: Place) => void} Act */
-/**
- * What the pointer does while it is pressed; drop forgets what is half done, and returns whether anything was.
- * @typedef {{label: string, help: string, begin?: Act, move?: Act, end: Act, drop?: () => boolean}} Tool
- */
-
 export class Tools {
   used = ""; // name of the tool in use
+  /** @type {any} */
+  held = null;
   /** @type {Record<string, Tool>} */
   tools = {};
   /** @type {Map<string, HTMLElement>} */
@@ -74,8 +66,10 @@ export class Tools {
 
   // Drop what is half done; return whether anything was.
   drop() {
+    const { held } = this;
+    this.held = null;
     this.sketch([]);
-    return Boolean(this.tool?.drop?.());
+    return held !== null;
   }
 
   // Drop what is half done; without it, put the tool away. Return whether there was either.
@@ -101,10 +95,14 @@ export class Tools {
       pointerdown: (tool, place, pointer) => {
         frame.setPointerCapture(pointer); // a drag may end outside
         this.buttons.get(this.used)?.blur(); // so that space plays, and doesn't press it
-        tool.begin?.(place);
+        this.held = tool.begin?.(place) ?? null;
       },
-      pointermove: (tool, place) => tool.move?.(place),
-      pointerup: (tool, place) => tool.end(place),
+      pointermove: (tool, place) => tool.move?.(place, this.held),
+      pointerup: (tool, place) => {
+        const { held } = this;
+        this.drop();
+        tool.end(place, held);
+      },
       pointercancel: () => this.drop(),
       mousedown: () => {}, // would select text
       click: () => {},

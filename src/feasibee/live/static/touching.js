@@ -2,27 +2,19 @@
 
 import { unfold } from "./elements.js";
 
-/** @import { Opened, Settings } from "./world.js" */
-
 const PLACE = "\\d{1,7}(\\.\\d{1,9})?",
   CHANCE = `,"(sensing":\\{"miss|radio":\\{"loss)":${PLACE}\\}`,
   CHANGE = `,"((robots|tasks)":-?|(robot|task)":)\\d{1,5}|,"at":\\[${PLACE},${PLACE}\\]|${CHANCE}`,
   IN_ADDRESS = new RegExp(`^\\[(\\{"step":\\d{1,5}(${CHANGE})*\\}(,(?!\\])|(?=\\])))*\\]$`);
 
 /**
- * How many come at a step, or go; or where; or which one goes or is put there. A scenario's may also change its errors.
- * @typedef {{robots?: number, tasks?: number, robot?: number, task?: number, at?: [number, number]}} Change
- * @typedef {{step: number, sensing?: {miss?: number}, radio?: {loss?: number}} & Change} Event
- */
-
-/**
  * Return the events of a run with one more at the next step, and that step; while time stands still, at the present one
  * if that has events, or is the start.
- * @param {Event[]} events
+ * @param {WorldEvent[]} events
  * @param {number} now
  * @param {Change} change
  * @param {boolean} playing
- * @returns {{step: number, events: Event[]}}
+ * @returns {{step: number, events: WorldEvent[]}}
  */
 export function handled(events, now, change, playing) {
   const still = !playing && (!now || events.some((each) => each.step === now)),
@@ -55,7 +47,7 @@ export function canHappen({ events, ...start }, most) {
  */
 export function eventsIn(text, start, most) {
   if (!IN_ADDRESS.test(text)) return null;
-  const events = /** @type {Event[]} */ (JSON.parse(text)).sort((one, other) => one.step - other.step);
+  const events = /** @type {WorldEvent[]} */ (JSON.parse(text)).sort((one, other) => one.step - other.step);
   return canHappen({ ...start, events }, most) ? events : null;
 }
 

@@ -3,53 +3,39 @@
 import { announce } from "./elements.js";
 import { outlineOf } from "./ground.js";
 
-/** @import { Place, Point, Tool, Tools } from "./tools.js" */
-/** @import { Opened } from "./world.js" */
-
 const DRAG = 6; // pixels: less is a click
 const NEAR = 10; // pixels from a wall's edge
 const LONGEST = 12_000; // characters that fit into a message with other changes
 
 /**
  * Return the tools that draw and erase walls.
- * @param {Tools} tools
- * @param {() => Opened} opened
- * @param {(walls: Point[][]) => void} change
+ * @param {Page} page
  * @returns {Record<string, Tool>}
  */
-export function wallTools(tools, opened, change) {
-  /** @type {Point | null} */
-  let start = null; // corner of the wall that is being drawn
+export function wallTools(page) {
   const set = (/** @type {Point[][]} */ walls) => {
-    tools.drop();
-    if (JSON.stringify(walls).length <= LONGEST) return change(walls);
+    if (JSON.stringify(walls).length <= LONGEST) return page.drawWalls(walls);
     announce("There are too many walls for this page: write them into the scenario's file.");
   };
   return {
     draw: {
       label: "Draw walls",
       help: "Drag for a rectangle.",
-      begin: (place) => (start = cornerAt(place, opened())),
-      move: (place) => start && tools.sketch(rectangle(start, place, opened())),
-      end: (place) => {
-        const wall = start ? rectangle(start, place, opened()) : [];
-        if (wall.length) set([...opened().drawn, wall]);
-        else tools.drop();
-      },
-      drop: () => {
-        const had = start !== null;
-        start = null;
-        return had;
+      begin: (place) => cornerAt(place, page.opened),
+      move: (place, held) => held && page.tools.sketch(rectangle(held, place, page.opened)),
+      end: (place, held) => {
+        const wall = held ? rectangle(held, place, page.opened) : [];
+        if (wall.length) set([...page.opened.drawn, wall]);
       },
     },
     erase: {
       label: "Erase walls",
       help: "Click a wall to erase it. Walls of a map stay.",
-      move: (place) => tools.sketch(opened().drawn[wallAt(place, opened())] ?? []),
+      move: (place) => page.tools.sketch(page.opened.drawn[wallAt(place, page.opened)] ?? []),
       end: (place) => {
-        const found = wallAt(place, opened());
+        const found = wallAt(place, page.opened);
         if (found < 0) announce("There is no wall to erase.");
-        else set(opened().drawn.toSpliced(found, 1));
+        else set(page.opened.drawn.toSpliced(found, 1));
       },
     },
   };

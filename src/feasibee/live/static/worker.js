@@ -4,10 +4,6 @@
 import { COLUMNS, NUMBERS } from "./history.js";
 import { worldOf } from "./world.js";
 
-/** @import { There } from "./frames.js" */
-/** @import { Columns, Steps } from "./history.js" */
-/** @import { Opened, Settings, World } from "./world.js" */
-
 const SLICE = 8; // milliseconds of work between two looks for newer messages
 const ROOM = 2 ** 28; // bytes of the robots that are kept of a run
 const BYTES = 9; // of a robot at a step

@@ -1,67 +1,7 @@
 // A swarm in the engine's module: packets and numbers in, robots out. Each run equals that of `feasibee run`. This runs
 // in a worker, too: without a document.
 
-/**
- * What a page is given, from page.py; wasm: the engine, compressed; form: the fields, with a server only.
- * @typedef {{name: string, version: string, server: boolean, form: any[] | null, wasm: string,
- *   replays: any, field: {address: string, hz: number | null, which: string} | null, opened: Opened,
- *   prediction: import("./plot.js").Prediction | null}} Page
- */
-/**
- * A scenario that is opened, from page.py.
- * @typedef {object} Opened
- * @property {string} toml
- * @property {{bytes: string, starts: number[]}} packets That of all strategies, then those of each; see pages.c.
- * @property {{columns: number, bits: number, cells: string} | null} reached A bit for each cell that robots reach.
- * @property {Strategy[]} strategies
- * @property {string} counted Why the numbers at the start can't be changed; empty if they can.
- * @property {Record<string, boolean>} legend Which entries it needs, of those that not all need.
- * @property {number} threshold
- * @property {[string, string]} unit Numerator and denominator, of fixed point.
- * @property {{robots: number, tasks: number}} most
- * @property {Settings} settings
- * @property {boolean} patches Whether ranges and speed may differ from those of the scenario.
- * @property {import("./arena.js").World & {robotClasses: string[], taskClasses: string[]}} lengths
- * @property {{steps: number, stops: boolean}} run
- * @property {number | null} point Of a sweep.
- * @property {Record<string, any>} fields As shown, by path.
- * @property {Record<string, string>} units By path.
- * @property {string[]} changed Paths of fields that differ from the defaults.
- * @property {any} drawn Walls, as polygons.
- * @property {number} cell
- * @property {string} proof
- * @property {number} seconds Of a step; 0 if that isn't known.
- * @property {Record<string, string>} [failures] Why a user's strategy may fail, by number; from packet.py.
- * @property {string | null} wasm If not the page's.
- */
-/**
- * rule: a line; fixed: why events can't change its world; quality, decide: what these functions do.
- * @typedef {Record<"name" | "rule" | "fixed" | "quality" | "decide", string>
- *   & Record<"declares" | "knows" | "judges" | "knowledge" | "forgets", boolean>} Strategy
- */
-/**
- * What a reader may change; sight, radio, speed: as typed.
- * @typedef {object} Settings
- * @property {number} robots
- * @property {number} tasks
- * @property {number} strategy
- * @property {string} seed
- * @property {number} run
- * @property {Event[]} events
- * @property {number} sight
- * @property {number} radio
- * @property {number} speed
- */
-
-/** @import { There } from "./frames.js" */
-/** @import { Columns } from "./history.js" */
-/** @import { Event } from "./touching.js" */
-
 /** @typedef {{memory: WebAssembly.Memory} & Record<string, (...given: number[]) => number>} Exports Of pages.c. */
-/**
- * Numbers of a robot as pages.c has them; counts: by class of robots, then of tasks; heard: id and opinion of each sender.
- * @typedef {Record<string, number> & {counts: number[], memory: number[], heard: [number, number][], problem?: string}} Robot
- */
 
 const ARRAYS = "x y flags aims taskX taskY taskNumbers taken stepX stepY kinds".split(" ");
 const NUMBERS = 9; // of a step: how many robots may be there, and the first of history.js
@@ -122,7 +62,7 @@ async function inflated(base64) {
 
 /**
  * Return events as the engine takes them, by step; a probability is times 2**32, rounded up.
- * @param {Event[]} events
+ * @param {WorldEvent[]} events
  * @param {Opened["unit"]} unit
  */
 function rowsOf(events, unit) {
