@@ -16,13 +16,13 @@ import click
 from feasibee.cli import main
 
 LANDED = {
-    "lines of Python in src": 38_417,
+    "lines of Python in src": 38_327,
     "lines of C in src": 12_530,
-    "lines of JavaScript, HTML and CSS": 5_893,
-    "lines of tests": 33_919,
+    "lines of JavaScript, HTML and CSS": 5_609,
+    "lines of tests": 34_229,
     "lines of claims and benchmarks": 4_208,
     "lines of research": 666,
-    "words of docs": 59_482,
+    "words of docs": 59_579,
     "files of Python in src": 190,
     "packages": 14,
     "commands": 23,
