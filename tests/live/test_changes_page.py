@@ -166,8 +166,8 @@ def test_walls_are_drawn_kept_in_the_address_and_erased(show, port, drawing):
     expect_walls(other, [RECTANGLE, SQUARE])
     on.use(page, "Erase walls")
     on.click(page, (15, 15))  # nothing is there
-    on.click(page, (10.2, 5))
-    expect_walls(page, [SQUARE])
+    on.click(page, (4, 13))
+    expect_walls(page, [RECTANGLE])
 
 
 def test_escape_drops_a_wall_then_the_tool_and_no_robot_is_inspected(drawing):

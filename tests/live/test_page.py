@@ -306,7 +306,10 @@ def test_robots_that_act_say_whether_they_did_it(show):
 
 def test_declarations_are_counted(show):
     scenario = Scenario(
-        decision={"strategy": "quiet-census"}, robots={"know_count": True}, run={"steps": 300}
+        decision={"strategy": "quiet-census"},
+        robots={"know_count": True},
+        faults={"byzantine": 0.1},
+        run={"steps": 300},
     )
     swarm, page = swarm_at(300, scenario, 1), show(scenario)
     feasible, infeasible = swarm.declared_counts
@@ -314,7 +317,7 @@ def test_declarations_are_counted(show):
     expect(page.locator("#marks-text")).to_contain_text("declaration at step")
     expect(on.unfolded(page, "#legend-declared")).to_be_visible()
     on.seek(page, 300)
-    told = f"{feasible} feasible, {infeasible} infeasible, of 20"
+    told = f"{feasible} feasible, {infeasible} infeasible, of 18"
     expect(on.unfolded(page, "#counts dl")).to_contain_text(f"have declared{told}")
     on.point_at(page, swarm, int(np.flatnonzero(swarm.declared >= 0)[0]))
     expect(page.locator("#tip")).to_contain_text("has declared")
