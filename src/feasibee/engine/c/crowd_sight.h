@@ -194,12 +194,15 @@ ALWAYS uint32_t message_at(const struct lens *lens, struct block block, int k)
     return lens->cells.labels[block.one.first + k + across] >> MESSAGE_BITS;
 }
 
+#define AHEAD 8 /* robots whose inboxes the processor fetches meanwhile: see `fetch` in crowd.c */
+
 /* Queue the messages that a robot hears from a block; return how many are queued.
  *
  * The first is queued without a branch, since most robots hear none or one. */
-ALWAYS uint32_t queue(struct worker *own, uint32_t queued, const struct lens *lens, struct block block,
-                      uint32_t i, uint32_t heard)
+ALWAYS uint32_t queue(const struct crowd *s, struct worker *own, uint32_t queued, const struct lens *lens,
+                      struct block block, uint32_t i, uint32_t heard)
 {
+    __builtin_prefetch(s->lines + i + AHEAD, 1);
     own->receivers[queued] = i;
     own->messages[queued] = message_at(lens, block, lowest(heard | bit(2 * GROUP - 1)));
     queued += heard != 0;
@@ -241,7 +244,7 @@ ALWAYS void look(const struct job *job, struct crowd *s, struct worker *own, uin
                 tallies[i].votes += (uint32_t)members(found.heard & listens);
                 tallies[i].feasible_votes += (uint32_t)members(found.said & listens);
             } else
-                queued = queue(own, queued, &lens, block, i, found.heard & listens);
+                queued = queue(s, own, queued, &lens, block, i, found.heard & listens);
         }
         tallies[i].robots += (seen - but) & ~disseminates;
         if (RARELY(queued > QUEUE)) {
