@@ -17,9 +17,9 @@ from feasibee.cli import main
 
 LANDED = {
     "lines of Python in src": 38_327,
-    "lines of C in src": 12_530,
+    "lines of C in src": 12_544,
     "lines of JavaScript, HTML and CSS": 5_609,
-    "lines of tests": 34_229,
+    "lines of tests": 34_232,
     "lines of claims and benchmarks": 4_208,
     "lines of research": 666,
     "words of docs": 59_579,
