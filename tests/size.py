@@ -16,10 +16,10 @@ import click
 from feasibee.cli import main
 
 LANDED = {
-    "lines of Python in src": 38_327,
+    "lines of Python in src": 38_328,
     "lines of C in src": 12_544,
     "lines of JavaScript, HTML and CSS": 5_609,
-    "lines of tests": 34_233,
+    "lines of tests": 34_241,
     "lines of claims and benchmarks": 4_208,
     "lines of research": 666,
     "words of docs": 59_579,

@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from feasibee import Scenario, truth
 from feasibee.scenario.feasibility import Violator, explain
+from feasibee.scenario.fields import RobotClass, TaskClass
 
 SKILLS = ("lift", "scan", "dig", "any")
 
@@ -198,3 +199,10 @@ def test_the_command_says_why(tmp_path):
         ("--set", "tasks.count=21"): "Infeasible: tasks, each for any one robot: 21; robots: 20.",
     }.items():
         assert output_of("show", "truth", *words) == f"{said}\n"
+
+
+def test_threads_need_nothing_of_pydantic(monkeypatch):
+    """It builds a class at its first use; meanwhile other threads have the validator of its base class."""
+    for each in (RobotClass, TaskClass):
+        monkeypatch.setattr(each, "__pydantic_validator__", None)
+    assert truth(Scenario(robots={"count": 17}, tasks={"count": 16}))

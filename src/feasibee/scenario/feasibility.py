@@ -277,11 +277,12 @@ def status_bits(scenario: Sections) -> int:
 
 def _classes(some_robots: Robots, some_tasks: Tasks) -> tuple[Sequence[RobotClass], Sequence[TaskClass]]:
     """Return the classes of robots and tasks; without classes, all robots or tasks are one class."""
-    robots = some_robots.classes or (RobotClass(name="robots", count=some_robots.count),)
+    # Not validated: two threads at once would spoil what pydantic builds for that at a class's first use.
+    robots = some_robots.classes or (RobotClass.model_construct(name="robots", count=some_robots.count),)
     if some_tasks.classes:
         return robots, some_tasks.classes
     able = [each.model_copy(update={"skills": (ANY,)}) for each in robots]
-    return able, [TaskClass(name="tasks", count=some_tasks.count, needs={ANY: 1})]
+    return able, [TaskClass.model_construct(name="tasks", count=some_tasks.count, needs={ANY: 1})]
 
 
 def _violator(robots: Sequence[RobotClass], demand: Mapping[str, int]) -> Violator | None:
