@@ -202,7 +202,8 @@ ALWAYS uint32_t message_at(const struct lens *lens, struct block block, int k)
 ALWAYS uint32_t queue(const struct crowd *s, struct worker *own, uint32_t queued, const struct lens *lens,
                       struct block block, uint32_t i, uint32_t heard)
 {
-    __builtin_prefetch(s->lines + i + AHEAD, 1);
+    /* A number, for no pointer may go beyond an array, as the last robots' would. */
+    __builtin_prefetch((const void *)((uintptr_t)(s->lines + i) + AHEAD * sizeof *s->lines), 1);
     own->receivers[queued] = i;
     own->messages[queued] = message_at(lens, block, lowest(heard | bit(2 * GROUP - 1)));
     queued += heard != 0;
