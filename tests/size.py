@@ -19,7 +19,7 @@ LANDED = {
     "lines of Python in src": 38_328,
     "lines of C in src": 12_544,
     "lines of JavaScript, HTML and CSS": 5_609,
-    "lines of tests": 34_241,
+    "lines of tests": 34_242,
     "lines of claims and benchmarks": 4_208,
     "lines of research": 666,
     "words of docs": 59_579,

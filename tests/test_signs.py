@@ -133,6 +133,7 @@ def test_make_paper_computes_the_numbers_of_its_page():
     (command,) = re.findall(r"^feasibee paper .*$", read("docs/paper.md"), re.MULTILINE)
     assert "--seed" in command
     assert f"{command} --out paper" in read("Makefile")
+    assert "`make paper`" in read("README.md")
 
 
 def test_workflows_run_what_is_supported_and_pin_their_actions():
