@@ -468,7 +468,7 @@ class _Trials:
         return [replace(each, test=test) for each, test in zip(seen, tests, strict=True)]
 
     def _tell(self, found: Mapping[str, Mapping[int, Outcome]]) -> None:
-        """Say which strategy is right most often so far, in its worst world."""
+        """Report the strategy that is right most often so far in the worst of its worlds."""
         if self.tells:
             share = operator.attrgetter("judged.estimate")
             best = max((min(seen.values(), key=share) for seen in found.values()), key=share)
